@@ -24,6 +24,7 @@
      >>triangle_body:kernel kernels_embed/language/triangle_body.h
      >>springl_body:kernel  kernels_embed/model/springl_body.h
      >>fit:kernel           kernels_embed/model/fit.h
+     >>fit_body:kernel      kernels_embed/model/fit_body.h
      >>advect_body:kernel   kernels_embed/stages/advect_body.h
      >>residency            src/runtime/residency.h
      >>arrays               src/runtime/arrays.h
@@ -67,6 +68,7 @@
      >>constellation        src/model/constellation.h
      >>grid                 src/model/grid.h
      >>algorithms           src/runtime/algorithms.h
+     >>top_table            src/model/top_table.h
      >>transform            src/model/transform.h
      >>advect               src/stages/advect.h
      >>cell_list            src/model/cell_list.h
@@ -113,6 +115,7 @@
      >>write                src/input/write.h
      >>attributes           src/output/attributes.h
      >>chunks               src/output/chunks.h
+     >>chunk_material       src/output/chunk_material.h
      >>component_views      src/output/component_views.h
      >>query                src/output/query.h
      >>ray                  src/model/ray.h
@@ -482,6 +485,7 @@
 
    Work follows motion. A springl stirs when a point of it moves by more than 0.001 voxel, when it comes, and when it goes.
    Bricks of 8 x 8 x 8 voxels fall asleep when none has stirred in them, or in the 26 around, for resample_period + 1 steps.
+   Those of a closed mesh are asleep from the start.
    Steps of SPRINGLS_MODE_FLUID leave the springls in bricks that are asleep, and phi there, as they are, to the bit; when all
    sleep and nothing moves, a step ends after advect. Awake, springls at rest would go on turning as they relax, by which phi
    moves to and fro by about 0.02 voxel: so far does a model asleep differ from one kept awake.
@@ -537,14 +541,17 @@
      - Forces that should grow or shrink the model have no effect on its volume: the switch is not for active contours.
      - It hides a loss of volume and improves nothing else. It is off in every figure that we report.
      - springls_component.correction is the distance that each needed, springls_stats.volume_correction the largest.
-     - It takes 12 bytes a voxel of active bricks and 4 bytes a brick of the grid.
+     - It takes 12 bytes a voxel of active bricks and 4 bytes a brick of the box around the model.
 
    MEMORY
 
    All memory comes from desc.allocator, or malloc, and is allocated only on the thread that called the library. phi and
    omega live in bricks of 8 x 8 x 8 voxels that exist only near the surface, so memory grows with the area of the surface;
-   two tables have one int a brick of the grid: together 1 GiB at 4096^3, 256 KiB at 256^3. springls_memory_used returns the
-   bytes held. Buffers grow and are reused; springls_reset keeps them, springls_destroy returns them.
+   two tables have one int a brick of the box around the model, and of the one around the original. The size of the grid
+   costs nothing: a small ball takes as much in 4096^3 voxels as in 256^3. A box that is 2000 voxels wide along each axis
+   takes 64 MiB a table, also when all that is in it is two small balls at its corners. Dense inputs need a byte and an int
+   for each brick of the grid while they are set, snapshots a bit. springls_memory_used returns the bytes held. Buffers grow
+   and are reused; springls_reset keeps them, springls_destroy returns them.
 
    Views (springls_view_*, springls_ids) belong to the context, until the next call that changes the model. A springls_mesh
    belongs to the caller, who frees it by springls_mesh_free. Arrays that are passed in are borrowed during the call.
@@ -561,7 +568,7 @@
        Regions and samples of the model's own grid are on the lattice too.
      - Chunks are named by bricks of the lattice. All are meshed again after a move.
      - Correspondences and the original surface stay in the window that they were set in: where the model has come from.
-     - Snapshots hold the place of the window. An input and springls_reset put it back.
+     - Snapshots hold the place of the window. An input and springls_reset put it back, to springls_desc.window.
      - springls_combine takes models in different windows of one lattice.
 
    Rounding: a coordinate that a move makes smaller keeps all its bits. One that becomes larger is rounded to a float of that
@@ -1076,6 +1083,10 @@ typedef struct springls_desc {
     springls_backend *backend;     /* NULL: stages run as scalar code, on `tasks`                                   */
     bool follow;                   /* the grid is a window that moves with the model, by whole bricks of 8^3 voxels
                                       (manual, A WORLD WITHOUT WALLS); grid.size has to be multiples of 8           */
+    int window[3];                 /* voxels from the place of `grid` to where the window is after an input and
+                                      springls_reset, multiples of 8 up to 2^30; 0: at its place. Not 0: grid.size
+                                      has to be multiples of 8. With springls_window_offset of another model it makes
+                                      one beside that, on the same lattice, as springls_combine needs                */
 } springls_desc;
 
 /* Returns a description with all defaults filled in but grid.size. A zeroed one with grid.size means the same. */
@@ -2002,8 +2013,8 @@ typedef struct springls__grow_arguments { int block; } springls__grow_arguments;
 typedef struct springls__surface_arguments { int triangles; } springls__surface_arguments;
 
 /* Collectives over chunks of an array: `size` elements each, `count` in all, `chunks` of them. value: the byte to count; limit:
-   floats above it are counted. */
-typedef struct springls__chunk_arguments { int array, size, count, chunks, value; float limit; } springls__chunk_arguments;
+   floats above it are counted; place: in counts, of the result. */
+typedef struct springls__chunk_arguments { int array, size, count, chunks, value, place; float limit; } springls__chunk_arguments;
 
 /* bricks_begin. keep: 1 flags the bricks that are active. */
 typedef struct springls__brick_flag_arguments { int keep; } springls__brick_flag_arguments;
@@ -2087,12 +2098,12 @@ typedef union springls__arguments {
     /* project */                                                                                                                \
     X(oriented_springls, struct springls__oriented, 0) /* in the order of the cells, then the large ones                      */ \
     X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where the side of some voxels is unknown             */ \
-    X(has_opposed, uint8_t, 2)                  /* of an active brick: 1 where springls face against each other               */ \
+    X(has_opposed, uint8_t, 2)                  /* of an active brick: 1 where springls face against each other, 2 asleep     */ \
     X(has_joint_candidates, uint8_t, 1)         /* of an active brick: 1 where voxels may join others                         */ \
     /* rebuild */                                                                                                                \
     X(band_mask, uint32_t, 0)                   /* of an active brick: the bricks around it that the band reaches             */ \
     /* unsigned_to_signed */                                                                                                     \
-    X(brick_state, uint8_t, 2)                  /* of a brick of the top table: OPEN, BLOCKED or BACKGROUND                   */ \
+    X(brick_state, uint8_t, 2)                  /* of an entry of the top table: OPEN, BLOCKED or BACKGROUND                  */ \
     X(has_grown, uint8_t, 1)                    /* of an active brick, or a line of bricks                                    */ \
     X(region_label, int, 1)                     /* on a device: see regions.cl                                                */ \
     /* the isosurface */                                                                                                         \
@@ -2110,7 +2121,6 @@ typedef union springls__arguments {
 /* Lists the roles that only host code uses. */
 #define SPRINGLS__HOST_ROLES(X)                                                                                                  \
     X(missing_bricks, int, 0)                   /* bricks to add for the cell list                                            */ \
-    X(bvh_items, struct springls__bvh_item, 7)                                                                                   \
     X(lane_memory, float, 6)                    /* of the lanes of advect and project (launch.h)                                */ \
     X(region_springls, int, 5)                  /* springls in the region of the forces                                       */ \
     /* rebuild, moving the band */                                                                                               \
@@ -2118,7 +2128,7 @@ typedef union springls__arguments {
     X(band_bricks, int, 2)                      /* bricks to add                                                              */ \
     X(band_rank, int, 3)                        /* of a slot: its place among the active ones                                 */ \
     /* input, combine, unsigned_to_signed: bricks to add */                                                                      \
-    X(brick_wanted, uint8_t, 1)                 /* of a brick of the top table                                                */ \
+    X(brick_wanted, uint8_t, 1)                 /* of an entry of the top table; of a brick of dense voxels                   */ \
     X(brick_list, int, 2)                       /* the bricks wanted                                                          */ \
     X(brick_centers, float, 1)                  /* the distance at the center of a brick                                      */ \
     X(region_members, int64_t, 1)               /* see springls__region                                                       */ \
@@ -3164,7 +3174,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(CELL, uint32_t, SPRINGLS__CELLS, grid, cell)  /* springls of cell c: cells.ids[cell[c]] .. cells.ids[cell[c + 1] - 1]   */
 
 /* Lists what a grid has. */
-#define SPRINGLS__GRID_ARRAYS(X) X(TOP, int, 1, grid, top) /* brick -> slot */ SPRINGLS__SLOT_ARRAYS(X)
+#define SPRINGLS__GRID_ARRAYS(X) X(TOP, int, 1, grid, top) /* entry of the top table -> slot */ SPRINGLS__SLOT_ARRAYS(X)
 
 /* Lists what is found for the springls when it is needed: one element a springl, then lists of their own length. */
 #define SPRINGLS__SEARCH_ARRAYS(X)                                                                                               \
@@ -3238,8 +3248,9 @@ typedef struct springls__record {
 #define SPRINGLS__RESHAPE 2
 #define SPRINGLS__UNDECIDED 3
 
-/* The sparse grid: bricks of 8x8x8 voxels in a pool of slots, found through a dense top table. Slots 0 and 1 are constant bricks,
-   far outside and far inside, so that every brick of the top table can be read without a test. */
+/* The sparse grid: bricks of 8x8x8 voxels in a pool of slots, found through a top table. Slots 0 and 1 are constant bricks, far
+   outside and far inside, so that every brick of the top table can be read without a test. Bricks are numbered through the whole
+   domain, x fastest; the top table has entries for a box of them only (top_table.h). */
 #define SPRINGLS__BRICK 8
 #define SPRINGLS__BRICK_VOXELS 512
 #define SPRINGLS__OUTSIDE 0
@@ -3248,9 +3259,18 @@ typedef struct springls__record {
 #define SPRINGLS__CELL 2   /* voxels: width of a cell of springls                          */
 #define SPRINGLS__CELLS 65 /* 64 cells a brick, and where the next brick begins          */
 
+/* The box of bricks that a top table has. All bricks beyond it are outside, and so are its outermost ones, except at the border of
+   the domain: reading beyond it is reading its nearest brick, and what is beside an active brick is in it. */
+typedef struct springls__table {
+    int lower[3], upper[3]; /* the first voxel, and the first one beyond, along each axis           */
+    int bricks[3];
+    int first;              /* what the entry of brick (0, 0, 0) of the domain would be, negated    */
+} springls__table;
+
 typedef struct springls__grid {
     int size[3];            /* voxels                                                                */
-    int bricks[3];          /* of the top table                                                      */
+    int bricks[3];          /* of the domain                                                         */
+    springls__table table;
     SPRINGLS__GRID_ARRAYS(SPRINGLS__ARRAY_MEMBER)
     int active_count, free_count, slot_count;
     float far_value;        /* |phi| in the constant bricks and the clamp everywhere                 */
@@ -3432,6 +3452,7 @@ SPRINGLS__MATHS void springls__displacement_element(const springls__model *model
 
 typedef struct springls__shape {
     int size[3], bricks[3];
+    springls__table table, reference_table;
 #define SPRINGLS__NUMBER_MEMBER(type, name, place) type name;
     SPRINGLS__MODEL_NUMBERS(SPRINGLS__NUMBER_MEMBER)
 #undef SPRINGLS__NUMBER_MEMBER
@@ -3445,6 +3466,8 @@ SPRINGLS__MATHS springls__shape springls__shape_of(const springls__model *model)
         shape.size[axis] = model->grid.size[axis];
         shape.bricks[axis] = model->grid.bricks[axis];
     }
+    shape.table = model->grid.table;
+    shape.reference_table = model->reference.table;
 #define SPRINGLS__READ_NUMBER(type, name, place) shape.name = model->place;
     SPRINGLS__MODEL_NUMBERS(SPRINGLS__READ_NUMBER)
 #undef SPRINGLS__READ_NUMBER
@@ -3458,6 +3481,8 @@ SPRINGLS__MATHS void springls__shape_set(springls__model *model, springls__shape
         model->grid.size[axis] = model->reference.size[axis] = shape.size[axis];
         model->grid.bricks[axis] = model->reference.bricks[axis] = shape.bricks[axis];
     }
+    model->grid.table = shape.table;
+    model->reference.table = shape.reference_table;
 #define SPRINGLS__WRITE_NUMBER(type, name, place) model->place = shape.name;
     SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)
 #undef SPRINGLS__WRITE_NUMBER
@@ -3471,22 +3496,52 @@ SPRINGLS__MATHS void springls__shape_set(springls__model *model, springls__shape
 
 SPRINGLS__MATHS int springls__voxel_in_brick(int x, int y, int z) { return (x & 7) + 8 * (y & 7) + 64 * (z & 7); }
 
+/* Returns the brick of a voxel of the domain. */
 SPRINGLS__MATHS int springls__brick_at(const springls__grid *g, int x, int y, int z)
 {
     return (x >> 3) + g->bricks[0] * ((y >> 3) + g->bricks[1] * (z >> 3));
 }
 
+/* Returns the entry of a voxel that the top table has. */
+SPRINGLS__MATHS int springls__entry_at(const springls__grid *g, int x, int y, int z)
+{
+    return (x >> 3) + g->table.bricks[0] * ((y >> 3) + g->table.bricks[1] * (z >> 3)) - g->table.first;
+}
+
+/* Returns the slot of a voxel that the top table has. */
 SPRINGLS__MATHS int springls__slot_at(const springls__grid *g, int x, int y, int z)
 {
-    return g->top[springls__brick_at(g, x, y, z)];
+    return g->top[springls__entry_at(g, x, y, z)];
 }
 
-SPRINGLS__MATHS int springls__cell_coordinate(float x, int size)
+/* Returns whether the top table has a voxel. */
+SPRINGLS__MATHS bool springls__table_contains(const springls__grid *g, int x, int y, int z)
 {
-    return springls__iclamp((int)springls__floor(springls__clamp(x, 0.0f, (float)size)), 0, size - 1);
+    const springls__table *t = &g->table;
+    return x >= t->lower[0] && y >= t->lower[1] && z >= t->lower[2] && x < t->upper[0] && y < t->upper[1] && z < t->upper[2];
 }
 
-/* Finds the place of a brick in the top table, counted in bricks. */
+/* Returns the slot of any voxel of the domain. */
+SPRINGLS__MATHS int springls__slot_of_voxel(const springls__grid *g, int x, int y, int z)
+{
+    return springls__table_contains(g, x, y, z) ? springls__slot_at(g, x, y, z) : SPRINGLS__OUTSIDE;
+}
+
+/* Returns the voxel along an axis that x lies in, the nearest one of [lower, upper). */
+SPRINGLS__MATHS int springls__cell_coordinate(float x, int lower, int upper)
+{
+    return springls__iclamp((int)springls__floor(springls__clamp(x, (float)lower, (float)upper)), lower, upper - 1);
+}
+
+/* Finds the voxel that x lies in, the nearest one of those that the top table has. */
+SPRINGLS__MATHS void springls__voxel_of_place(const springls__grid *g, springls__v3 x, int voxel[3])
+{
+    voxel[0] = springls__cell_coordinate(x.x, g->table.lower[0], g->table.upper[0]);
+    voxel[1] = springls__cell_coordinate(x.y, g->table.lower[1], g->table.upper[1]);
+    voxel[2] = springls__cell_coordinate(x.z, g->table.lower[2], g->table.upper[2]);
+}
+
+/* Finds the place of a brick in the domain, counted in bricks. */
 SPRINGLS__MATHS void springls__brick_place(const springls__grid *g, int brick, int place[3])
 {
     place[0] = brick % g->bricks[0];
@@ -3494,12 +3549,45 @@ SPRINGLS__MATHS void springls__brick_place(const springls__grid *g, int brick, i
     place[2] = brick / (g->bricks[0] * g->bricks[1]);
 }
 
-/* Finds the first voxel of a brick of the top table. */
+/* Finds the first voxel of a brick. */
 SPRINGLS__MATHS void springls__brick_origin(const springls__grid *g, int brick, int origin[3])
 {
     int axis;
     springls__brick_place(g, brick, origin);
     for (axis = 0; axis < 3; axis++) origin[axis] *= SPRINGLS__BRICK;
+}
+
+/* Finds the first voxel of the brick of an entry of the top table. */
+SPRINGLS__MATHS void springls__entry_origin(const springls__grid *g, int entry, int origin[3])
+{
+    const springls__table *t = &g->table;
+    origin[0] = t->lower[0] + SPRINGLS__BRICK * (entry % t->bricks[0]);
+    origin[1] = t->lower[1] + SPRINGLS__BRICK * (entry / t->bricks[0] % t->bricks[1]);
+    origin[2] = t->lower[2] + SPRINGLS__BRICK * (entry / (t->bricks[0] * t->bricks[1]));
+}
+
+/* Returns the brick of an entry. Bricks ascend as entries do. */
+SPRINGLS__MATHS int springls__brick_of_entry(const springls__grid *g, int entry)
+{
+    int origin[3];
+    springls__entry_origin(g, entry, origin);
+    return springls__brick_at(g, origin[0], origin[1], origin[2]);
+}
+
+/* Returns the entry of a brick; -1: the top table does not have it. */
+SPRINGLS__MATHS int springls__entry_of_brick(const springls__grid *g, int brick)
+{
+    int origin[3];
+    springls__brick_origin(g, brick, origin);
+    if (!springls__table_contains(g, origin[0], origin[1], origin[2])) return -1;
+    return springls__entry_at(g, origin[0], origin[1], origin[2]);
+}
+
+/* Returns the slot of any brick of the domain. */
+SPRINGLS__MATHS int springls__slot_of_brick(const springls__grid *g, int brick)
+{
+    int entry = springls__entry_of_brick(g, brick);
+    return entry < 0 ? SPRINGLS__OUTSIDE : g->top[entry];
 }
 
 SPRINGLS__MATHS void springls__slot_origin(const springls__grid *g, int slot, int origin[3])
@@ -3510,9 +3598,9 @@ SPRINGLS__MATHS void springls__slot_origin(const springls__grid *g, int slot, in
 /* Finds the first voxel of the brick that x lies in, in voxels; places outside the domain are in the nearest brick. */
 SPRINGLS__MATHS void springls__origin_of_place(const springls__grid *g, springls__v3 x, int origin[3])
 {
-    origin[0] = springls__cell_coordinate(x.x, g->size[0]) & ~7;
-    origin[1] = springls__cell_coordinate(x.y, g->size[1]) & ~7;
-    origin[2] = springls__cell_coordinate(x.z, g->size[2]) & ~7;
+    origin[0] = springls__cell_coordinate(x.x, 0, g->size[0]) & ~7;
+    origin[1] = springls__cell_coordinate(x.y, 0, g->size[1]) & ~7;
+    origin[2] = springls__cell_coordinate(x.z, 0, g->size[2]) & ~7;
 }
 
 /* Returns the bricks next to a row of voxels (or cells) along x, given the faces of its own brick that it touches, as a mask: bit
@@ -3525,7 +3613,7 @@ SPRINGLS__MATHS uint32_t springls__neighbor_mask_of_row(bool first_x, bool last_
     return xy << 9 | (first_z ? xy : 0u) | (last_z ? xy << 18 : 0u);
 }
 
-/* Returns the value at a voxel of the domain. */
+/* Returns the value at a voxel that the top table has. */
 SPRINGLS__MATHS float springls__grid_voxel(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int x, int y, int z)
 {
     return field[(size_t)springls__slot_at(g, x, y, z) * SPRINGLS__BRICK_VOXELS + (size_t)springls__voxel_in_brick(x, y, z)];
@@ -3536,27 +3624,37 @@ SPRINGLS__MATHS bool springls__grid_contains(const springls__grid *g, int x, int
     return x >= 0 && y >= 0 && z >= 0 && x < g->size[0] && y < g->size[1] && z < g->size[2];
 }
 
-/* Returns phi at any voxel, by the border rule beyond the domain. */
+/* Returns phi at any voxel, by the border rule beyond the domain. It holds beyond the top table too, where phi is far outside. */
 SPRINGLS__MATHS float springls__grid_phi(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)
 {
-    float v = springls__grid_voxel(g, phi, springls__iclamp(x, 0, g->size[0] - 1), springls__iclamp(y, 0, g->size[1] - 1),
-                                   springls__iclamp(z, 0, g->size[2] - 1));
-    return springls__grid_contains(g, x, y, z) ? v : springls__fabs(v);
+    const springls__table *t = &g->table;
+    float v = springls__grid_voxel(g, phi, springls__iclamp(x, t->lower[0], t->upper[0] - 1),
+                                   springls__iclamp(y, t->lower[1], t->upper[1] - 1),
+                                   springls__iclamp(z, t->lower[2], t->upper[2] - 1));
+    return springls__table_contains(g, x, y, z) ? v : springls__fabs(v);
 }
 
 /* Reads phi at the eight corners of the cube at any voxel (i, j, k), by the border rule beyond the domain. */
 SPRINGLS__MATHS void springls__grid_corners(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int i, int j, int k,
                                             float corner[8])
 {
+    const springls__table *t = &g->table;
     int c;
-    bool inner = springls__grid_contains(g, i, j, k) && springls__grid_contains(g, i + 1, j + 1, k + 1);
+    bool inner = i >= t->lower[0] && j >= t->lower[1] && k >= t->lower[2] && i + 1 < t->upper[0] && j + 1 < t->upper[1]
+                 && k + 1 < t->upper[2];
     if (inner && (i & 7) != 7 && (j & 7) != 7 && (k & 7) != 7) { /* all eight in one brick */
         SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, i, j, k) * SPRINGLS__BRICK_VOXELS
                                           + springls__voxel_in_brick(i, j, k);
         corner[0] = b[0];  corner[1] = b[1];  corner[2] = b[8];  corner[3] = b[9];
         corner[4] = b[64]; corner[5] = b[65]; corner[6] = b[72]; corner[7] = b[73];
     } else if (inner) {
-        for (c = 0; c < 8; c++) corner[c] = springls__grid_voxel(g, phi, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));
+        SPRINGLS__GLOBAL const int *top = g->top + springls__entry_at(g, i, j, k);
+        const int x = (i & 7) == 7, y = (j & 7) == 7 ? t->bricks[0] : 0, z = (k & 7) == 7 ? t->bricks[0] * t->bricks[1] : 0;
+        for (c = 0; c < 8; c++) {
+            size_t slot = (size_t)top[(c & 1 ? x : 0) + (c & 2 ? y : 0) + (c & 4 ? z : 0)];
+            corner[c] = phi[slot * SPRINGLS__BRICK_VOXELS
+                            + (size_t)springls__voxel_in_brick(i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2))];
+        }
     } else {
         for (c = 0; c < 8; c++) corner[c] = springls__grid_phi(g, phi, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));
     }
@@ -3600,7 +3698,8 @@ SPRINGLS__MATHS float springls__grid_sample_spline(const springls__grid *g, SPRI
     for (axis = 0; axis < 3; axis++) {
         float nearest = springls__floor(at[axis] + 0.5f), t = at[axis] - nearest;
         first[axis] = (int)nearest - 1;
-        one_brick = one_brick && first[axis] >= 0 && first[axis] + 2 < g->size[axis] && (first[axis] & 7) < 6;
+        one_brick = one_brick && first[axis] >= g->table.lower[axis] && first[axis] + 2 < g->table.upper[axis]
+                    && (first[axis] & 7) < 6;
         w[3 * axis] = 0.5f * (0.5f - t) * (0.5f - t);
         w[3 * axis + 2] = 0.5f * (0.5f + t) * (0.5f + t);
         w[3 * axis + 1] = 1.0f - w[3 * axis] - w[3 * axis + 2];
@@ -3679,7 +3778,7 @@ SPRINGLS__MATHS void springls__load_tile_row(const springls__grid *g, SPRINGLS__
         for (x = -margin; x < SPRINGLS__BRICK + margin; x++)
             *out++ = springls__grid_phi(g, field, origin[0] + x, origin[1] + y, origin[2] + z);
     } else {
-        SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], origin[1] + y, origin[2] + z);
+        SPRINGLS__GLOBAL const int *top = g->top + springls__entry_at(g, origin[0], origin[1] + y, origin[2] + z);
         SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);
         SPRINGLS__GLOBAL const float *before = in + (size_t)top[-1] * SPRINGLS__BRICK_VOXELS + SPRINGLS__BRICK - margin;
         SPRINGLS__GLOBAL const float *behind = in + (size_t)top[1] * SPRINGLS__BRICK_VOXELS;
@@ -3816,9 +3915,16 @@ SPRINGLS__MATHS float springls__wide_tile_sample(const springls__wide_tile *tile
     return springls__trilinear(corner, x.x - i, x.y - j, x.z - k);
 }
 
+/* Returns how many bricks the domain has. */
 SPRINGLS__MATHS size_t springls__brick_count(const springls__grid *g)
 {
     return (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2];
+}
+
+/* Returns how many entries the top table has. */
+SPRINGLS__MATHS size_t springls__entry_count(const springls__grid *g)
+{
+    return (size_t)g->table.bricks[0] * (size_t)g->table.bricks[1] * (size_t)g->table.bricks[2];
 }
 
 /* Finds the first voxel of one of the 27 bricks around (and including) the one at `origin`, d = 0..26, bits of the masks of
@@ -3845,34 +3951,44 @@ SPRINGLS__MATHS void springls__voxel_at_face(const int at[3], int size, int d, i
 /* A walk over the bricks that a springl comes near. */
 typedef struct springls__brick_walk { int lo[3], hi[3], at[3]; } springls__brick_walk;
 
-/* Begins at the bricks within `margin` voxels of the box around a triangle. */
-SPRINGLS__MATHS springls__brick_walk springls__brick_walk_begin(const springls__grid *g, springls__springl s, float margin)
+/* Finds the box within `margin` voxels of a triangle. */
+SPRINGLS__MATHS void springls__box_around(springls__springl s, float margin, springls__v3 *lower, springls__v3 *upper)
 {
-    springls__brick_walk walk;
-    springls__v3 lower = s.q[0], upper = s.q[0];
+    springls__v3 lo = s.q[0], hi = s.q[0];
     int m;
     for (m = 1; m < 3; m++) {
         springls__v3 q = s.q[m];
-        lower = springls__v3_make(springls__min(lower.x, q.x), springls__min(lower.y, q.y), springls__min(lower.z, q.z));
-        upper = springls__v3_make(springls__max(upper.x, q.x), springls__max(upper.y, q.y), springls__max(upper.z, q.z));
+        lo = springls__v3_make(springls__min(lo.x, q.x), springls__min(lo.y, q.y), springls__min(lo.z, q.z));
+        hi = springls__v3_make(springls__max(hi.x, q.x), springls__max(hi.y, q.y), springls__max(hi.z, q.z));
     }
-    springls__origin_of_place(g, springls__v3_make(lower.x - margin, lower.y - margin, lower.z - margin), walk.lo);
-    springls__origin_of_place(g, springls__v3_make(upper.x + margin, upper.y + margin, upper.z + margin), walk.hi);
-    for (m = 0; m < 3; m++) walk.at[m] = walk.lo[m];
+    *lower = springls__v3_make(lo.x - margin, lo.y - margin, lo.z - margin);
+    *upper = springls__v3_make(hi.x + margin, hi.y + margin, hi.z + margin);
+}
+
+/* Begins at the bricks of the top table within `margin` voxels of the box around a triangle. */
+SPRINGLS__MATHS springls__brick_walk springls__brick_walk_begin(const springls__grid *g, springls__springl s, float margin)
+{
+    springls__brick_walk walk;
+    springls__v3 lower, upper;
+    int m;
+    springls__box_around(s, margin, &lower, &upper);
+    springls__voxel_of_place(g, lower, walk.lo);
+    springls__voxel_of_place(g, upper, walk.hi);
+    for (m = 0; m < 3; m++) walk.at[m] = walk.lo[m] &= ~7;
     return walk;
 }
 
-/* Returns the next brick of the top table; -1 at the end. */
+/* Returns the entry of the next brick; -1 at the end. */
 SPRINGLS__MATHS int springls__brick_walk_next(const springls__grid *g, springls__brick_walk *walk)
 {
-    int brick = springls__brick_at(g, walk->at[0], walk->at[1], walk->at[2]), axis;
+    int entry = springls__entry_at(g, walk->at[0], walk->at[1], walk->at[2]), axis;
     if (walk->at[2] > walk->hi[2]) return -1;
     for (axis = 0; axis < 3; axis++) {
         walk->at[axis] += 8;
         if (walk->at[axis] <= walk->hi[axis] || axis == 2) break;
         walk->at[axis] = walk->lo[axis];
     }
-    return brick;
+    return entry;
 }
 
 /* ---- bricks come and go ---- */
@@ -3881,7 +3997,7 @@ SPRINGLS__MATHS int springls__brick_walk_next(const springls__grid *g, springls_
 SPRINGLS__MATHS void springls__drop_brick(const springls__grid *g, int slot, int place)
 {
     bool inside = g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
-    g->top[g->slot_brick[slot]] = inside ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
+    g->top[springls__entry_of_brick(g, g->slot_brick[slot])] = inside ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
     g->slot_brick[slot] = -1;
     g->awake[slot] = 0;
     g->free_slots[place] = slot;
@@ -3893,12 +4009,12 @@ SPRINGLS__MATHS int springls__slot_of_new(const springls__grid *g, int free_coun
     return n < free_count ? g->free_slots[free_count - 1 - n] : g->slot_count + n - free_count;
 }
 
-/* Makes a constant brick active; the slot's first voxel gets the constant. */
-SPRINGLS__MATHS void springls__add_brick(const springls__grid *g, int brick, int slot)
+/* Makes the constant brick of an entry active; the slot's first voxel gets the constant. */
+SPRINGLS__MATHS void springls__add_brick(const springls__grid *g, int entry, int slot)
 {
-    g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] = g->top[brick] == SPRINGLS__INSIDE ? -g->far_value : g->far_value;
-    g->slot_brick[slot] = brick;
-    g->top[brick] = slot;
+    g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] = g->top[entry] == SPRINGLS__INSIDE ? -g->far_value : g->far_value;
+    g->slot_brick[slot] = springls__brick_of_entry(g, entry);
+    g->top[entry] = slot;
 }
 
 SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__cells_of(const springls__grid *g, int slot)
@@ -3915,8 +4031,9 @@ SPRINGLS__MATHS void springls__clear_cells(SPRINGLS__GLOBAL uint32_t *cell)
 /* Returns the slot of the brick that a place lies in. */
 SPRINGLS__MATHS int springls__slot_of_place(const springls__grid *g, springls__v3 x)
 {
-    return springls__slot_at(g, springls__cell_coordinate(x.x, g->size[0]), springls__cell_coordinate(x.y, g->size[1]),
-                             springls__cell_coordinate(x.z, g->size[2]));
+    int voxel[3];
+    springls__voxel_of_place(g, x, voxel);
+    return springls__slot_at(g, voxel[0], voxel[1], voxel[2]);
 }
 
 /* Returns true when springl i is asleep, as its brick is: stages leave it as it is. */
@@ -3998,15 +4115,11 @@ SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__mo
     const springls__grid *g = &model->grid;
     walk.g = g;
     walk.cells = &model->cells;
-    walk.lo[0] = springls__cell_coordinate(lower.x, g->size[0]) & -SPRINGLS__CELL;
-    walk.lo[1] = springls__cell_coordinate(lower.y, g->size[1]) & -SPRINGLS__CELL;
-    walk.lo[2] = springls__cell_coordinate(lower.z, g->size[2]) & -SPRINGLS__CELL;
-    walk.hi[0] = springls__cell_coordinate(upper.x, g->size[0]);
-    walk.hi[1] = springls__cell_coordinate(upper.y, g->size[1]);
-    walk.hi[2] = springls__cell_coordinate(upper.z, g->size[2]);
-    walk.x = walk.lo[0];
-    walk.y = walk.lo[1];
-    walk.z = walk.lo[2];
+    springls__voxel_of_place(g, lower, walk.lo);
+    springls__voxel_of_place(g, upper, walk.hi);
+    walk.x = walk.lo[0] &= -SPRINGLS__CELL;
+    walk.y = walk.lo[1] &= -SPRINGLS__CELL;
+    walk.z = walk.lo[2] &= -SPRINGLS__CELL;
     walk.slot = walk.first = walk.last = 0;
     walk.ids = model->cells.ids;
     walk.next = walk.end = 0;
@@ -4081,10 +4194,12 @@ SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, sp
     const float largest = 2.5f; /* voxels: twice the bounding radius of a springl about to be split */
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
-    int x = springls__cell_coordinate(s->p.x, g->size[0]), y = springls__cell_coordinate(s->p.y, g->size[1]);
-    int z = springls__cell_coordinate(s->p.z, g->size[2]), slot = springls__slot_at(g, x, y, z);
-    uint32_t key = (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u;
+    int at[3], slot;
+    uint32_t key;
     (void)args;
+    springls__voxel_of_place(g, s->p, at);
+    slot = springls__slot_at(g, at[0], at[1], at[2]);
+    key = (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(at[0], at[1], at[2]) + 1u;
     if (s->bounding_radius > largest) key = SPRINGLS__LARGE_KEY;
     model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : key;
 }
@@ -4121,9 +4236,9 @@ SPRINGLS__MATHS void springls__count_in_brick_lists(const springls__model *model
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const uint32_t *rank = springls__brick_rank(model);
     springls__brick_walk walk = springls__brick_walk_begin(g, model->set.s[i], margin);
-    int brick;
-    while ((brick = springls__brick_walk_next(g, &walk)) >= 0)
-        if (g->top[brick] >= SPRINGLS__FIRST_SLOT) SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[brick]] + 1);
+    int entry;
+    while ((entry = springls__brick_walk_next(g, &walk)) >= 0)
+        if (g->top[entry] >= SPRINGLS__FIRST_SLOT) SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[entry]] + 1);
 }
 
 /* Puts springl i into the lists that springls__count_in_brick_lists has counted it for; entry r + 1 moves on to where the list
@@ -4133,10 +4248,10 @@ SPRINGLS__MATHS void springls__put_in_brick_lists(const springls__model *model, 
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const uint32_t *rank = springls__brick_rank(model);
     springls__brick_walk walk = springls__brick_walk_begin(g, model->set.s[i], margin);
-    int brick;
-    while ((brick = springls__brick_walk_next(g, &walk)) >= 0)
-        if (g->top[brick] >= SPRINGLS__FIRST_SLOT)
-            model->cells.brick_list_ids[SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[brick]] + 1)] = (uint32_t)i;
+    int entry;
+    while ((entry = springls__brick_walk_next(g, &walk)) >= 0)
+        if (g->top[entry] >= SPRINGLS__FIRST_SLOT)
+            model->cells.brick_list_ids[SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[entry]] + 1)] = (uint32_t)i;
 }
 
 /* Finds the bricks that the particles of a brick are within one cell of, given its cells: a mask as springls__brick_around
@@ -4174,43 +4289,67 @@ SPRINGLS__MATHS uint32_t springls__bricks_to_cover(const springls__model *model,
 #define SPRINGLS__FIT_VALUES 4 /* height, and the three coordinates of a      */
 #define SPRINGLS__FIT_RADIUS 2.5f /* voxels */
 
-typedef struct springls__fit {
-    springls__v3 origin, e1, e2, n; /* the tangent frame */
-    springls__v3 a0;                /* correspondences are summed relative to it */
-    float normal_matrix[21];        /* lower triangle, row by row */
-    float right[24];
-    int count;
-} springls__fit;
+/* -------- again: kernels_embed/language/width_float.h -------- */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
+   because it is included before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH 1
+#define SPRINGLS__NUM float
+#define SPRINGLS__NUM3 springls__v3
+#define SPRINGLS__COND bool
+#define SPRINGLS__W(name) springls__##name
+#define SPRINGLS__W_MATHS SPRINGLS__MATHS
 
-SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls__v3 n, springls__v3 a0)
+/* ======== >>fit_body:kernel  (kernels_embed/model/fit_body.h) ================================================== */
+/* fit_body.h - the quadratic fit of fit.h, for one place and for several at once. */
+
+typedef struct SPRINGLS__W(fit) {
+    SPRINGLS__NUM3 origin, e1, e2, n; /* the tangent frame */
+    SPRINGLS__NUM3 a0;                /* correspondences are summed relative to it */
+    SPRINGLS__NUM normal_matrix[21];  /* lower triangle, row by row */
+    SPRINGLS__NUM right[24];
+    SPRINGLS__NUM count;
+} SPRINGLS__W(fit);
+
+/* Begins a fit over no particles at `origin`; n, e1, e2: an orthonormal frame. */
+SPRINGLS__W_MATHS SPRINGLS__W(fit) SPRINGLS__W(fit_begin_in)(SPRINGLS__NUM3 origin, SPRINGLS__NUM3 n, SPRINGLS__NUM3 e1,
+                                                             SPRINGLS__NUM3 a0)
 {
-    springls__fit fit;
+    SPRINGLS__W(fit) fit;
     int i;
     fit.origin = origin;
     fit.n = n;
     fit.a0 = a0;
-    fit.e1 = springls__any_tangent(n);
-    fit.e2 = springls__cross(n, fit.e1);
-    fit.count = 0;
-    for (i = 0; i < 21; i++) fit.normal_matrix[i] = 0.0f;
-    for (i = 0; i < 24; i++) fit.right[i] = 0.0f;
+    fit.e1 = e1;
+    fit.e2 = SPRINGLS__W(cross)(n, e1);
+    fit.count = SPRINGLS__W(broadcast)(0.0f);
+    for (i = 0; i < 21; i++) fit.normal_matrix[i] = SPRINGLS__W(broadcast)(0.0f);
+    for (i = 0; i < 24; i++) fit.right[i] = SPRINGLS__W(broadcast)(0.0f);
     return fit;
 }
 
 /* A particle as an equation of the fit; weight 0: it is too far, faces elsewhere, or lies on another sheet. */
-typedef struct springls__fit_equation {
-    float term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;
-} springls__fit_equation;
+typedef struct SPRINGLS__W(fit_equation) {
+    SPRINGLS__NUM term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;
+} SPRINGLS__W(fit_equation);
 
-SPRINGLS__MATHS springls__fit_equation springls__fit_equation_of(const springls__fit *fit, springls__v3 p,
-                                                                 springls__v3 normal, springls__v3 a)
+SPRINGLS__W_MATHS SPRINGLS__W(fit_equation) SPRINGLS__W(fit_equation_of)(const SPRINGLS__W(fit) *fit, SPRINGLS__NUM3 p,
+                                                                         SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)
 {
-    springls__v3 d = springls__scale(springls__sub(p, fit->origin), 1.0f / SPRINGLS__FIT_RADIUS);
-    float r2 = springls__length2(d), h = springls__dot(d, fit->n);
-    springls__fit_equation e;
-    e.term[0] = 1.0f;
-    e.term[1] = springls__dot(d, fit->e1);
-    e.term[2] = springls__dot(d, fit->e2);
+    SPRINGLS__NUM3 from_origin = SPRINGLS__W(sub)(p, fit->origin);
+    SPRINGLS__NUM3 d = SPRINGLS__W(scale)(from_origin, SPRINGLS__W(broadcast)(1.0f / SPRINGLS__FIT_RADIUS));
+    SPRINGLS__NUM r2 = SPRINGLS__W(length2)(d), h = SPRINGLS__W(dot)(d, fit->n);
+    SPRINGLS__COND within = (SPRINGLS__W(length2)(from_origin) < SPRINGLS__FIT_RADIUS * SPRINGLS__FIT_RADIUS) & (r2 < 1.0f);
+    SPRINGLS__COND counts = within & (SPRINGLS__W(fabs)(h) <= 0.4f) & (SPRINGLS__W(dot)(normal, fit->n) >= 0.4f);
+    SPRINGLS__W(fit_equation) e;
+    e.term[0] = SPRINGLS__W(broadcast)(1.0f);
+    e.term[1] = SPRINGLS__W(dot)(d, fit->e1);
+    e.term[2] = SPRINGLS__W(dot)(d, fit->e2);
     e.term[3] = e.term[1] * e.term[1];
     e.term[4] = e.term[1] * e.term[2];
     e.term[5] = e.term[2] * e.term[2];
@@ -4218,126 +4357,458 @@ SPRINGLS__MATHS springls__fit_equation springls__fit_equation_of(const springls_
     e.value[1] = a.x - fit->a0.x;
     e.value[2] = a.y - fit->a0.y;
     e.value[3] = a.z - fit->a0.z;
-    e.weight = (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f);
-    if (r2 >= 1.0f || springls__fabs(h) > 0.4f || springls__dot(normal, fit->n) < 0.4f) e.weight = 0.0f;
+    e.weight = SPRINGLS__W(select)(counts, (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f), SPRINGLS__W(broadcast)(0.0f));
     return e;
 }
 
 /* Adds a particle with its normal and correspondence. Returns false where it is too far, faces elsewhere, or lies on another
-   sheet. */
-SPRINGLS__MATHS bool springls__fit_add(springls__fit *fit, springls__v3 p, springls__v3 normal, springls__v3 a)
+   sheet: weight 0 changes nothing. */
+SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(fit_add)(SPRINGLS__W(fit) *fit, SPRINGLS__NUM3 p, SPRINGLS__NUM3 normal,
+                                                      SPRINGLS__NUM3 a)
 {
-    springls__fit_equation e = springls__fit_equation_of(fit, p, normal, a);
+    const SPRINGLS__W(fit_equation) e = SPRINGLS__W(fit_equation_of)(fit, p, normal, a);
+    const SPRINGLS__COND counts = e.weight > 0.0f;
     int i, j;
-    if (!(e.weight > 0.0f)) return false;
+    if (!SPRINGLS__W(any)(counts)) return counts;
     for (i = 0; i < SPRINGLS__FIT_TERMS; i++) {
-        const float scaled = e.weight * e.term[i];
+        const SPRINGLS__NUM scaled = e.weight * e.term[i];
         for (j = 0; j <= i; j++) fit->normal_matrix[i * (i + 1) / 2 + j] += scaled * e.term[j];
         for (j = 0; j < SPRINGLS__FIT_VALUES; j++) fit->right[SPRINGLS__FIT_VALUES * i + j] += scaled * e.value[j];
     }
-    fit->count++;
-    return true;
+    fit->count += SPRINGLS__W(select)(counts, SPRINGLS__W(broadcast)(1.0f), SPRINGLS__W(broadcast)(0.0f));
+    return counts;
 }
 
 /* The fitted surface at the origin. */
-typedef struct springls__fit_result {
-    springls__v3 point, normal, a;
-    int ok; /* 0: too few neighbors, or they lie on a line */
-} springls__fit_result;
+typedef struct SPRINGLS__W(fit_result) {
+    SPRINGLS__NUM3 point, normal, a;
+    SPRINGLS__COND ok; /* false: too few neighbors, or they lie on a line */
+} SPRINGLS__W(fit_result);
 
-/* Factors the first `terms` rows of the normal matrix by Cholesky into l, row by row; 0 when it is close to singular. */
-SPRINGLS__MATHS int springls__fit_factor(const springls__fit *fit, int terms, float l[21])
+/* Factors the first `terms` rows of the normal matrix by Cholesky into l, row by row; false when it is close to singular. */
+SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(fit_factor)(const SPRINGLS__W(fit) *fit, int terms, SPRINGLS__NUM l[21])
 {
+    SPRINGLS__COND ok = fit->count > 0.0f;
     int i, j, k;
     for (i = 0; i < terms; i++) {
         for (j = 0; j <= i; j++) {
-            float sum = fit->normal_matrix[i * (i + 1) / 2 + j];
+            SPRINGLS__NUM sum = fit->normal_matrix[i * (i + 1) / 2 + j];
             for (k = 0; k < j; k++) sum -= l[i * (i + 1) / 2 + k] * l[j * (j + 1) / 2 + k];
             if (i == j) {
-                if (!(sum > 1e-5f * fit->normal_matrix[0])) return 0; /* coordinates are at most 1 */
-                l[i * (i + 1) / 2 + i] = springls__sqrt(sum);
+                ok = ok & (sum > 1e-5f * fit->normal_matrix[0]); /* coordinates are at most 1 */
+                if (!SPRINGLS__W(any)(ok)) return ok;
+                l[i * (i + 1) / 2 + i] = SPRINGLS__W(sqrt)(sum);
             } else {
                 l[i * (i + 1) / 2 + j] = sum / l[j * (j + 1) / 2 + j];
             }
         }
     }
-    return terms > 0;
+    return ok;
 }
 
 /* Solves for one right-hand side, and replaces it in x by the solution. */
-SPRINGLS__MATHS void springls__fit_substitute(const float l[21], int terms, float x[SPRINGLS__FIT_TERMS])
+SPRINGLS__W_MATHS void SPRINGLS__W(fit_substitute)(const SPRINGLS__NUM l[21], int terms, SPRINGLS__NUM x[SPRINGLS__FIT_TERMS])
 {
     int i, k;
     for (i = 0; i < terms; i++) {
-        float sum = x[i];
+        SPRINGLS__NUM sum = x[i];
         for (k = 0; k < i; k++) sum -= l[i * (i + 1) / 2 + k] * x[k];
         x[i] = sum / l[i * (i + 1) / 2 + i];
     }
     for (i = terms - 1; i >= 0; i--) {
-        float sum = x[i];
+        SPRINGLS__NUM sum = x[i];
         for (k = i + 1; k < terms; k++) sum -= l[k * (k + 1) / 2 + i] * x[k];
         x[i] = sum / l[i * (i + 1) / 2 + i];
     }
 }
 
 /* The first `terms` coefficients of the height and of the three coordinates of a, and the Cholesky factor l. */
-typedef struct springls__fit_solution {
-    float x[SPRINGLS__FIT_VALUES][SPRINGLS__FIT_TERMS], l[21];
-    int terms; /* 0: there are none */
-} springls__fit_solution;
+typedef struct SPRINGLS__W(fit_solution) {
+    SPRINGLS__NUM x[SPRINGLS__FIT_VALUES][SPRINGLS__FIT_TERMS], l[21];
+    int terms;
+    SPRINGLS__COND ok; /* false: there are none */
+} SPRINGLS__W(fit_solution);
 
-SPRINGLS__MATHS springls__fit_solution springls__fit_coefficients(const springls__fit *fit, int terms)
+SPRINGLS__W_MATHS SPRINGLS__W(fit_solution) SPRINGLS__W(fit_coefficients)(const SPRINGLS__W(fit) *fit, int terms)
 {
-    springls__fit_solution s;
+    SPRINGLS__W(fit_solution) s;
     int i, v;
-    s.terms = springls__fit_factor(fit, terms, s.l) ? terms : 0;
+    s.ok = SPRINGLS__W(fit_factor)(fit, terms, s.l);
+    s.terms = SPRINGLS__W(any)(s.ok) ? terms : 0;
     for (v = 0; v < SPRINGLS__FIT_VALUES; v++) {
-        for (i = 0; i < SPRINGLS__FIT_TERMS; i++) s.x[v][i] = i < s.terms ? fit->right[SPRINGLS__FIT_VALUES * i + v] : 0.0f;
-        springls__fit_substitute(s.l, s.terms, s.x[v]);
+        for (i = 0; i < SPRINGLS__FIT_TERMS; i++)
+            s.x[v][i] = i < s.terms ? fit->right[SPRINGLS__FIT_VALUES * i + v] : SPRINGLS__W(broadcast)(0.0f);
+        SPRINGLS__W(fit_substitute)(s.l, s.terms, s.x[v]);
     }
     return s;
 }
 
-/* Solves for the first `terms` coefficients; not ok when there are none, or the matrix is close to singular. */
-SPRINGLS__MATHS springls__fit_result springls__fit_solve(springls__fit fit, int terms)
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(select3)(SPRINGLS__COND where, SPRINGLS__NUM3 yes, SPRINGLS__NUM3 no)
 {
-    springls__fit_solution s = springls__fit_coefficients(&fit, terms);
-    springls__fit_result result;
-    result.ok = s.terms > 0;
-    result.point = fit.origin;
-    result.normal = fit.n;
-    result.a = fit.a0;
-    if (!result.ok) return result;
-    result.point = springls__mad(fit.origin, fit.n, s.x[0][0] * SPRINGLS__FIT_RADIUS);
-    result.normal = springls__normalize(springls__sub(springls__sub(fit.n, springls__scale(fit.e1, s.x[0][1])),
-                                                      springls__scale(fit.e2, s.x[0][2])));
-    result.a = springls__add(fit.a0, springls__v3_make(s.x[1][0], s.x[2][0], s.x[3][0]));
-    return result;
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(where, yes.x, no.x), SPRINGLS__W(select)(where, yes.y, no.y),
+                                SPRINGLS__W(select)(where, yes.z, no.z));
 }
 
-/* Returns how many terms a number of neighbors is enough for: a quadratic's with ten or more, a plane's with four or more. */
-SPRINGLS__MATHS int springls__fit_terms(int count) { return count >= 10 ? 6 : count >= 4 ? 3 : 0; }
+/* Replaces the result by that of the first `terms` coefficients where it is not ok, at least so many neighbors count, and the
+   matrix is not close to singular. */
+SPRINGLS__W_MATHS void SPRINGLS__W(fit_solve)(const SPRINGLS__W(fit) *fit, int terms, float neighbors,
+                                              SPRINGLS__W(fit_result) *result)
+{
+    const SPRINGLS__COND due = SPRINGLS__W(select)(result->ok, SPRINGLS__W(broadcast)(0.0f), fit->count) >= neighbors;
+    SPRINGLS__W(fit_solution) s;
+    SPRINGLS__NUM3 normal;
+    SPRINGLS__COND good;
+    if (!SPRINGLS__W(any)(due)) return;
+    s = SPRINGLS__W(fit_coefficients)(fit, terms);
+    good = due & s.ok;
+    normal = SPRINGLS__W(sub)(SPRINGLS__W(sub)(fit->n, SPRINGLS__W(scale)(fit->e1, s.x[0][1])),
+                              SPRINGLS__W(scale)(fit->e2, s.x[0][2]));
+    result->point = SPRINGLS__W(select3)(good, SPRINGLS__W(mad)(fit->origin, fit->n, s.x[0][0] * SPRINGLS__FIT_RADIUS),
+                                         result->point);
+    result->normal = SPRINGLS__W(select3)(good, SPRINGLS__W(normalize)(normal), result->normal);
+    result->a = SPRINGLS__W(select3)(good, SPRINGLS__W(add)(fit->a0, SPRINGLS__W(v3_make)(s.x[1][0], s.x[2][0], s.x[3][0])),
+                                     result->a);
+    result->ok = result->ok | good;
+}
 
 /* Solves for a quadratic with ten neighbors or more, for a plane with four or more and where the quadratic is close to singular;
    not ok with fewer. */
-SPRINGLS__MATHS springls__fit_result springls__fit_highest(springls__fit fit)
+SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_highest)(const SPRINGLS__W(fit) *fit)
 {
-    springls__fit_result result = springls__fit_solve(fit, springls__fit_terms(fit.count));
-    return !result.ok && fit.count >= 10 ? springls__fit_solve(fit, 3) : result;
+    SPRINGLS__W(fit_result) result;
+    result.ok = fit->count < 0.0f;
+    result.point = fit->origin;
+    result.normal = fit->n;
+    result.a = fit->a0;
+    SPRINGLS__W(fit_solve)(fit, 6, 10.0f, &result);
+    SPRINGLS__W(fit_solve)(fit, 3, 4.0f, &result);
+    return result;
 }
 
 /* Solves the fit, but keeps the place where all neighbors lie to one side, at the rim of a wide hole: the height is unreliable
    there. */
-SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)
+SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_end)(const SPRINGLS__W(fit) *fit)
 {
-    springls__fit_result result = springls__fit_highest(fit);
-    float u = fit.normal_matrix[1], v = fit.normal_matrix[3], w = 0.6f * fit.normal_matrix[0];
-    if (u * u + v * v > w * w) {
-        result.point = fit.origin;
-        result.normal = fit.n;
-    }
+    SPRINGLS__W(fit_result) result = SPRINGLS__W(fit_highest)(fit);
+    SPRINGLS__NUM u = fit->normal_matrix[1], v = fit->normal_matrix[3], w = 0.6f * fit->normal_matrix[0];
+    SPRINGLS__COND to_one_side = u * u + v * v > w * w;
+    result.point = SPRINGLS__W(select3)(to_one_side, fit->origin, result.point);
+    result.normal = SPRINGLS__W(select3)(to_one_side, fit->n, result.normal);
     return result;
 }
+
+/* The box of the correspondences that a fit has taken. */
+typedef struct SPRINGLS__W(fit_box) { SPRINGLS__NUM3 lower, upper; } SPRINGLS__W(fit_box);
+
+SPRINGLS__W_MATHS SPRINGLS__W(fit_box) SPRINGLS__W(fit_box_begin)(void)
+{
+    const SPRINGLS__NUM high = SPRINGLS__W(broadcast)(FLT_MAX), low = SPRINGLS__W(broadcast)(-FLT_MAX);
+    SPRINGLS__W(fit_box) box;
+    box.lower = SPRINGLS__W(v3_make)(high, high, high);
+    box.upper = SPRINGLS__W(v3_make)(low, low, low);
+    return box;
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(min3)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)
+{
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(min)(a.x, b.x), SPRINGLS__W(min)(a.y, b.y), SPRINGLS__W(min)(a.z, b.z));
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(max3)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)
+{
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(max)(a.x, b.x), SPRINGLS__W(max)(a.y, b.y), SPRINGLS__W(max)(a.z, b.z));
+}
+
+/* Adds a particle with its normal and correspondence to a fit and its box, where it counts. */
+SPRINGLS__W_MATHS void SPRINGLS__W(fit_add_in_box)(SPRINGLS__W(fit) *fit, SPRINGLS__W(fit_box) *box, SPRINGLS__NUM3 p,
+                                                   SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)
+{
+    const SPRINGLS__COND counts = SPRINGLS__W(fit_add)(fit, p, normal, a);
+    if (!SPRINGLS__W(any)(counts)) return;
+    box->lower = SPRINGLS__W(select3)(counts, SPRINGLS__W(min3)(box->lower, a), box->lower);
+    box->upper = SPRINGLS__W(select3)(counts, SPRINGLS__W(max3)(box->upper, a), box->upper);
+}
+
+/* Ends a fit: clamps its correspondence to a voxel beyond the range of the neighbors. Not ok either where the fitted surface is
+   further than a voxel from the origin, or turned away from n. */
+SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_end_in_box)(const SPRINGLS__W(fit) *fit,
+                                                                    const SPRINGLS__W(fit_box) *box)
+{
+    const SPRINGLS__NUM one = SPRINGLS__W(broadcast)(1.0f);
+    const SPRINGLS__NUM3 margin = SPRINGLS__W(v3_make)(one, one, one);
+    SPRINGLS__W(fit_result) result = SPRINGLS__W(fit_end)(fit);
+    SPRINGLS__NUM3 a = SPRINGLS__W(max3)(result.a, SPRINGLS__W(sub)(box->lower, margin));
+    SPRINGLS__NUM off2, facing;
+    result.a = SPRINGLS__W(min3)(a, SPRINGLS__W(add)(box->upper, margin));
+    off2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(result.point, fit->origin));
+    facing = SPRINGLS__W(dot)(result.normal, fit->n);
+    result.ok = result.ok & (off2 <= 1.0f) & (facing >= 0.3f);
+    return result;
+}
+/* -------- again: kernels_embed/language/width_simd.h -------- */
+/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
+   It has no guard because it is included before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH SPRINGLS__LANES
+#define SPRINGLS__NUM springls__vec
+#define SPRINGLS__NUM3 springls__vec3
+#define SPRINGLS__COND springls__vmask
+#define SPRINGLS__W(name) springls__vec_##name
+#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
+/* -------- again: kernels_embed/model/fit_body.h -------- */
+/* fit_body.h - the quadratic fit of fit.h, for one place and for several at once. */
+
+typedef struct SPRINGLS__W(fit) {
+    SPRINGLS__NUM3 origin, e1, e2, n; /* the tangent frame */
+    SPRINGLS__NUM3 a0;                /* correspondences are summed relative to it */
+    SPRINGLS__NUM normal_matrix[21];  /* lower triangle, row by row */
+    SPRINGLS__NUM right[24];
+    SPRINGLS__NUM count;
+} SPRINGLS__W(fit);
+
+/* Begins a fit over no particles at `origin`; n, e1, e2: an orthonormal frame. */
+SPRINGLS__W_MATHS SPRINGLS__W(fit) SPRINGLS__W(fit_begin_in)(SPRINGLS__NUM3 origin, SPRINGLS__NUM3 n, SPRINGLS__NUM3 e1,
+                                                             SPRINGLS__NUM3 a0)
+{
+    SPRINGLS__W(fit) fit;
+    int i;
+    fit.origin = origin;
+    fit.n = n;
+    fit.a0 = a0;
+    fit.e1 = e1;
+    fit.e2 = SPRINGLS__W(cross)(n, e1);
+    fit.count = SPRINGLS__W(broadcast)(0.0f);
+    for (i = 0; i < 21; i++) fit.normal_matrix[i] = SPRINGLS__W(broadcast)(0.0f);
+    for (i = 0; i < 24; i++) fit.right[i] = SPRINGLS__W(broadcast)(0.0f);
+    return fit;
+}
+
+/* A particle as an equation of the fit; weight 0: it is too far, faces elsewhere, or lies on another sheet. */
+typedef struct SPRINGLS__W(fit_equation) {
+    SPRINGLS__NUM term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;
+} SPRINGLS__W(fit_equation);
+
+SPRINGLS__W_MATHS SPRINGLS__W(fit_equation) SPRINGLS__W(fit_equation_of)(const SPRINGLS__W(fit) *fit, SPRINGLS__NUM3 p,
+                                                                         SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)
+{
+    SPRINGLS__NUM3 from_origin = SPRINGLS__W(sub)(p, fit->origin);
+    SPRINGLS__NUM3 d = SPRINGLS__W(scale)(from_origin, SPRINGLS__W(broadcast)(1.0f / SPRINGLS__FIT_RADIUS));
+    SPRINGLS__NUM r2 = SPRINGLS__W(length2)(d), h = SPRINGLS__W(dot)(d, fit->n);
+    SPRINGLS__COND within = (SPRINGLS__W(length2)(from_origin) < SPRINGLS__FIT_RADIUS * SPRINGLS__FIT_RADIUS) & (r2 < 1.0f);
+    SPRINGLS__COND counts = within & (SPRINGLS__W(fabs)(h) <= 0.4f) & (SPRINGLS__W(dot)(normal, fit->n) >= 0.4f);
+    SPRINGLS__W(fit_equation) e;
+    e.term[0] = SPRINGLS__W(broadcast)(1.0f);
+    e.term[1] = SPRINGLS__W(dot)(d, fit->e1);
+    e.term[2] = SPRINGLS__W(dot)(d, fit->e2);
+    e.term[3] = e.term[1] * e.term[1];
+    e.term[4] = e.term[1] * e.term[2];
+    e.term[5] = e.term[2] * e.term[2];
+    e.value[0] = h;
+    e.value[1] = a.x - fit->a0.x;
+    e.value[2] = a.y - fit->a0.y;
+    e.value[3] = a.z - fit->a0.z;
+    e.weight = SPRINGLS__W(select)(counts, (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f), SPRINGLS__W(broadcast)(0.0f));
+    return e;
+}
+
+/* Adds a particle with its normal and correspondence. Returns false where it is too far, faces elsewhere, or lies on another
+   sheet: weight 0 changes nothing. */
+SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(fit_add)(SPRINGLS__W(fit) *fit, SPRINGLS__NUM3 p, SPRINGLS__NUM3 normal,
+                                                      SPRINGLS__NUM3 a)
+{
+    const SPRINGLS__W(fit_equation) e = SPRINGLS__W(fit_equation_of)(fit, p, normal, a);
+    const SPRINGLS__COND counts = e.weight > 0.0f;
+    int i, j;
+    if (!SPRINGLS__W(any)(counts)) return counts;
+    for (i = 0; i < SPRINGLS__FIT_TERMS; i++) {
+        const SPRINGLS__NUM scaled = e.weight * e.term[i];
+        for (j = 0; j <= i; j++) fit->normal_matrix[i * (i + 1) / 2 + j] += scaled * e.term[j];
+        for (j = 0; j < SPRINGLS__FIT_VALUES; j++) fit->right[SPRINGLS__FIT_VALUES * i + j] += scaled * e.value[j];
+    }
+    fit->count += SPRINGLS__W(select)(counts, SPRINGLS__W(broadcast)(1.0f), SPRINGLS__W(broadcast)(0.0f));
+    return counts;
+}
+
+/* The fitted surface at the origin. */
+typedef struct SPRINGLS__W(fit_result) {
+    SPRINGLS__NUM3 point, normal, a;
+    SPRINGLS__COND ok; /* false: too few neighbors, or they lie on a line */
+} SPRINGLS__W(fit_result);
+
+/* Factors the first `terms` rows of the normal matrix by Cholesky into l, row by row; false when it is close to singular. */
+SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(fit_factor)(const SPRINGLS__W(fit) *fit, int terms, SPRINGLS__NUM l[21])
+{
+    SPRINGLS__COND ok = fit->count > 0.0f;
+    int i, j, k;
+    for (i = 0; i < terms; i++) {
+        for (j = 0; j <= i; j++) {
+            SPRINGLS__NUM sum = fit->normal_matrix[i * (i + 1) / 2 + j];
+            for (k = 0; k < j; k++) sum -= l[i * (i + 1) / 2 + k] * l[j * (j + 1) / 2 + k];
+            if (i == j) {
+                ok = ok & (sum > 1e-5f * fit->normal_matrix[0]); /* coordinates are at most 1 */
+                if (!SPRINGLS__W(any)(ok)) return ok;
+                l[i * (i + 1) / 2 + i] = SPRINGLS__W(sqrt)(sum);
+            } else {
+                l[i * (i + 1) / 2 + j] = sum / l[j * (j + 1) / 2 + j];
+            }
+        }
+    }
+    return ok;
+}
+
+/* Solves for one right-hand side, and replaces it in x by the solution. */
+SPRINGLS__W_MATHS void SPRINGLS__W(fit_substitute)(const SPRINGLS__NUM l[21], int terms, SPRINGLS__NUM x[SPRINGLS__FIT_TERMS])
+{
+    int i, k;
+    for (i = 0; i < terms; i++) {
+        SPRINGLS__NUM sum = x[i];
+        for (k = 0; k < i; k++) sum -= l[i * (i + 1) / 2 + k] * x[k];
+        x[i] = sum / l[i * (i + 1) / 2 + i];
+    }
+    for (i = terms - 1; i >= 0; i--) {
+        SPRINGLS__NUM sum = x[i];
+        for (k = i + 1; k < terms; k++) sum -= l[k * (k + 1) / 2 + i] * x[k];
+        x[i] = sum / l[i * (i + 1) / 2 + i];
+    }
+}
+
+/* The first `terms` coefficients of the height and of the three coordinates of a, and the Cholesky factor l. */
+typedef struct SPRINGLS__W(fit_solution) {
+    SPRINGLS__NUM x[SPRINGLS__FIT_VALUES][SPRINGLS__FIT_TERMS], l[21];
+    int terms;
+    SPRINGLS__COND ok; /* false: there are none */
+} SPRINGLS__W(fit_solution);
+
+SPRINGLS__W_MATHS SPRINGLS__W(fit_solution) SPRINGLS__W(fit_coefficients)(const SPRINGLS__W(fit) *fit, int terms)
+{
+    SPRINGLS__W(fit_solution) s;
+    int i, v;
+    s.ok = SPRINGLS__W(fit_factor)(fit, terms, s.l);
+    s.terms = SPRINGLS__W(any)(s.ok) ? terms : 0;
+    for (v = 0; v < SPRINGLS__FIT_VALUES; v++) {
+        for (i = 0; i < SPRINGLS__FIT_TERMS; i++)
+            s.x[v][i] = i < s.terms ? fit->right[SPRINGLS__FIT_VALUES * i + v] : SPRINGLS__W(broadcast)(0.0f);
+        SPRINGLS__W(fit_substitute)(s.l, s.terms, s.x[v]);
+    }
+    return s;
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(select3)(SPRINGLS__COND where, SPRINGLS__NUM3 yes, SPRINGLS__NUM3 no)
+{
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(where, yes.x, no.x), SPRINGLS__W(select)(where, yes.y, no.y),
+                                SPRINGLS__W(select)(where, yes.z, no.z));
+}
+
+/* Replaces the result by that of the first `terms` coefficients where it is not ok, at least so many neighbors count, and the
+   matrix is not close to singular. */
+SPRINGLS__W_MATHS void SPRINGLS__W(fit_solve)(const SPRINGLS__W(fit) *fit, int terms, float neighbors,
+                                              SPRINGLS__W(fit_result) *result)
+{
+    const SPRINGLS__COND due = SPRINGLS__W(select)(result->ok, SPRINGLS__W(broadcast)(0.0f), fit->count) >= neighbors;
+    SPRINGLS__W(fit_solution) s;
+    SPRINGLS__NUM3 normal;
+    SPRINGLS__COND good;
+    if (!SPRINGLS__W(any)(due)) return;
+    s = SPRINGLS__W(fit_coefficients)(fit, terms);
+    good = due & s.ok;
+    normal = SPRINGLS__W(sub)(SPRINGLS__W(sub)(fit->n, SPRINGLS__W(scale)(fit->e1, s.x[0][1])),
+                              SPRINGLS__W(scale)(fit->e2, s.x[0][2]));
+    result->point = SPRINGLS__W(select3)(good, SPRINGLS__W(mad)(fit->origin, fit->n, s.x[0][0] * SPRINGLS__FIT_RADIUS),
+                                         result->point);
+    result->normal = SPRINGLS__W(select3)(good, SPRINGLS__W(normalize)(normal), result->normal);
+    result->a = SPRINGLS__W(select3)(good, SPRINGLS__W(add)(fit->a0, SPRINGLS__W(v3_make)(s.x[1][0], s.x[2][0], s.x[3][0])),
+                                     result->a);
+    result->ok = result->ok | good;
+}
+
+/* Solves for a quadratic with ten neighbors or more, for a plane with four or more and where the quadratic is close to singular;
+   not ok with fewer. */
+SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_highest)(const SPRINGLS__W(fit) *fit)
+{
+    SPRINGLS__W(fit_result) result;
+    result.ok = fit->count < 0.0f;
+    result.point = fit->origin;
+    result.normal = fit->n;
+    result.a = fit->a0;
+    SPRINGLS__W(fit_solve)(fit, 6, 10.0f, &result);
+    SPRINGLS__W(fit_solve)(fit, 3, 4.0f, &result);
+    return result;
+}
+
+/* Solves the fit, but keeps the place where all neighbors lie to one side, at the rim of a wide hole: the height is unreliable
+   there. */
+SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_end)(const SPRINGLS__W(fit) *fit)
+{
+    SPRINGLS__W(fit_result) result = SPRINGLS__W(fit_highest)(fit);
+    SPRINGLS__NUM u = fit->normal_matrix[1], v = fit->normal_matrix[3], w = 0.6f * fit->normal_matrix[0];
+    SPRINGLS__COND to_one_side = u * u + v * v > w * w;
+    result.point = SPRINGLS__W(select3)(to_one_side, fit->origin, result.point);
+    result.normal = SPRINGLS__W(select3)(to_one_side, fit->n, result.normal);
+    return result;
+}
+
+/* The box of the correspondences that a fit has taken. */
+typedef struct SPRINGLS__W(fit_box) { SPRINGLS__NUM3 lower, upper; } SPRINGLS__W(fit_box);
+
+SPRINGLS__W_MATHS SPRINGLS__W(fit_box) SPRINGLS__W(fit_box_begin)(void)
+{
+    const SPRINGLS__NUM high = SPRINGLS__W(broadcast)(FLT_MAX), low = SPRINGLS__W(broadcast)(-FLT_MAX);
+    SPRINGLS__W(fit_box) box;
+    box.lower = SPRINGLS__W(v3_make)(high, high, high);
+    box.upper = SPRINGLS__W(v3_make)(low, low, low);
+    return box;
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(min3)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)
+{
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(min)(a.x, b.x), SPRINGLS__W(min)(a.y, b.y), SPRINGLS__W(min)(a.z, b.z));
+}
+
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(max3)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)
+{
+    return SPRINGLS__W(v3_make)(SPRINGLS__W(max)(a.x, b.x), SPRINGLS__W(max)(a.y, b.y), SPRINGLS__W(max)(a.z, b.z));
+}
+
+/* Adds a particle with its normal and correspondence to a fit and its box, where it counts. */
+SPRINGLS__W_MATHS void SPRINGLS__W(fit_add_in_box)(SPRINGLS__W(fit) *fit, SPRINGLS__W(fit_box) *box, SPRINGLS__NUM3 p,
+                                                   SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)
+{
+    const SPRINGLS__COND counts = SPRINGLS__W(fit_add)(fit, p, normal, a);
+    if (!SPRINGLS__W(any)(counts)) return;
+    box->lower = SPRINGLS__W(select3)(counts, SPRINGLS__W(min3)(box->lower, a), box->lower);
+    box->upper = SPRINGLS__W(select3)(counts, SPRINGLS__W(max3)(box->upper, a), box->upper);
+}
+
+/* Ends a fit: clamps its correspondence to a voxel beyond the range of the neighbors. Not ok either where the fitted surface is
+   further than a voxel from the origin, or turned away from n. */
+SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_end_in_box)(const SPRINGLS__W(fit) *fit,
+                                                                    const SPRINGLS__W(fit_box) *box)
+{
+    const SPRINGLS__NUM one = SPRINGLS__W(broadcast)(1.0f);
+    const SPRINGLS__NUM3 margin = SPRINGLS__W(v3_make)(one, one, one);
+    SPRINGLS__W(fit_result) result = SPRINGLS__W(fit_end)(fit);
+    SPRINGLS__NUM3 a = SPRINGLS__W(max3)(result.a, SPRINGLS__W(sub)(box->lower, margin));
+    SPRINGLS__NUM off2, facing;
+    result.a = SPRINGLS__W(min3)(a, SPRINGLS__W(add)(box->upper, margin));
+    off2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(result.point, fit->origin));
+    facing = SPRINGLS__W(dot)(result.normal, fit->n);
+    result.ok = result.ok & (off2 <= 1.0f) & (facing >= 0.3f);
+    return result;
+}
+/* -------- back in kernels_embed/model/fit.h -------- */
+
+SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls__v3 n, springls__v3 a0)
+{
+    return springls__fit_begin_in(origin, n, springls__any_tangent(n), a0);
+}
+
+/* Returns how many terms a number of neighbors is enough for: a quadratic's with ten or more, a plane's with four or more. */
+SPRINGLS__MATHS int springls__fit_terms(float count) { return count >= 10.0f ? 6 : count >= 4.0f ? 3 : 0; }
 
 /* ======== >>error_estimates:kernel  (kernels_embed/model/error_estimates.h) ==================================== */
 /* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes
@@ -4434,7 +4905,7 @@ SPRINGLS__MATHS float springls__error_at_birth(const springls__model *model, spr
     sums = springls__sum_residuals(model, &span, known);
     for (i = 0; i < SPRINGLS__FIT_TERMS; i++) unit[i] = i == 0 ? 1.0f : 0.0f;
     springls__fit_substitute(span.solution.l, span.solution.terms, unit);
-    spare = springls__imax(span.fit.count - span.solution.terms, 1);
+    spare = springls__imax((int)span.fit.count - span.solution.terms, 1);
     variance = standard_errors * standard_errors * unit[0] / (float)spare;
     thinner = SPRINGLS__FIT_RADIUS / (span.original_length[0] * span.original_length[1]);
     height = span.solution.x[0][0] * thinner;
@@ -5390,6 +5861,24 @@ typedef struct springls__attribute {
 /* The largest of some floats, at least 0, and how many are more than a limit. */
 typedef struct springls__largest { float value; int more; } springls__largest;
 
+/* Numbers that stages find on a device and read later, several in one reading (springls__count_later in launch.h). */
+typedef enum springls__late_count {
+    SPRINGLS__COUNT_NOW, /* read at once */
+    SPRINGLS__COUNT_LARGEST,
+    SPRINGLS__COUNT_ABOVE_LIMIT,
+    SPRINGLS__COUNT_DISPLACEMENT,
+    SPRINGLS__COUNT_DISPLACED,
+    SPRINGLS__COUNT_OPPOSED,
+    SPRINGLS__COUNT_OPPOSED_ASLEEP,
+    SPRINGLS__COUNT_RESHAPED,
+    SPRINGLS__COUNT_LEFT,
+    SPRINGLS__COUNT_SPLITS,
+    SPRINGLS__COUNT_LATE
+} springls__late_count;
+
+/* Places in the device array COUNTS: the first are those of collectives at work, the others those of late counts. */
+enum { SPRINGLS__OWN_COUNTS = 4, SPRINGLS__COUNTS = SPRINGLS__OWN_COUNTS + SPRINGLS__COUNT_LATE };
+
 /* A device where kernels run instead of the host (springls_cl.h). A function that fails stores the reason in ctx->error and does
    not log it: springls__fall_back_to_host does. */
 struct springls_backend {
@@ -5406,10 +5895,12 @@ struct springls_backend {
     size_t user_bytes; /* of `user` that the text reads */
     springls_status (*run)(springls_context *ctx, int kernel, int count, springls__arguments args);
     /* Collectives: each does what the host function does that calls it. After SPRINGLS_DEVICE_FAILED the host repeats it, unless
-       ctx->lost; other failures come from springls__fail. */
-    springls_status (*count_of)(springls_context *ctx, springls__array array, int count, uint8_t value, int *found);
-    springls_status (*largest)(springls_context *ctx, springls__array array, int count, float limit, springls__largest *found);
-    springls_status (*scan)(springls_context *ctx, springls__array array, int count, int *total);
+       ctx->lost; other failures come from springls__fail. The first three wait for nothing: what they find is left in the
+       device array COUNTS, from `place` on. */
+    springls_status (*count_of)(springls_context *ctx, springls__array array, int count, uint8_t value, int place);
+    springls_status (*largest)(springls_context *ctx, springls__array array, int count, float limit, int place);
+    springls_status (*scan)(springls_context *ctx, springls__array array, int count, int place);
+    springls_status (*read_counts)(springls_context *ctx); /* waits; ends with springls__take_counts */
     springls_status (*constellation_compact)(springls_context *ctx);
     springls_status (*cell_list_build)(springls_context *ctx);
     springls_status (*cell_list_cover_around)(springls_context *ctx);
@@ -5476,8 +5967,9 @@ typedef struct springls__motion {
 /* The level set as the steps have left it, while phi has followed the springls for a reader (follow.h). */
 typedef struct springls__saved_level_set {
     springls__buffer memory; /* SPRINGLS__SAVED_BITS, one after the other                                       */
+    springls__table table;
     int active_count, free_count, slot_count, some_asleep;
-    float lag;
+    float lag, away;
     bool opposed, in_use;
 } springls__saved_level_set;
 
@@ -5533,6 +6025,7 @@ struct springls_context {
     springls__surface original;
     uint64_t reference_stamp; /* of the reference level set and the original surface (snapshot.h); 0: not known  */
     springls__surface springl_surface; /* the triangles of the springls, for queries                             */
+    springls__buffer bvh_memory; /* working memory of bvh.h                                                      */
     springls__attribute attributes[SPRINGLS_MAX_ATTRIBUTES]; /* those behind the last keep their memory          */
     int attribute_count;
     springls__buffer attribute_memory[SPRINGLS__ATTRIBUTE_BUFFERS]; /* working memory of stages/inherit.h        */
@@ -5552,12 +6045,15 @@ struct springls_context {
     bool lost;              /* the model could not be copied from the device: all work stops until the report    */
     springls_sampled_field on_device_field[2]; /* pressure and velocity, as last copied to the device            */
     bool on_device;         /* kernels run on the backend: true in stages, false in inputs and queries           */
+    uint32_t late_count[SPRINGLS__COUNT_LATE]; /* that have been read, or found on the host (launch.h)          */
+    uint32_t late_unread;   /* a bit for each that the device has found and the host has not read               */
     int calls;              /* depth of the stages and steps at work, one inside the other                       */
     springls_stats stats;
     double time;
     int iteration;          /* k of Algorithm 2                                                                 */
     float lag;              /* voxels that springls have moved at most, in lazy steps, since phi last followed; FLT_MAX:
                                they have been moved otherwise, and phi follows in the next step                 */
+    float away;             /* voxels: no particle is further from its synced_position; FLT_MAX: not known      */
     bool opposed;           /* the model may have thin sheets or gaps, whose sides are near one voxel           */
     springls__saved_level_set saved;
     springls__work work;
@@ -5753,6 +6249,8 @@ SPRINGLS__FN size_t springls__used(const springls_context *ctx, springls__array 
     size_t all = ctx->memory[array].bytes / springls__element_size(array), used = all;
     if (springls__has_array(SPRINGLS__SET_BITS | SPRINGLS__SEARCH_BITS, (int)array)) used = (size_t)m->set.count;
     else if (springls__has_array(SPRINGLS__SLOT_BITS, (int)array)) used = (size_t)m->grid.slot_count;
+    else if (array == SPRINGLS__ARRAY_TOP) used = springls__entry_count(&m->grid);
+    else if (array == SPRINGLS__ARRAY_REFERENCE_TOP) used = springls__entry_count(&m->reference);
     return used < all ? used : all;
 }
 
@@ -5765,6 +6263,15 @@ SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls_
     if (to_host) buffer->host_stale = false;
     else buffer->device_stale = false;
     return SPRINGLS_OK;
+}
+
+/* Takes the late counts that have not been read from a copy of the array COUNTS. */
+SPRINGLS__FN void springls__take_counts(springls_context *ctx, const uint32_t *counts)
+{
+    int i;
+    for (i = 0; i < SPRINGLS__COUNT_LATE; i++)
+        if (ctx->late_unread >> i & 1u) ctx->late_count[i] = counts[SPRINGLS__OWN_COUNTS + i];
+    ctx->late_unread = 0;
 }
 
 /* Leaves the backend after a failure, whose reason is in ctx->error: copies to the host what is only on the device, so that the
@@ -5780,6 +6287,8 @@ SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
         if (buffer->device) ctx->backend->release(ctx, buffer);
         buffer->host_stale = buffer->device_stale = false;
     }
+    if (ctx->late_unread && !ctx->lost) springls__take_counts(ctx, ctx->model.work.counts);
+    ctx->late_unread = 0;
     ctx->backend = NULL;
     ctx->on_device = false;
     ctx->backend_status = springls__fail(ctx, SPRINGLS_DEVICE_FAILED, "%.180s; going on without the device%s", error,
@@ -5990,23 +6499,31 @@ SPRINGLS__MATHS int springls__across_gap(springls__v3 d, springls__v3 n, springl
     return springls__dot(n, m) < SPRINGLS__FACING_AGAINST && springls__dot(d, n) > -touching && springls__dot(d, m) < touching;
 }
 
+/* Returns how far a triangle may be that could be nearer than the one at squared distance best2, or as near: more by all rounding
+   errors, at most `radius`. */
+SPRINGLS__MATHS float springls__nearest_limit(float best2, float radius)
+{
+    return springls__min(springls__sqrt(best2) + 1e-3f, radius);
+}
+
 /* Returns the springl whose triangle is closest to x, within `radius`, of those that do not face away from n (0: of all); -1 if
    there is none. */
 SPRINGLS__MATHS int springls__nearest_springl_facing(const springls__model *model, springls__v3 x, springls__v3 n, float radius)
 {
     springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
-    float best = radius * radius;
+    float best = radius * radius, limit = radius;
     int i, nearest = -1;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
         springls__tri_plan plan;
-        float d2, within = radius + s->bounding_radius;
+        float d2, within = limit + s->bounding_radius;
         if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
         plan = springls__tri_plan_make(springls__springl_tri(*s));
         if (springls__dot(plan.n, n) < 0.0f) continue;
         d2 = springls__tri_distance2(&plan, x);
         if (d2 < best || (d2 == best && i < nearest)) {
             best = d2;
+            limit = springls__nearest_limit(best, radius);
             nearest = i;
         }
     }
@@ -7382,8 +7899,8 @@ SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_s
     int i;
     for (i = 0; i < samples->count; i++)
         if (side_of[i] == side) springls__fit_add(&fit, samples->p[i], samples->n[i], samples->a[i]);
-    result = springls__fit_highest(fit);
-    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, n) < 0.7f) result.ok = 0;
+    result = springls__fit_highest(&fit);
+    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, n) < 0.7f) result.ok = false;
     return result;
 }
 
@@ -7395,7 +7912,7 @@ SPRINGLS__MATHS int springls__fit_sides(const springls__sample_set *samples, spr
     for (i = 0; i < samples->count; i++) side_of[i] = samples->id[i] == self ? -1 : springls__side_of(sides, samples->n[i]);
     for (side = 0; side < sides.count; side++) {
         fit[side] = springls__fit_side(samples, side_of, side, sides.normal[side], x, a0);
-        good += fit[side].ok != 0;
+        good += fit[side].ok;
     }
     return good;
 }
@@ -7437,7 +7954,7 @@ SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__sample_se
         float beyond;
         if (side == best || !fit[side].ok) continue;
         convex = springls__is_convex(sides.middle[best], sides.normal[best], sides.middle[side], sides.normal[side]);
-        if (!(kinds & (convex ? SPRINGLS__CONVEX : SPRINGLS__CONCAVE))) result.ok = 0;
+        if (!(kinds & (convex ? SPRINGLS__CONVEX : SPRINGLS__CONCAVE))) result.ok = false;
         beyond = springls__dot(springls__sub(result.point, fit[side].point), fit[side].normal);
         if ((beyond > 0.0f) == (convex != 0)) result.point = springls__mad(result.point, fit[side].normal, -beyond);
     }
@@ -7458,7 +7975,7 @@ SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, sprin
     sides = springls__sample_set_sides(&samples, SPRINGLS__NARROW, false);
     if (sides.count < 2) return false;
     *result = springls__side_at(&samples, sides, x, n, a0, -1, SPRINGLS__CONVEX | SPRINGLS__CONCAVE, 2);
-    return result->ok != 0;
+    return result->ok;
 }
 
 /* Returns the mean distance of x over one side, and the middle of that side. */
@@ -7699,28 +8216,18 @@ SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *mod
 {
     const float r = SPRINGLS__FIT_RADIUS;
     springls__fit fit = springls__fit_begin(x, n, a0);
+    springls__fit_box box = springls__fit_box_begin();
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
     springls__fit_result result;
-    springls__v3 lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX), upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
     int other;
     if (model->params.keep_edges && springls__place_at_edge(model, x, n, a0, known, &result)) return result;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
-        springls__v3 a = model->set.a[other];
         if (other >= known || springls__length2(springls__sub(o->p, x)) >= r * r) continue;
         if (springls__of_two_contact_bodies(model, of, other)) continue;
-        if (!springls__fit_add(&fit, o->p, springls__springl_normal(*o), a)) continue;
-        lower = springls__v3_make(springls__min(lower.x, a.x), springls__min(lower.y, a.y), springls__min(lower.z, a.z));
-        upper = springls__v3_make(springls__max(upper.x, a.x), springls__max(upper.y, a.y), springls__max(upper.z, a.z));
+        springls__fit_add_in_box(&fit, &box, o->p, springls__springl_normal(*o), model->set.a[other]);
     }
-    result = springls__fit_end(fit);
-    if (!result.ok) return result;
-    /* clamp to a voxel beyond the range of the neighbors, and beyond the tangent plane */
-    result.a = springls__v3_make(springls__clamp(result.a.x, lower.x - 1.0f, upper.x + 1.0f),
-                                 springls__clamp(result.a.y, lower.y - 1.0f, upper.y + 1.0f),
-                                 springls__clamp(result.a.z, lower.z - 1.0f, upper.z + 1.0f));
-    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, n) < 0.3f) result.ok = 0;
-    return result;
+    return springls__fit_end_in_box(&fit, &box);
 }
 
 SPRINGLS__MATHS void springls__track_element(const springls__model *model, springls__arguments args, int i)
@@ -8607,7 +9114,7 @@ SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *m
             a = fit.a;
         }
     }
-    model->set.s[n] = s;
+    model->set.s[n] = springls__springl_finished(s);
     model->set.a[n] = springls__project_on_original(model, a);
     model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);
     model->set.synced_position[n] = s.p;
@@ -9048,6 +9555,9 @@ SPRINGLS__MATHS bool springls__projects_row(const springls__model *model, bool s
     return false;
 }
 
+/* What has_opposed has of a brick that is asleep, in which nothing is found. */
+#define SPRINGLS__OPPOSED_ASLEEP 2
+
 /* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry
    springls carry phi along. Finds too whether springls that face against each other are near one voxel: a thin sheet or gap. */
 SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__arguments args, int i,
@@ -9065,7 +9575,10 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     int row, v, o[3];
     tile.value = memory + SPRINGLS__SUMS_FLOATS;
     springls__slot_origin(g, g->active[i], o);
-    if (model->group.item == 0) *side_unknown = *opposed = 0;
+    if (model->group.item == 0) {
+        *side_unknown = 0;
+        *opposed = springls__keeps_phi(model, i) ? SPRINGLS__OPPOSED_ASLEEP : 0;
+    }
     if (springls__keeps_phi(model, i)) return;
     SPRINGLS__BARRIER; /* both are cleared before an item sets one */
     near_by = springls__near_brick(model, o);
@@ -9564,12 +10077,14 @@ SPRINGLS__MATHS void springls__part_begin(springls__part *part, const int at[3])
     springls__part_add(part, at);
 }
 
-/* Finds the part of its side that a voxel is of, through faces; returns false when it has more than `largest` voxels. */
-SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const int at[3], int largest, springls__part *part)
+/* Adds all voxels of the side of its first one that a part of one voxel reaches through faces; returns false when it has more than
+   `largest`. */
+SPRINGLS__MATHS bool springls__part_grow(const springls__grid *g, int largest, springls__part *part)
 {
-    bool inside = springls__phi_of(g, at) < 0.0f;
+    bool inside;
     int i, d, from[3], to[3];
-    springls__part_begin(part, at);
+    springls__part_place(part, 0, from);
+    inside = springls__phi_of(g, from) < 0.0f;
     for (i = 0; i < part->count; i++)
         for (d = 0; d < 6; d++) {
             springls__part_place(part, i, from);
@@ -9578,6 +10093,29 @@ SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const in
             if (!springls__part_add(part, to) || part->count > largest) return false;
         }
     return true;
+}
+
+/* Finds the part of its side that a voxel is of; returns false when it has more than `largest` voxels. */
+SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const int at[3], int largest, springls__part *part)
+{
+    springls__part_begin(part, at);
+    return springls__part_grow(g, largest, part);
+}
+
+/* Returns true when voxel `at`, outside, is the only way out of a small part of the outside. */
+SPRINGLS__MATHS bool springls__is_mouth(const springls__grid *g, const int at[3])
+{
+    springls__part part;
+    int d, to[3], word;
+    uint32_t bit;
+    for (d = 0; d < 6; d++) {
+        springls__neighbor_voxel(at, d, to);
+        if (springls__phi_of(g, to) < 0.0f) continue;
+        springls__part_begin(&part, to);
+        if (springls__part_bit(&part, at, &word, &bit)) part.found[word] |= bit; /* closed: it is not passed through */
+        if (springls__part_grow(g, SPRINGLS__LARGEST_SPECK, &part)) return true;
+    }
+    return false;
 }
 
 /* ---- joining ---- */
@@ -9758,7 +10296,8 @@ SPRINGLS__MATHS bool springls__is_puncture(const springls__grid *g, const int at
     return springls__punctures(phi, springls__inside_mask(g, g->phi, at[0], at[1], at[2]));
 }
 
-/* Returns true when a puncture is to be filled: none around is nearer to the surface, so that each is filled once. */
+/* Returns true when a puncture is to be filled: none around is nearer to the surface, so that each is filled once, and no bubble
+   is left behind it. */
 SPRINGLS__MATHS bool springls__fills_puncture(const springls__grid *g, const int at[3])
 {
     springls__joint here, there;
@@ -9773,7 +10312,7 @@ SPRINGLS__MATHS bool springls__fills_puncture(const springls__grid *g, const int
         there.phi = springls__phi_of(g, there.at);
         if (springls__better_joint(there, here) && springls__is_puncture(g, there.at)) return false;
     }
-    return true;
+    return !springls__is_mouth(g, at);
 }
 
 /* ---- removal ---- */
@@ -10022,7 +10561,7 @@ SPRINGLS__MATHS void springls__omega_forget_element(const springls__model *model
 #define SPRINGLS__BLOCKED 1
 #define SPRINGLS__BACKGROUND 2
 
-/* Finds whether brick i of the top table is blocked: a voxel of it is closer than SHELL to a springl. */
+/* Finds whether the brick of entry i is blocked: a voxel of it is closer than SHELL to a springl. */
 SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__arguments args, int i,
                                                    SPRINGLS__LOCAL float *nearest)
 {
@@ -10042,53 +10581,53 @@ SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model,
         springls__brick_state(model)[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
 }
 
-/* Makes a block of step^3 bricks background; false when one of them is blocked. */
-SPRINGLS__MATHS bool springls__take_block(const springls__grid *g, SPRINGLS__GLOBAL uint8_t *state, const int at[3], int step)
+/* Makes a block of step^3 entries background; false when one of them is blocked. */
+SPRINGLS__MATHS bool springls__take_block(const springls__table *t, SPRINGLS__GLOBAL uint8_t *state, const int at[3], int step)
 {
     int hi[3], x, y, z, axis;
-    for (axis = 0; axis < 3; axis++) hi[axis] = springls__imin(at[axis] + step, g->bricks[axis]);
+    for (axis = 0; axis < 3; axis++) hi[axis] = springls__imin(at[axis] + step, t->bricks[axis]);
     for (z = at[2]; z < hi[2]; z++)
         for (y = at[1]; y < hi[1]; y++)
             for (x = at[0]; x < hi[0]; x++)
-                if (state[x + g->bricks[0] * (y + g->bricks[1] * z)] == SPRINGLS__BLOCKED) return false;
+                if (state[x + t->bricks[0] * (y + t->bricks[1] * z)] == SPRINGLS__BLOCKED) return false;
     for (z = at[2]; z < hi[2]; z++)
         for (y = at[1]; y < hi[1]; y++)
-            for (x = at[0]; x < hi[0]; x++) state[x + g->bricks[0] * (y + g->bricks[1] * z)] = SPRINGLS__BACKGROUND;
+            for (x = at[0]; x < hi[0]; x++) state[x + t->bricks[0] * (y + t->bricks[1] * z)] = SPRINGLS__BACKGROUND;
     return true;
 }
 
-/* Returns how many lines along an axis there are, of blocks of step^3 bricks. */
-SPRINGLS__MATHS int springls__lines_along(const springls__grid *g, int axis, int step)
+/* Returns how many lines along an axis there are, of blocks of step^3 entries. */
+SPRINGLS__MATHS int springls__lines_along(const springls__table *t, int axis, int step)
 {
-    return (g->bricks[(axis + 1) % 3] + step - 1) / step * ((g->bricks[(axis + 2) % 3] + step - 1) / step);
+    return (t->bricks[(axis + 1) % 3] + step - 1) / step * ((t->bricks[(axis + 2) % 3] + step - 1) / step);
 }
 
-/* Grows the background along line i of blocks, forwards and backwards; beyond the border is background. A block is uniform, so
-   one of its bricks stands for it. Notes whether the line has grown. Lines do not read each other, so growth ends in the same
+/* Grows the background along line i of blocks, forwards and backwards; beyond the top table is background. A block is uniform, so
+   one of its entries stands for it. Notes whether the line has grown. Lines do not read each other, so growth ends in the same
    state in any order. */
 SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, springls__arguments args, int i)
 {
-    const springls__grid *g = &model->grid;
+    const springls__table *t = &model->grid.table;
     SPRINGLS__GLOBAL uint8_t *state = springls__brick_state(model);
     const int axis = args.grow_line.axis, step = args.grow_line.step, b = (axis + 1) % 3, c = (axis + 2) % 3;
-    const int across = (g->bricks[b] + step - 1) / step, along = (g->bricks[axis] + step - 1) / step;
+    const int across = (t->bricks[b] + step - 1) / step, along = (t->bricks[axis] + step - 1) / step;
     int at[3], k;
     bool at_border, before = true, grew = false;
     at[b] = i % across * step;
     at[c] = i / across * step;
-    at_border = at[b] == 0 || at[c] == 0 || at[b] + step >= g->bricks[b] || at[c] + step >= g->bricks[c];
+    at_border = at[b] == 0 || at[c] == 0 || at[b] + step >= t->bricks[b] || at[c] + step >= t->bricks[c];
     for (k = 0; k < 2 * along; k++) {
         bool background;
         if (k == along) before = true;
         at[axis] = (k < along ? k : 2 * along - 1 - k) * step;
-        background = state[at[0] + g->bricks[0] * (at[1] + g->bricks[1] * at[2])] == SPRINGLS__BACKGROUND;
-        if (!background && (before || at_border) && springls__take_block(g, state, at, step)) background = grew = true;
+        background = state[at[0] + t->bricks[0] * (at[1] + t->bricks[1] * at[2])] == SPRINGLS__BACKGROUND;
+        if (!background && (before || at_border) && springls__take_block(t, state, at, step)) background = grew = true;
         before = background;
     }
     springls__has_grown(model)[args.grow_line.first_flag + i] = grew;
 }
 
-/* Sets the side of brick i from its state: a constant brick is outside or inside, in an active one phi is 1 (background) or
+/* Sets the side of the brick of entry i from its state: a constant brick is outside or inside, in an active one phi is 1 (background) or
    -1. */
 SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__arguments args, int i,
                                                   SPRINGLS__LOCAL float *memory)
@@ -10107,7 +10646,7 @@ SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, 
 
 SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int y, int z)
 {
-    return !springls__grid_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;
+    return !springls__table_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;
 }
 
 /* Returns true when the background is beside a block of b^3 voxels. */
@@ -10336,8 +10875,8 @@ SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_of_rows(const spr
     return springls__row_triangles(model) + (size_t)i * SPRINGLS__CUBE_ROWS;
 }
 
-/* The cube that a vertex belongs to, its brick, and the edge that carries the vertex there. */
-typedef struct springls__vertex_owner { int cube[3], brick, edge; } springls__vertex_owner;
+/* The cube that a vertex belongs to, the entry of its brick, and the edge that carries the vertex there. */
+typedef struct springls__vertex_owner { int cube[3], entry, edge; } springls__vertex_owner;
 
 /* Finds the owner of the vertex on an edge of the cube whose corner 0 is voxel (x, y, z): of the four cubes around the edge the
    first in the brick of the lowest number. Cubes that begin before the domain belong to the bricks at its border. */
@@ -10352,14 +10891,14 @@ SPRINGLS__MATHS springls__vertex_owner springls__owner_of(const springls__grid *
     at_b = at[b] + (edge & 1);
     at_c = at[c] + (edge >> 1 & 1);
     owner.cube[axis] = at[axis];
-    owner.brick = -1;
+    owner.entry = -1;
     for (k = 3; k >= 0; k--) {
-        int brick;
+        int entry;
         at[b] = at_b - (k & 1);
         at[c] = at_c - (k >> 1);
-        brick = springls__brick_at(g, springls__imax(at[0], 0), springls__imax(at[1], 0), springls__imax(at[2], 0));
-        if ((owner.brick >= 0 && brick >= owner.brick) || g->top[brick] < SPRINGLS__FIRST_SLOT) continue;
-        owner.brick = brick;
+        entry = springls__entry_at(g, springls__imax(at[0], 0), springls__imax(at[1], 0), springls__imax(at[2], 0));
+        if ((owner.entry >= 0 && entry >= owner.entry) || g->top[entry] < SPRINGLS__FIRST_SLOT) continue;
+        owner.entry = entry;
         owner.edge = 4 * axis + k;
         owner.cube[b] = at[b];
         owner.cube[c] = at[c];
@@ -10479,7 +11018,7 @@ SPRINGLS__MATHS void springls__surface_count_element(const springls__model *mode
 SPRINGLS__MATHS int springls__vertex_elsewhere(const springls__model *model, int x, int y, int z, int edge)
 {
     springls__vertex_owner owner = springls__owner_of(&model->grid, x, y, z, edge);
-    int i = springls__surface_rank(model)[model->grid.top[owner.brick]], axis, k, other, number;
+    int i = springls__surface_rank(model)[model->grid.top[owner.entry]], axis, k, other, number;
     uint32_t seen = 0u;
     springls__cube cube;
     for (axis = 0; axis < 3; axis++) owner.cube[axis] -= springls__imax(owner.cube[axis], 0) & ~7;
@@ -10868,47 +11407,102 @@ SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, 
 
 enum { SPRINGLS__CHUNKS = 1024 }; /* parts of an array that a device adds up by themselves, at most */
 
-/* Makes room for what a device counts and adds up: else the two functions below would fall back to the host for want of memory. */
+/* Makes room for what a device counts and adds up: else the functions below would fall back to the host for want of memory. */
 SPRINGLS__FN springls_status springls__reserve_counts(springls_context *ctx)
 {
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_COUNTS, 16, 0));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_COUNTS, SPRINGLS__COUNTS, 0));
     return springls__grow(ctx, SPRINGLS__ARRAY_SUMS, 3 * SPRINGLS__CHUNKS, 0);
+}
+
+/* ---- counts: a device leaves them in its memory until the host reads all of them at once (springls__late_count) ---- */
+
+/* Makes `number` late counts from `late` on 0. */
+SPRINGLS__FN void springls__clear_late(springls_context *ctx, springls__late_count late, int number)
+{
+    memset(ctx->late_count + late, 0, (size_t)number * sizeof *ctx->late_count);
+    ctx->late_unread &= ~(((1u << number) - 1u) << late);
+}
+
+/* Notes that the device has found so many late counts. */
+SPRINGLS__FN void springls__left_on_device(springls_context *ctx, springls__late_count late, int number)
+{
+    ctx->late_unread |= ((1u << number) - 1u) << late;
+}
+
+/* Returns a number that a function below has left. Waits for the device, unless it has been read since. */
+SPRINGLS__FN uint32_t springls__count_found(springls_context *ctx, springls__late_count late)
+{
+    if ((ctx->late_unread >> late & 1u) && ctx->backend->read_counts(ctx) != SPRINGLS_OK) springls__fall_back_to_host(ctx);
+    return ctx->late_count[late];
+}
+
+/* Counts how many of the first `count` bytes of an array are `value`, for springls__count_found. */
+SPRINGLS__FN void springls__count_later(springls_context *ctx, springls__late_count late, springls__array array, int count,
+                                        uint8_t value)
+{
+    const uint8_t *flags;
+    int i;
+    springls__clear_late(ctx, late, 1);
+    if (count <= 0) return;
+    if (ctx->on_device) {
+        if (ctx->backend->count_of(ctx, array, count, value, SPRINGLS__OWN_COUNTS + (int)late) == SPRINGLS_OK) {
+            springls__left_on_device(ctx, late, 1);
+            return;
+        }
+        springls__fall_back_to_host(ctx);
+    }
+    if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return;
+    flags = (const uint8_t *)ctx->memory[array].data;
+    for (i = 0; i < count; i++) ctx->late_count[late] += flags[i] == value;
 }
 
 /* Returns how many of the first `count` bytes of an array are `value`. */
 SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array, int count, uint8_t value)
 {
-    const uint8_t *flags;
-    int i, n = 0;
+    springls__count_later(ctx, SPRINGLS__COUNT_NOW, array, count, value);
+    return (int)springls__count_found(ctx, SPRINGLS__COUNT_NOW);
+}
+
+/* Finds the largest of the first `count` floats of an array, and how many are more than the limit, for springls__largest_found:
+   late counts number `late` and `late` + 1. */
+SPRINGLS__FN void springls__largest_later(springls_context *ctx, springls__late_count late, springls__array array, int count,
+                                          float limit)
+{
+    const float *values;
+    float largest = 0.0f;
+    int i;
+    springls__clear_late(ctx, late, 2); /* the bits of 0.0f are 0 */
+    if (count <= 0) return;
     if (ctx->on_device) {
-        if (ctx->backend->count_of(ctx, array, count, value, &n) == SPRINGLS_OK) return n;
+        if (ctx->backend->largest(ctx, array, count, limit, SPRINGLS__OWN_COUNTS + (int)late) == SPRINGLS_OK) {
+            springls__left_on_device(ctx, late, 2);
+            return;
+        }
         springls__fall_back_to_host(ctx);
     }
-    if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return 0;
-    flags = (const uint8_t *)ctx->memory[array].data;
-    for (i = 0; i < count; i++) n += flags[i] == value;
-    return n;
+    if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return;
+    values = (const float *)ctx->memory[array].data;
+    for (i = 0; i < count; i++) {
+        largest = springls__max(largest, values[i]);
+        ctx->late_count[late + 1] += values[i] > limit;
+    }
+    memcpy(&ctx->late_count[late], &largest, sizeof largest);
+}
+
+SPRINGLS__FN springls__largest springls__largest_found(springls_context *ctx, springls__late_count late)
+{
+    uint32_t bits = springls__count_found(ctx, late);
+    springls__largest found;
+    memcpy(&found.value, &bits, sizeof found.value);
+    found.more = (int)ctx->late_count[late + 1];
+    return found;
 }
 
 /* Finds the largest of the first `count` floats of an array, and how many are more than the limit. */
 SPRINGLS__FN springls__largest springls__find_largest(springls_context *ctx, springls__array array, int count, float limit)
 {
-    const float *values;
-    springls__largest found = { 0.0f, 0 };
-    int i;
-    if (ctx->on_device) {
-        if (ctx->backend->largest(ctx, array, count, limit, &found) == SPRINGLS_OK) return found;
-        springls__fall_back_to_host(ctx);
-        found.value = 0.0f;
-        found.more = 0;
-    }
-    if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return found;
-    values = (const float *)ctx->memory[array].data;
-    for (i = 0; i < count; i++) {
-        found.value = springls__max(found.value, values[i]);
-        found.more += values[i] > limit;
-    }
-    return found;
+    springls__largest_later(ctx, SPRINGLS__COUNT_LARGEST, array, count, limit);
+    return springls__largest_found(ctx, SPRINGLS__COUNT_LARGEST);
 }
 
 /* Replaces each of the numbers by the sum of those before it; returns the sum of all. */
@@ -10924,20 +11518,49 @@ SPRINGLS__FN uint64_t springls__prefix_sums(uint32_t *numbers, int count)
     return sum;
 }
 
-/* Replaces each of the first `count` numbers of an array by the sum of those before it. *total: the sum of all; fails when it is
-   more than an int holds. */
-SPRINGLS__FN springls_status springls__scan(springls_context *ctx, springls__array array, int count, int *total)
+/* Replaces each of the first `count` numbers of an array by the sum of those before it; the sum of all, which an int has to hold,
+   is for springls__scan_found. */
+SPRINGLS__FN springls_status springls__scan_later(springls_context *ctx, springls__late_count late, springls__array array,
+                                                  int count)
 {
     uint64_t sum;
+    springls__clear_late(ctx, late, 1);
+    if (count <= 0) return SPRINGLS_OK;
     if (ctx->on_device) {
-        springls_status status = ctx->backend->scan(ctx, array, count, total);
+        springls_status status = ctx->backend->scan(ctx, array, count, SPRINGLS__OWN_COUNTS + (int)late);
+        if (status == SPRINGLS_OK) springls__left_on_device(ctx, late, 1);
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     SPRINGLS__TRY(springls__to_host(ctx, 0, (uint64_t)1 << array));
     sum = springls__prefix_sums((uint32_t *)ctx->memory[array].data, count);
+    ctx->late_count[late] = sum > INT32_MAX ? UINT32_MAX : (uint32_t)sum;
+    return SPRINGLS_OK;
+}
+
+/* Writes that sum to *total; fails when it is more than an int holds. */
+SPRINGLS__FN springls_status springls__scan_found(springls_context *ctx, springls__late_count late, int *total)
+{
+    uint32_t sum = springls__count_found(ctx, late);
+    if (ctx->lost) return ctx->backend_status;
     if (sum > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "a count overflows");
     *total = (int)sum;
     return SPRINGLS_OK;
+}
+
+/* Replaces each of the first `count` numbers of an array by the sum of those before it. *total: the sum of all; fails when it is
+   more than an int holds. */
+SPRINGLS__FN springls_status springls__scan(springls_context *ctx, springls__array array, int count, int *total)
+{
+    SPRINGLS__TRY(springls__scan_later(ctx, SPRINGLS__COUNT_NOW, array, count));
+    return springls__scan_found(ctx, SPRINGLS__COUNT_NOW, total);
+}
+
+/* Returns true when rounds that are repeated until one changes nothing are to be checked for that. On a device some more, which
+   change nothing, cost less than waiting after each. */
+SPRINGLS__FN bool springls__checks_round(const springls_context *ctx, int rounds)
+{
+    const int between = 4;
+    return !ctx->on_device || rounds % between == 0;
 }
 
 /* ======== >>stage_clock  (src/runtime/stage_clock.h) =========================================================== */
@@ -11134,8 +11757,7 @@ SPRINGLS__FN void springls__abandon_step(springls_context *ctx)
 
 /* ======== >>bvh  (src/model/bvh.h) ============================================================================= */
 /* bvh.h - builds a bounding volume hierarchy over triangles: by median splits along the longest axis of the triangles' centroids,
-   ties broken by index. So the tree depends on the triangles alone, and is never deeper than log2(count). The builder works in
-   scratch buffer 7. */
+   ties broken by index. So the tree depends on the triangles alone, and is never deeper than log2(count). */
 
 enum { SPRINGLS__BVH_LEAF = 4, SPRINGLS__BVH_STACK = 64 };
 
@@ -11301,14 +11923,21 @@ SPRINGLS__FN springls_status springls__surface_reserve(springls_context *ctx, sp
     return springls__surface_room(ctx, surface, n, 0);
 }
 
+/* Makes room for the builder's items of n triangles. They are no scratch, since a query can build a hierarchy between two phases
+   of a step that keep theirs there. */
+SPRINGLS__FN springls_status springls__bvh_reserve(springls_context *ctx, size_t n)
+{
+    return springls__buffer_grow(ctx, &ctx->bvh_memory, n, sizeof(springls__bvh_item), 0);
+}
+
 /* Builds the hierarchy of the first `count` triangles in surface->points. */
 SPRINGLS__FN springls_status springls__surface_finish(springls_context *ctx, springls__surface *surface, int count)
 {
     springls__bvh_item *items;
     int i;
     if (count <= 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, bvh_items, count));
-    items = springls__bvh_items(&ctx->model);
+    SPRINGLS__TRY(springls__bvh_reserve(ctx, (size_t)count));
+    items = (springls__bvh_item *)ctx->bvh_memory.data;
     for (i = 0; i < count; i++) {
         const springls__v3 *p = surface->points + 3 * i;
         items[i].center[0] = p[0].x + p[1].x + p[2].x;
@@ -11391,15 +12020,30 @@ SPRINGLS__FN void springls__mark_phi_synced(springls_context *ctx)
 {
     springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, NULL);
     ctx->lag = 0.0f;
+    ctx->away = SPRINGLS__REST; /* of springls that are asleep */
+}
+
+/* Finds the largest displacement of a particle since phi was last synced, for springls__displacement_found. */
+SPRINGLS__FN springls_status springls__find_displacement(springls_context *ctx)
+{
+    const int count = ctx->model.set.count;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, count));
+    springls__run(ctx, SPRINGLS__KERNEL_displacement, count, NULL);
+    springls__largest_later(ctx, SPRINGLS__COUNT_DISPLACEMENT, SPRINGLS__ROLE_ARRAY(synced_distance2), count, 0.0f);
+    return SPRINGLS_OK;
+}
+
+/* Returns it, voxels. */
+SPRINGLS__FN float springls__displacement_found(springls_context *ctx)
+{
+    return springls__sqrt(springls__largest_found(ctx, SPRINGLS__COUNT_DISPLACEMENT).value);
 }
 
 /* Finds the largest displacement of a particle since phi was last synced, voxels. */
 SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *ctx, float *displacement)
 {
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, ctx->model.set.count));
-    springls__run(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, NULL);
-    *displacement =
-        springls__sqrt(springls__find_largest(ctx, SPRINGLS__ROLE_ARRAY(synced_distance2), ctx->model.set.count, 0.0f).value);
+    SPRINGLS__TRY(springls__find_displacement(ctx));
+    *displacement = springls__displacement_found(ctx);
     return SPRINGLS_OK;
 }
 
@@ -11520,6 +12164,186 @@ SPRINGLS__FN size_t springls__table_size(size_t entries)
     return size;
 }
 
+/* ======== >>top_table  (src/model/top_table.h) ================================================================= */
+/* top_table.h - the box of bricks that a top table has entries for: it follows the bricks that are not outside, so that memory and
+   time do not depend on the size of the domain. */
+
+/* A box of bricks of the domain, counted in bricks: lower <= place < upper. */
+typedef struct springls__brick_box { int lower[3], upper[3]; } springls__brick_box;
+
+static const int springls__unmoved[3] = { 0, 0, 0 };
+
+SPRINGLS__FN springls__brick_box springls__empty_box(void)
+{
+    springls__brick_box box;
+    int axis;
+    for (axis = 0; axis < 3; axis++) {
+        box.lower[axis] = INT32_MAX;
+        box.upper[axis] = 0;
+    }
+    return box;
+}
+
+/* Makes a box have the bricks within `around` of a place, which is counted in bricks. */
+SPRINGLS__FN void springls__box_add(springls__brick_box *box, const int place[3], int around)
+{
+    int axis;
+    for (axis = 0; axis < 3; axis++) {
+        box->lower[axis] = springls__imin(box->lower[axis], place[axis] - around);
+        box->upper[axis] = springls__imax(box->upper[axis], place[axis] + around + 1);
+    }
+}
+
+SPRINGLS__FN void springls__box_add_brick(const springls__grid *g, springls__brick_box *box, int brick, int around)
+{
+    int place[3];
+    springls__brick_place(g, brick, place);
+    springls__box_add(box, place, around);
+}
+
+/* Makes a box have the bricks that a grid has `entry` of a table for, after these have moved by `bricks` through the domain; those
+   that leave it are none of it. */
+SPRINGLS__FN void springls__box_add_entry(const springls__grid *g, springls__brick_box *box, int entry, const int bricks[3])
+{
+    int place[3], axis;
+    springls__entry_origin(g, entry, place);
+    for (axis = 0; axis < 3; axis++) {
+        place[axis] = place[axis] / SPRINGLS__BRICK - bricks[axis];
+        if (place[axis] < 0 || place[axis] >= g->bricks[axis]) return;
+    }
+    springls__box_add(box, place, 0);
+}
+
+/* Makes a box have all bricks of a grid that are not outside, after they have moved. */
+SPRINGLS__FN void springls__box_add_grid(const springls__grid *g, springls__brick_box *box, const int bricks[3])
+{
+    int i, count = (int)springls__entry_count(g);
+    for (i = 0; i < count; i++)
+        if (g->top[i] != SPRINGLS__OUTSIDE) springls__box_add_entry(g, box, i, bricks);
+}
+
+/* Returns the table for the bricks of a box: with a layer of bricks around them and some more, that it seldom changes, as far as
+   the domain goes. An empty box gets one brick. */
+SPRINGLS__FN springls__table springls__table_for(const springls__grid *g, const springls__brick_box *box)
+{
+    const int unit = 4; /* bricks */
+    springls__table t;
+    int axis;
+    for (axis = 0; axis < 3; axis++) {
+        int lower = springls__imax(springls__imin(box->lower[axis], box->upper[axis]) - 1, 0) / unit * unit;
+        int upper = springls__imin((box->upper[axis] + unit) / unit * unit, g->bricks[axis]);
+        if (box->lower[axis] >= box->upper[axis]) {
+            lower = 0;
+            upper = 1;
+        }
+        t.lower[axis] = SPRINGLS__BRICK * lower;
+        t.upper[axis] = springls__imin(SPRINGLS__BRICK * upper, g->size[axis]);
+        t.bricks[axis] = upper - lower;
+    }
+    t.first = (t.lower[0] + t.bricks[0] * (t.lower[1] + t.bricks[1] * t.lower[2])) / SPRINGLS__BRICK;
+    return t;
+}
+
+SPRINGLS__FN size_t springls__entries_of(const springls__table *t)
+{
+    return (size_t)t->bricks[0] * (size_t)t->bricks[1] * (size_t)t->bricks[2];
+}
+
+/* Returns whether a table has the bricks of a box and a layer around them, as far as the domain goes. */
+SPRINGLS__FN bool springls__table_covers(const springls__grid *g, const springls__brick_box *box)
+{
+    int axis;
+    for (axis = 0; axis < 3; axis++) {
+        if (box->lower[axis] >= box->upper[axis]) return true;
+        if (g->table.lower[axis] > SPRINGLS__BRICK * springls__imax(box->lower[axis] - 1, 0)) return false;
+        if (g->table.upper[axis] < springls__imin(SPRINGLS__BRICK * (box->upper[axis] + 1), g->size[axis])) return false;
+    }
+    return true;
+}
+
+/* Copies the entries of one table, `size` bytes each, to their places in another, whose bricks it has at places that are smaller
+   by `bricks`; the rest become zeros (SPRINGLS__OUTSIDE). */
+SPRINGLS__FN void springls__copy_entries(const springls__table *from, const void *old, const springls__table *to, void *out,
+                                         size_t size, const int bricks[3])
+{
+    int lower[3], upper[3], first[3], axis, y, z;
+    memset(out, 0, springls__entries_of(to) * size);
+    for (axis = 0; axis < 3; axis++) { /* of `to`, in entries along each axis */
+        first[axis] = (to->lower[axis] - from->lower[axis]) / SPRINGLS__BRICK + bricks[axis];
+        lower[axis] = springls__imax(-first[axis], 0);
+        upper[axis] = springls__imin(from->bricks[axis] - first[axis], to->bricks[axis]);
+        if (lower[axis] >= upper[axis]) return;
+    }
+    for (z = lower[2]; z < upper[2]; z++)
+        for (y = lower[1]; y < upper[1]; y++) {
+            size_t row = (size_t)(y + first[1]) + (size_t)from->bricks[1] * (size_t)(z + first[2]);
+            size_t at = (size_t)(lower[0] + first[0]) + (size_t)from->bricks[0] * row;
+            size_t out_at = (size_t)lower[0] + (size_t)to->bricks[0] * ((size_t)y + (size_t)to->bricks[1] * (size_t)z);
+            memcpy((char *)out + out_at * size, (const char *)old + at * size, (size_t)(upper[0] - lower[0]) * size);
+        }
+}
+
+/* Replaces the table of the model's grid by another, and moves its bricks to places that are smaller by `bricks`. Nothing has
+   changed on failure. */
+SPRINGLS__FN springls_status springls__table_change(springls_context *ctx, const springls__table *to, const int bricks[3])
+{
+    springls__grid *g = &ctx->model.grid;
+    springls__buffer old;
+    springls_status status;
+    memset(&old, 0, sizeof old);
+    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(TOP)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &old, springls__entry_count(g), sizeof *g->top, 0));
+    memcpy(old.data, g->top, springls__entry_count(g) * sizeof *g->top);
+    status = springls__grow(ctx, SPRINGLS__ARRAY_TOP, springls__entries_of(to), 0);
+    if (status == SPRINGLS_OK) {
+        springls__copy_entries(&g->table, old.data, to, g->top, sizeof *g->top, bricks);
+        g->table = *to;
+        ctx->labels_fresh = false; /* they have numbers of entries */
+    }
+    springls__buffer_free(ctx, &old);
+    return status;
+}
+
+/* Makes the top table have the bricks of a box and a layer around them; bricks that it has for no reason any more may go. */
+SPRINGLS__FN springls_status springls__table_cover(springls_context *ctx, springls__brick_box box)
+{
+    springls__grid *g = &ctx->model.grid;
+    springls__table to;
+    if (springls__table_covers(g, &box)) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(TOP), 0));
+    springls__box_add_grid(g, &box, springls__unmoved);
+    to = springls__table_for(g, &box);
+    return springls__table_change(ctx, &to, springls__unmoved);
+}
+
+/* Makes the top table of a grid the smallest one, all outside. */
+SPRINGLS__FN void springls__table_clear(springls__grid *g)
+{
+    const springls__brick_box none = springls__empty_box();
+    g->table = springls__table_for(g, &none);
+    g->top[0] = SPRINGLS__OUTSIDE;
+}
+
+/* Finds the box of the bricks that springls may need, and of those around the active ones. */
+SPRINGLS__FN springls__brick_box springls__box_of_model(const springls__model *model, bool active)
+{
+    const springls__grid *g = &model->grid;
+    const float margin = model->params.band_half_width + 1.0f;
+    springls__brick_box box = springls__empty_box();
+    springls__v3 place[3];
+    int i, k, voxel[3];
+    for (i = 0; i < model->set.count; i++) {
+        place[2] = model->set.s[i].p;
+        springls__box_around(model->set.s[i], margin, &place[0], &place[1]);
+        for (k = 0; k < 3; k++) {
+            springls__origin_of_place(g, place[k], voxel);
+            springls__box_add_brick(g, &box, springls__brick_at(g, voxel[0], voxel[1], voxel[2]), 0);
+        }
+    }
+    for (i = 0; i < g->active_count && active; i++) springls__box_add_brick(g, &box, g->slot_brick[g->active[i]], 1);
+    return box;
+}
+
 /* ======== >>grid  (src/model/grid.h) =========================================================================== */
 /* grid.h - the memory of the sparse grid (kernels_embed/model/grid.h), and bricks that come and go. */
 
@@ -11586,8 +12410,7 @@ SPRINGLS__FN void springls__wake_all(springls_context *ctx)
 /* Makes all of a grid outside; keeps memory. */
 SPRINGLS__FN void springls__grid_clear(springls_context *ctx, springls__grid *g)
 {
-    size_t i, bricks = springls__brick_count(g);
-    for (i = 0; i < bricks; i++) g->top[i] = SPRINGLS__OUTSIDE;
+    springls__table_clear(g);
     g->active_count = g->free_count = 0;
     g->slot_count = SPRINGLS__FIRST_SLOT;
     g->some_asleep = 0;
@@ -11615,8 +12438,8 @@ SPRINGLS__FN springls_status springls__grids_create(springls_context *ctx)
     }
     ctx->model.reference = *g;
     ctx->model.group = springls__alone();
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_TOP, springls__brick_count(g), 0));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_TOP, springls__brick_count(g), 0));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_TOP, 1, 0));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_TOP, 1, 0));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, SPRINGLS__FIRST_SLOT, 0));
     SPRINGLS__TRY(springls__grid_reserve(ctx, SPRINGLS__FIRST_SLOT));
     springls__grids_clear(ctx);
@@ -11636,12 +12459,15 @@ SPRINGLS__FN void springls__take_slots(springls__grid *g, int n)
 SPRINGLS__FN springls_status springls__grid_add_bricks(springls_context *ctx, int *list, int count)
 {
     springls__grid *g = &ctx->model.grid;
+    springls__brick_box box = springls__empty_box();
     int i, n = 0, write, read;
     SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__GRID_BITS));
     qsort(list, (size_t)count, sizeof *list, springls__compare_int);
     for (i = 0; i < count; i++)
-        if (g->top[list[i]] < SPRINGLS__FIRST_SLOT && (n == 0 || list[n - 1] != list[i])) list[n++] = list[i];
+        if (springls__slot_of_brick(g, list[i]) < SPRINGLS__FIRST_SLOT && (n == 0 || list[n - 1] != list[i])) list[n++] = list[i];
     if (n == 0) return SPRINGLS_OK;
+    for (i = 0; i < n; i++) springls__box_add_brick(g, &box, list[i], 0);
+    SPRINGLS__TRY(springls__table_cover(ctx, box));
     SPRINGLS__TRY(springls__grid_reserve(ctx, g->slot_count + n));
     write = g->active_count + n - 1;
     read = g->active_count - 1;
@@ -11649,7 +12475,7 @@ SPRINGLS__FN springls_status springls__grid_add_bricks(springls_context *ctx, in
         int slot = springls__slot_of_new(g, g->free_count, i);
         while (read >= 0 && g->slot_brick[g->active[read]] > list[i]) g->active[write--] = g->active[read--];
         g->active[write--] = slot;
-        springls__add_brick(g, list[i], slot);
+        springls__add_brick(g, springls__entry_of_brick(g, list[i]), slot);
         springls__fill_new_brick(g, slot);
     }
     springls__take_slots(g, n);
@@ -11677,10 +12503,13 @@ SPRINGLS__FN springls_status springls__reference_copy(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.grid;
     springls__grid *reference = &ctx->model.reference;
+    const size_t kept = springls__entry_count(reference);
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_TOP, springls__entry_count(g), kept));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, (size_t)g->slot_count, 0));
     reference->far_value = g->far_value;
     reference->slot_count = g->slot_count;
-    memcpy(reference->top, g->top, springls__brick_count(g) * sizeof *g->top);
+    reference->table = g->table;
+    memcpy(reference->top, g->top, springls__entry_count(g) * sizeof *g->top);
     memcpy(reference->phi, g->phi, (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS * sizeof *g->phi);
     return SPRINGLS_OK;
 }
@@ -11688,9 +12517,9 @@ SPRINGLS__FN springls_status springls__reference_copy(springls_context *ctx)
 /* Returns whether any voxel is inside. */
 SPRINGLS__FN bool springls__has_inside(const springls__grid *g)
 {
-    size_t i, bricks = springls__brick_count(g);
+    size_t i, entries = springls__entry_count(g);
     int k, v;
-    for (i = 0; i < bricks; i++)
+    for (i = 0; i < entries; i++)
         if (g->top[i] == SPRINGLS__INSIDE) return true;
     for (k = 0; k < g->active_count; k++)
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
@@ -11948,6 +12777,7 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     ctx->last_component_id = ctx->last_contact_body = 0;
     ctx->components_found = ctx->volumes_locked = false;
     ctx->lag = 0.0f;
+    ctx->away = FLT_MAX;
     ctx->opposed = true;
     ctx->saved.in_use = false;
     ctx->time = 0.0;
@@ -12710,6 +13540,7 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
                               (double)motion->moved, (int)SPRINGLS__FURTHEST_MOTION);
     if (!motion->still) {
         SPRINGLS__TRY(springls__take_moved(motion));
+        ctx->away += motion->moved;
         springls__constellation_moved(ctx);
     }
     ctx->stats.largest_displacement = motion->moved;
@@ -13514,6 +14345,14 @@ SPRINGLS__FN void springls__stir(springls_context *ctx, int which, int first, in
     for (i = 0; i < count; i++) springls__stir_element(&ctx->model, args, i);
 }
 
+/* Lets all bricks fall asleep until a springl moves: the level set is as exact as the input. */
+SPRINGLS__FN void springls__rest_all(springls_context *ctx)
+{
+    springls__grid *g = &ctx->model.grid;
+    int i;
+    for (i = 0; i < g->active_count; i++) g->calm[g->active[i]] = (uint8_t)springls__calm_limit(&ctx->model);
+}
+
 enum { SPRINGLS__ROUSE_MEASURE, SPRINGLS__ROUSE_STIR };
 
 /* Finds the bricks that are awake, after the springls have moved. which: of the springls that stir. Wakes all where nothing may
@@ -13570,10 +14409,17 @@ enum {
     SPRINGLS__CONTRACT_REMOVE
 };
 
+/* Returns true after the last round of merging. */
+SPRINGLS__FN bool springls__merges_decided(springls_context *ctx, int rounds)
+{
+    return springls__checks_round(ctx, rounds)
+        && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(contract_action), ctx->model.set.count, SPRINGLS__UNDECIDED) == 0;
+}
+
 SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
 {
     springls__arguments args;
-    int count = ctx->model.set.count, undecided;
+    int count = ctx->model.set.count;
     switch (ctx->work.phase) {
     case SPRINGLS__CONTRACT_JUDGE:
         if (count == 0) return SPRINGLS_OK;
@@ -13587,7 +14433,7 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
         springls__loop(ctx, SPRINGLS__KERNEL_reshape, count, NULL);
         return springls__next_phase(ctx, SPRINGLS__CONTRACT_RESHAPED);
     case SPRINGLS__CONTRACT_RESHAPED:
-        ctx->stats.reshaped += springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(contract_action), count, SPRINGLS__RESHAPE);
+        springls__count_later(ctx, SPRINGLS__COUNT_RESHAPED, SPRINGLS__ROLE_ARRAY(contract_action), count, SPRINGLS__RESHAPE);
         springls__constellation_changed(ctx);
         if (!(ctx->model.params.merge_distance > 0.0f)) return springls__next_phase(ctx, SPRINGLS__CONTRACT_REMOVE);
         SPRINGLS__TRY(springls__cell_list_build(ctx));
@@ -13599,16 +14445,18 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
         return springls__next_phase(ctx, SPRINGLS__CONTRACT_MERGED);
     case SPRINGLS__CONTRACT_MERGED:
         springls__swap(ctx, SPRINGLS__ROLE_ARRAY(contract_action), SPRINGLS__ROLE_ARRAY(next_contract_action));
-        undecided = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(contract_action), count, SPRINGLS__UNDECIDED);
-        return springls__next_phase(ctx, undecided > 0 ? SPRINGLS__CONTRACT_MERGE : SPRINGLS__CONTRACT_REMOVE);
+        return springls__next_phase(ctx, springls__merges_decided(ctx, ++ctx->work.repetition) ? SPRINGLS__CONTRACT_REMOVE
+                                                                                               : SPRINGLS__CONTRACT_MERGE);
     case SPRINGLS__CONTRACT_REMOVE:
     default:
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_left, count));
         springls__run(ctx, SPRINGLS__KERNEL_left, count, NULL);
-        ctx->stats.left += springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_left), count, 1);
+        springls__count_later(ctx, SPRINGLS__COUNT_LEFT, SPRINGLS__ROLE_ARRAY(has_left), count, 1);
         SPRINGLS__TRY(springls__attributes_before_removal(ctx));
         springls__stir(ctx, SPRINGLS__STIR_CONTRACTED, 0, count);
         SPRINGLS__TRY(springls__constellation_compact(ctx));
+        ctx->stats.reshaped += (int)springls__count_found(ctx, SPRINGLS__COUNT_RESHAPED);
+        ctx->stats.left += (int)springls__count_found(ctx, SPRINGLS__COUNT_LEFT);
         springls__attributes_after_removal(ctx, count);
         ctx->stats.removed += count - ctx->model.set.count;
         springls__constellation_changed(ctx);
@@ -13665,7 +14513,7 @@ typedef struct springls__node_sums {
 } springls__node_sums;
 
 /* The current components of phi, and which one every voxel belongs to. Nodes are what is connected within an active brick,
-   then all bricks (those that are constant), then the exterior. */
+   then the entries of the top table (those that are constant), then the exterior. */
 typedef struct springls__labels {
     springls__current_component *item;
     int count;
@@ -13673,22 +14521,24 @@ typedef struct springls__labels {
     const int32_t *voxel;    /* node of a voxel of active bricks, 512 a place                                   */
     int32_t *node;           /* parent of a node; when all are joined, its component, -1: the exterior          */
     springls__node_sums *sums; /* one a node, while they are joined                                             */
-    int32_t first_brick;     /* node of the first brick                                                         */
+    int32_t first_brick;     /* node of the first entry of the top table                                        */
     double area_to_world[9]; /* turns a directed area, voxel^2, into world units                                */
 } springls__labels;
-
-/* Returns the node of a voxel of the domain: its own, or that of the constant brick it lies in. */
-SPRINGLS__FN int32_t springls__label_node(const springls__grid *g, const springls__labels *l, int x, int y, int z)
-{
-    int slot = springls__slot_at(g, x, y, z);
-    if (slot < SPRINGLS__FIRST_SLOT) return l->first_brick + springls__brick_at(g, x, y, z);
-    return l->voxel[l->rank[slot] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z)];
-}
 
 /* Returns the node of the exterior. */
 SPRINGLS__FN int32_t springls__exterior_node(const springls__grid *g, const springls__labels *l)
 {
-    return l->first_brick + (int32_t)springls__brick_count(g);
+    return l->first_brick + (int32_t)springls__entry_count(g);
+}
+
+/* Returns the node of a voxel of the domain: its own, or that of the constant brick it lies in. */
+SPRINGLS__FN int32_t springls__label_node(const springls__grid *g, const springls__labels *l, int x, int y, int z)
+{
+    int slot;
+    if (!springls__table_contains(g, x, y, z)) return springls__exterior_node(g, l);
+    slot = springls__slot_at(g, x, y, z);
+    if (slot < SPRINGLS__FIRST_SLOT) return l->first_brick + springls__entry_at(g, x, y, z);
+    return l->voxel[l->rank[slot] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z)];
 }
 
 /* Finds the coordinates of voxel i of active bricks. */
@@ -13887,18 +14737,19 @@ SPRINGLS__FN void springls__join_active_brick(const springls__grid *g, springls_
     }
 }
 
-/* Joins a constant brick with those beside it of its side, and one outside at the border with the exterior. */
-SPRINGLS__FN void springls__join_constant_brick(const springls__grid *g, springls__labels *l, int brick)
+/* Joins the constant brick of an entry with those beside it of its side, and one outside at the end of the top table with the
+   exterior. */
+SPRINGLS__FN void springls__join_constant_brick(const springls__grid *g, springls__labels *l, int entry)
 {
-    int place[3], axis, stride = 1;
-    springls__brick_place(g, brick, place);
+    int axis, stride = 1;
     for (axis = 0; axis < 3; axis++) {
-        bool last = place[axis] == g->bricks[axis] - 1;
-        if (g->top[brick] == SPRINGLS__OUTSIDE && (last || place[axis] == 0))
-            springls__join_trees(l->node, l->first_brick + brick, springls__exterior_node(g, l));
-        if (!last && g->top[brick + stride] == g->top[brick])
-            springls__join_trees(l->node, l->first_brick + brick, l->first_brick + brick + stride);
-        stride *= g->bricks[axis];
+        const int place = entry / stride % g->table.bricks[axis];
+        bool last = place == g->table.bricks[axis] - 1;
+        if (g->top[entry] == SPRINGLS__OUTSIDE && (last || place == 0))
+            springls__join_trees(l->node, l->first_brick + entry, springls__exterior_node(g, l));
+        if (!last && g->top[entry + stride] == g->top[entry])
+            springls__join_trees(l->node, l->first_brick + entry, l->first_brick + entry + stride);
+        stride *= g->table.bricks[axis];
     }
 }
 
@@ -13927,7 +14778,6 @@ SPRINGLS__FN int32_t springls__corner_node(const springls__grid *g, const spring
     x += walk->range.origin[0];
     y += walk->range.origin[1];
     z += walk->range.origin[2];
-    if (!springls__grid_contains(g, x, y, z)) return springls__exterior_node(g, l);
     return springls__label_node(g, l, x, y, z);
 }
 
@@ -14071,7 +14921,7 @@ SPRINGLS__FN springls__labels springls__kept_labels(const springls_context *ctx)
 SPRINGLS__FN springls_status springls__label_bricks(springls_context *ctx, springls__labels *l)
 {
     const springls__grid *g = &ctx->model.grid;
-    const size_t bricks = springls__brick_count(g);
+    const size_t entries = springls__entry_count(g);
     springls__label_job job;
     int32_t i, n = 0, count;
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_rank, (size_t)g->slot_count, sizeof(int32_t), 0));
@@ -14090,8 +14940,8 @@ SPRINGLS__FN springls_status springls__label_bricks(springls_context *ctx, sprin
         n += count;
     }
     ctx->label_first_brick = n;
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_node, (size_t)n + bricks + 1, sizeof(int32_t), 0));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, node_sums_list, (size_t)n + bricks + 1));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_node, (size_t)n + entries + 1, sizeof(int32_t), 0));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, node_sums_list, (size_t)n + entries + 1));
     *l = springls__kept_labels(ctx);
     l->sums = springls__node_sums_list(&ctx->model);
     for (i = 0; i <= springls__exterior_node(g, l); i++) {
@@ -14108,13 +14958,13 @@ SPRINGLS__FN springls_status springls__label_bricks(springls_context *ctx, sprin
 SPRINGLS__FN springls_status springls__label_voxels(springls_context *ctx, springls__labels *l)
 {
     const springls__grid *g = &ctx->model.grid;
-    const int bricks = (int)springls__brick_count(g);
+    const int entries = (int)springls__entry_count(g);
     int i;
     ctx->labels_fresh = false;
-    if ((int64_t)g->active_count * SPRINGLS__BRICK_VOXELS + bricks + 1 > INT32_MAX)
+    if ((int64_t)g->active_count * SPRINGLS__BRICK_VOXELS + entries + 1 > INT32_MAX)
         return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "components: the surface is too large");
     SPRINGLS__TRY(springls__label_bricks(ctx, l));
-    for (i = 0; i < bricks; i++)
+    for (i = 0; i < entries; i++)
         if (g->top[i] < SPRINGLS__FIRST_SLOT) springls__join_constant_brick(g, l, i);
     for (i = 0; i < g->active_count; i++) springls__join_active_brick(g, l, i);
     springls__area_to_world(ctx, l->area_to_world);
@@ -14167,7 +15017,7 @@ SPRINGLS__FN int springls__steepest_descent(const springls__grid *g, int x, int 
     int d, best = -1, to[3];
     for (d = 0; d < 6; d++) {
         springls__voxel_beside(x, y, z, d, to);
-        if (!springls__grid_contains(g, to[0], to[1], to[2])) continue;
+        if (!springls__table_contains(g, to[0], to[1], to[2])) continue;
         phi = springls__grid_voxel(g, g->phi, to[0], to[1], to[2]);
         if (phi >= least) continue;
         least = phi;
@@ -14209,7 +15059,7 @@ SPRINGLS__FN void springls__components_at(const springls__grid *g, const springl
     for (corner = 0; corner < 8; corner++) {
         int at[3] = { first[0] + (corner & 1), first[1] + (corner >> 1 & 1), first[2] + (corner >> 2) };
         float phi;
-        if (!springls__grid_contains(g, at[0], at[1], at[2])) continue;
+        if (!springls__table_contains(g, at[0], at[1], at[2])) continue;
         phi = springls__grid_voxel(g, g->phi, at[0], at[1], at[2]);
         if (phi < least) memcpy(lowest, at, sizeof lowest);
         least = springls__min(least, phi);
@@ -14687,10 +15537,11 @@ SPRINGLS__FN springls_status springls__find_seeds(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Returns whether some seeds are neither chosen nor dropped yet. */
-SPRINGLS__FN bool springls__seeds_undecided(springls_context *ctx)
+/* Returns true when all seeds have been chosen or dropped, after so many rounds. */
+SPRINGLS__FN bool springls__seeds_decided(springls_context *ctx, int rounds)
 {
-    return springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(seed_action), ctx->model.set.count, SPRINGLS__UNDECIDED) > 0;
+    return springls__checks_round(ctx, rounds)
+        && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(seed_action), ctx->model.set.count, SPRINGLS__UNDECIDED) == 0;
 }
 
 /* Writes the chosen seeds behind the springls, as many as there is room for (ctx->work.added). Ends with a loop. */
@@ -14791,7 +15642,7 @@ SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
         SPRINGLS__TRY(springls__find_seeds(ctx));
         return springls__next_phase(ctx, SPRINGLS__FILL_CHOOSE_SEEDS);
     case SPRINGLS__FILL_CHOOSE_SEEDS:
-        if (springls__seeds_undecided(ctx)) {
+        if (!springls__seeds_decided(ctx, ctx->work.repetition)) {
             springls__loop(ctx, SPRINGLS__KERNEL_seed_choose, count, NULL);
             return springls__next_phase(ctx, SPRINGLS__FILL_SEEDS_CHOSEN);
         }
@@ -14799,6 +15650,7 @@ SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
         return springls__next_phase(ctx, SPRINGLS__FILL_SEEDS_INSERTED);
     case SPRINGLS__FILL_SEEDS_CHOSEN:
         springls__swap(ctx, SPRINGLS__ROLE_ARRAY(seed_action), SPRINGLS__ROLE_ARRAY(next_seed_action));
+        ctx->work.repetition++;
         return springls__next_phase(ctx, SPRINGLS__FILL_CHOOSE_SEEDS);
     case SPRINGLS__FILL_SEEDS_INSERTED:
         springls__seeds_inserted(ctx);
@@ -14858,11 +15710,11 @@ SPRINGLS__FN springls_status springls__change_bricks(springls_context *ctx)
         int origin[3], at[3];
         springls__slot_origin(g, g->active[i], origin);
         for (d = 0; d < 27; d++) {
-            int brick;
+            int slot;
             if (!(mask[i] >> d & 1u) || !springls__brick_around(g, origin, d, at)) continue;
-            brick = springls__brick_at(g, at[0], at[1], at[2]);
-            if (g->top[brick] >= SPRINGLS__FIRST_SLOT) keep[rank[g->top[brick]]] = 1;
-            else wanted[missing++] = brick;
+            slot = springls__slot_at(g, at[0], at[1], at[2]);
+            if (slot >= SPRINGLS__FIRST_SLOT) keep[rank[slot]] = 1;
+            else wanted[missing++] = springls__brick_at(g, at[0], at[1], at[2]);
         }
     }
     springls__grid_drop_bricks(g, keep);
@@ -15016,11 +15868,14 @@ SPRINGLS__FN springls_status springls__orient(springls_context *ctx)
 /* ======== >>resample  (src/stages/resample.h) ================================================================== */
 /* resample.h - splits springls that have grown too large, at their longest edge (section 4.6, Table 2). */
 
-/* Counts the springls that are to be split in ctx->work.added, as many as there is room for. */
+/* Counts the springls that are to be split in ctx->work.added, as many as there is room for. A device that makes the cell list
+   meanwhile is waited for once; what fills gaps next needs the list, too. */
 SPRINGLS__FN springls_status springls__count_splits(springls_context *ctx)
 {
     int count = ctx->model.set.count, room = springls__imax(ctx->desc.max_springls - count, 0), wanted = 0;
-    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(split_number), count, &wanted));
+    SPRINGLS__TRY(springls__scan_later(ctx, SPRINGLS__COUNT_SPLITS, SPRINGLS__ROLE_ARRAY(split_number), count));
+    if (ctx->on_device) SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(springls__scan_found(ctx, SPRINGLS__COUNT_SPLITS, &wanted));
     ctx->work.added = springls__imin(wanted, room);
     ctx->stats.refused += wanted - ctx->work.added;
     return SPRINGLS_OK;
@@ -15081,7 +15936,7 @@ SPRINGLS__FN springls_status springls__track(springls_context *ctx)
 SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
-    int i, brick, bricks = (int)springls__brick_count(g), count = 0, *list;
+    int i, entry, entries, count = 0, *list;
     uint8_t *wanted;
     springls__constellation_changed(ctx);
     if (ctx->on_device) {
@@ -15089,44 +15944,51 @@ SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     springls__grid_clear(ctx, g);
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_wanted, bricks));
+    SPRINGLS__TRY(springls__table_cover(ctx, springls__box_of_model(&ctx->model, false)));
+    entries = (int)springls__entry_count(g);
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_wanted, entries));
     wanted = springls__brick_wanted(&ctx->model);
-    memset(wanted, 0, (size_t)bricks);
+    memset(wanted, 0, (size_t)entries);
     for (i = 0; i < ctx->model.set.count; i++) {
         springls__brick_walk walk = springls__brick_walk_begin(g, ctx->model.set.s[i], ctx->model.params.band_half_width + 1.0f);
-        while ((brick = springls__brick_walk_next(g, &walk)) >= 0) {
-            count += !wanted[brick];
-            wanted[brick] = 1;
+        while ((entry = springls__brick_walk_next(g, &walk)) >= 0) {
+            count += !wanted[entry];
+            wanted[entry] = 1;
         }
     }
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_list, count));
     list = springls__brick_list(&ctx->model);
-    for (i = count = 0; i < bricks; i++)
-        if (wanted[i]) list[count++] = i;
+    for (i = count = 0; i < entries; i++)
+        if (wanted[i]) list[count++] = springls__brick_of_entry(g, i);
     return springls__grid_add_bricks(ctx, list, count);
 }
 
-/* Grows the background through bricks: the coarse levels of the paper, each to its end. */
+/* Grows the background through bricks: the coarse levels of the paper, each to its end. The top table stands for the domain, as
+   all beyond it is background. */
 SPRINGLS__FN springls_status springls__grow_bricks(springls_context *ctx)
 {
-    const springls__grid *g = &ctx->model.grid;
+    const springls__table *t = &ctx->model.grid.table;
+    const size_t entries = springls__entry_count(&ctx->model.grid);
     springls__arguments args;
-    int step = 1, axis, lines;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_state, springls__brick_count(g)));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, springls__brick_count(g) * 3)); /* no fewer than lines */
-    springls__run(ctx, SPRINGLS__KERNEL_brick_state, (int)springls__brick_count(g), NULL);
-    while (16 * 8 * step * 2 <= springls__imax(g->size[0], springls__imax(g->size[1], g->size[2]))) step *= 2;
-    for (; step >= 1; step /= 2)
+    int step = 1, axis, lines, rounds;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_state, entries));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, entries * 3)); /* no fewer than lines */
+    springls__run(ctx, SPRINGLS__KERNEL_brick_state, (int)entries, NULL);
+    while (16 * step * 2 <= springls__imax(t->bricks[0], springls__imax(t->bricks[1], t->bricks[2]))) step *= 2;
+    for (; step >= 1; step /= 2) {
+        rounds = 0;
         do {
             for (axis = lines = 0; axis < 3; axis++) {
                 args.grow_line.axis = axis;
                 args.grow_line.step = step;
                 args.grow_line.first_flag = lines;
-                springls__run(ctx, SPRINGLS__KERNEL_grow_line, springls__lines_along(g, axis, step), &args);
-                lines += springls__lines_along(g, axis, step);
+                springls__run(ctx, SPRINGLS__KERNEL_grow_line, springls__lines_along(t, axis, step), &args);
+                lines += springls__lines_along(t, axis, step);
             }
-        } while (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), lines, 1) > 0);
-    springls__run(ctx, SPRINGLS__KERNEL_brick_side, (int)springls__brick_count(g), NULL);
+        } while (!springls__checks_round(ctx, ++rounds)
+                 || springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), lines, 1) > 0);
+    }
+    springls__run(ctx, SPRINGLS__KERNEL_brick_side, (int)entries, NULL);
     return SPRINGLS_OK;
 }
 
@@ -15136,12 +15998,14 @@ SPRINGLS__FN springls_status springls__grow_voxels(springls_context *ctx, int bl
     const int bricks = ctx->model.grid.active_count;
     springls__arguments args;
     bool grew = true;
+    int round;
     args.grow.block = block;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, bricks));
-    for (; grew && iterations > 0; iterations--) {
+    for (round = 1; grew && round <= iterations; round++) {
         springls__run(ctx, SPRINGLS__KERNEL_grow, bricks, &args);
         springls__swap_phi(ctx);
-        grew = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), bricks, 1) > 0;
+        grew = !springls__checks_round(ctx, round)
+            || springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), bricks, 1) > 0;
     }
     return SPRINGLS_OK;
 }
@@ -15150,8 +16014,8 @@ SPRINGLS__FN springls_status springls__grow_voxels(springls_context *ctx, int bl
    is the work of one thread. */
 typedef struct springls__region {
     springls_context *ctx;
-    uint8_t *state;       /* of the bricks                                              */
-    int64_t *member;      /* a voxel's place in phi, or -1 - brick for a constant brick */
+    uint8_t *state;       /* of the entries of the top table                            */
+    int64_t *member;      /* a voxel's place in phi, or -1 - entry for a constant brick */
     int64_t count, votes; /* votes: voxels around it that are outside less those inside */
 } springls__region;
 
@@ -15175,13 +16039,13 @@ SPRINGLS__FN void springls__region_visit(springls__region *r, int x, int y, int 
     springls__grid *g = &r->ctx->model.grid;
     int slot;
     int64_t v;
-    if (!springls__grid_contains(g, x, y, z)) return;
+    if (!springls__table_contains(g, x, y, z)) return;
     slot = springls__slot_at(g, x, y, z);
     if (slot < SPRINGLS__FIRST_SLOT) {
-        int brick = springls__brick_at(g, x, y, z);
-        if (r->state[brick] != SPRINGLS__OPEN) return;
-        r->state[brick] = SPRINGLS__COUNTED;
-        r->member[r->count++] = -1 - (int64_t)brick;
+        int entry = springls__entry_at(g, x, y, z);
+        if (r->state[entry] != SPRINGLS__OPEN) return;
+        r->state[entry] = SPRINGLS__COUNTED;
+        r->member[r->count++] = -1 - (int64_t)entry;
         return;
     }
     v = (int64_t)slot * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
@@ -15195,10 +16059,10 @@ SPRINGLS__FN void springls__region_visit(springls__region *r, int x, int y, int 
 SPRINGLS__FN void springls__region_step(springls__region *r, int64_t member)
 {
     const springls__grid *g = &r->ctx->model.grid;
-    int brick = member < 0 ? (int)(-1 - member) : g->slot_brick[member / SPRINGLS__BRICK_VOXELS];
     int v = member < 0 ? 0 : (int)(member % SPRINGLS__BRICK_VOXELS), n = member < 0 ? 8 : 1, d, i, j;
     int at[3], to[3];
-    springls__brick_origin(g, brick, at);
+    if (member < 0) springls__entry_origin(g, (int)(-1 - member), at);
+    else springls__slot_origin(g, (int)(member / SPRINGLS__BRICK_VOXELS), at);
     at[0] += v & 7;
     at[1] += v >> 3 & 7;
     at[2] += v >> 6;
@@ -15232,7 +16096,7 @@ SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
     const springls__grid *g = &ctx->model.grid;
     const int64_t voxels = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS;
     springls__region region;
-    size_t room = springls__brick_count(g);
+    size_t room = springls__entry_count(g);
     int64_t v;
     if (ctx->on_device) {
         springls_status status = ctx->backend->resolve_regions(ctx);
@@ -15448,13 +16312,15 @@ SPRINGLS__FN springls__v3 springls__voxel_gradient(const springls__grid *g, int 
                              0.5f * (springls__grid_phi(g, g->phi, x, y, z + 1) - springls__grid_phi(g, g->phi, x, y, z - 1)));
 }
 
-/* Returns true where phi has a kink near one of the eight voxels about x: interpolation of third order is wrong there. */
+/* Returns true where phi has a kink near one of the eight voxels about x: interpolation of third order is wrong there. The slope is
+   less than 1 by a tenth at a crease of 50 degrees, and by less where a smooth surface bends with a radius of three voxels. */
 SPRINGLS__FN bool springls__has_kink(const springls__grid *g, springls__v3 x)
 {
+    const float least = 0.06f;
     int i = (int)springls__floor(x.x), j = (int)springls__floor(x.y), k = (int)springls__floor(x.z), c;
     for (c = 0; c < 8; c++) {
         springls__v3 gradient = springls__voxel_gradient(g, i + (c & 1), j + (c >> 1 & 1), k + (c >> 2));
-        if (springls__fabs(springls__length(gradient) - 1.0f) > 0.02f) return true;
+        if (springls__fabs(springls__length(gradient) - 1.0f) > least) return true;
     }
     return false;
 }
@@ -15484,10 +16350,11 @@ SPRINGLS__FN void springls__initial_edges(springls_context *ctx)
    lag of the moving front. With params.carry_level_set springls first carry phi along: the value at a voxel is that of the
    place it has come from, by the displacements of the springls around. Else eq. 23 has decided the side before. */
 
-/* Returns whether phi_next has voxels whose side is unknown. */
-SPRINGLS__FN bool springls__has_unknown_sides(springls_context *ctx)
+/* Returns whether phi_next may have voxels whose side is unknown. On a device resolving none costs less than waiting for a count. */
+SPRINGLS__FN bool springls__may_have_unknown_sides(springls_context *ctx)
 {
-    return springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_unknown_side), ctx->model.grid.active_count, 1) > 0;
+    return ctx->on_device
+        || springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_unknown_side), ctx->model.grid.active_count, 1) > 0;
 }
 
 enum { SPRINGLS__SIDE_ROUNDS = 3 }; /* voxels: largest distance of an unknown voxel from a known one */
@@ -15507,11 +16374,23 @@ SPRINGLS__FN void springls__resolve_sides(springls_context *ctx, int round)
     springls__loop(ctx, SPRINGLS__KERNEL_resolve_sides, g->active_count, &args);
 }
 
-/* Finds whether the model has sheets or gaps so thin that phi must follow their sides closely. */
+/* Counts the bricks with sheets or gaps so thin that phi must follow their sides closely, for springls__opposed_found. */
 SPRINGLS__FN void springls__find_opposed(springls_context *ctx)
 {
+    const int bricks = ctx->model.grid.active_count;
     if (ctx->model.params.lazy_distance == 0.0f) return;
-    ctx->opposed = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_opposed), ctx->model.grid.active_count, 1) > 0;
+    springls__count_later(ctx, SPRINGLS__COUNT_OPPOSED, SPRINGLS__ROLE_ARRAY(has_opposed), bricks, 1);
+    springls__count_later(ctx, SPRINGLS__COUNT_OPPOSED_ASLEEP, SPRINGLS__ROLE_ARRAY(has_opposed), bricks,
+                          SPRINGLS__OPPOSED_ASLEEP);
+}
+
+/* Finds whether there are any. A model that had some may still have them in bricks that are asleep. */
+SPRINGLS__FN springls_status springls__opposed_found(springls_context *ctx)
+{
+    if (ctx->model.params.lazy_distance == 0.0f) return SPRINGLS_OK;
+    ctx->opposed = springls__count_found(ctx, SPRINGLS__COUNT_OPPOSED) > 0
+                   || (ctx->opposed && springls__count_found(ctx, SPRINGLS__COUNT_OPPOSED_ASLEEP) > 0);
+    return SPRINGLS_OK;
 }
 
 SPRINGLS__FN bool springls__removes_specks(const springls_context *ctx)
@@ -15519,10 +16398,11 @@ SPRINGLS__FN bool springls__removes_specks(const springls_context *ctx)
     return ctx->model.params.min_component > 0.0f && ctx->model.params.topology == SPRINGLS_TOPOLOGY_FREE;
 }
 
-/* Returns whether parts of limbs that run between voxels may have to be joined. */
-SPRINGLS__FN bool springls__has_joints(springls_context *ctx)
+/* Returns whether parts of limbs that run between voxels may have to be joined; see springls__may_have_unknown_sides. */
+SPRINGLS__FN bool springls__may_have_joints(springls_context *ctx)
 {
-    return springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_joint_candidates), ctx->model.grid.active_count, 1) > 0;
+    return ctx->on_device
+        || springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_joint_candidates), ctx->model.grid.active_count, 1) > 0;
 }
 
 enum {
@@ -15546,7 +16426,7 @@ SPRINGLS__FN springls_status springls__tidy(springls_context *ctx, springls__sta
         springls__loop(ctx, SPRINGLS__KERNEL_find_joint_candidates, ctx->model.grid.active_count, NULL);
         return springls__next_phase(ctx, SPRINGLS__TIDY_JOIN);
     case SPRINGLS__TIDY_JOIN:
-        if (!springls__has_joints(ctx) || ctx->work.repetition == rounds)
+        if (ctx->work.repetition == rounds || (ctx->work.repetition == 0 && !springls__may_have_joints(ctx)))
             return springls__next_phase(ctx, SPRINGLS__TIDY_SPECKS);
         springls__loop(ctx, SPRINGLS__KERNEL_join_parts, bricks, NULL);
         return springls__next_phase(ctx, SPRINGLS__TIDY_JOINED);
@@ -15574,6 +16454,13 @@ SPRINGLS__FN springls_status springls__tidy_level_set(springls_context *ctx)
 
 enum { SPRINGLS__SWEEP, SPRINGLS__SWEPT };
 
+/* Moves the band after phi has been carried along. */
+SPRINGLS__FN springls_status springls__band_follow_carried(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__band_follow(ctx));
+    return ctx->work.pending ? SPRINGLS_OK : springls__opposed_found(ctx);
+}
+
 /* Makes the projected level set a distance again beyond the springls. */
 SPRINGLS__FN springls_status springls__sweep(springls_context *ctx)
 {
@@ -15581,7 +16468,7 @@ SPRINGLS__FN springls_status springls__sweep(springls_context *ctx)
     if (ctx->work.phase == SPRINGLS__SWEPT) {
         springls__swap_phi(ctx);
         if (++ctx->work.repetition == sweeps)
-            return ctx->work.carries ? springls__next_stage(ctx, springls__band_follow) : SPRINGLS_OK;
+            return ctx->work.carries ? springls__next_stage(ctx, springls__band_follow_carried) : springls__opposed_found(ctx);
     }
     springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, NULL);
     return springls__next_phase(ctx, SPRINGLS__SWEPT);
@@ -15590,6 +16477,7 @@ SPRINGLS__FN springls_status springls__sweep(springls_context *ctx)
 SPRINGLS__FN springls_status springls__tidy_projected(springls_context *ctx) { return springls__tidy(ctx, springls__sweep); }
 
 enum {
+    SPRINGLS__PROJECT_MEASURE,
     SPRINGLS__PROJECT_BEGIN,
     SPRINGLS__PROJECT_ORIENT,
     SPRINGLS__PROJECT_PHI,
@@ -15607,7 +16495,7 @@ SPRINGLS__FN springls_status springls__project_begin(springls_context *ctx)
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, oriented_springls, ctx->model.set.count));
     SPRINGLS__TRY(
         springls__reserve_lanes(ctx, (size_t)springls__kernels[SPRINGLS__KERNEL_project].floats, bricks));
-    SPRINGLS__TRY(springls__displacement_since_phi(ctx, &ctx->work.displacement));
+    ctx->work.displacement = springls__displacement_found(ctx);
     return springls__find_overlap(ctx);
 }
 
@@ -15616,8 +16504,11 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
     const springls__grid *g = &ctx->model.grid;
     springls__arguments args;
     switch (ctx->work.phase) {
-    case SPRINGLS__PROJECT_BEGIN:
+    case SPRINGLS__PROJECT_MEASURE:
         ctx->work.carries = carry;
+        SPRINGLS__TRY(springls__find_displacement(ctx));
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_BEGIN);
+    case SPRINGLS__PROJECT_BEGIN:
         SPRINGLS__TRY(springls__cell_list_cover_around(ctx));
         return springls__next_phase(ctx, SPRINGLS__PROJECT_ORIENT);
     case SPRINGLS__PROJECT_ORIENT:
@@ -15631,7 +16522,7 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
         return springls__next_phase(ctx, SPRINGLS__PROJECT_SIDES);
     case SPRINGLS__PROJECT_SIDES:
         if (ctx->work.repetition == 0) springls__find_opposed(ctx);
-        if (!carry || (ctx->work.repetition == 0 && !springls__has_unknown_sides(ctx)))
+        if (!carry || (ctx->work.repetition == 0 && !springls__may_have_unknown_sides(ctx)))
             return springls__next_phase(ctx, SPRINGLS__PROJECT_COMMIT);
         springls__resolve_sides(ctx, ctx->work.repetition);
         return springls__next_phase(ctx, SPRINGLS__PROJECT_RESOLVED);
@@ -16009,7 +16900,17 @@ SPRINGLS__FN void springls__label_bodies(const springls__grid *g, springls__lock
 typedef struct springls__offset_job {
     springls_context *ctx;
     const springls__lock *lock;
+    bool keeps_sides;
 } springls__offset_job;
+
+/* Returns phi less an offset, on its own side if it is to keep it. */
+SPRINGLS__FN float springls__offset_phi(float phi, float offset, float far_value, bool keeps_side)
+{
+    const float beside = 1e-6f; /* voxel */
+    float moved = springls__clamp(phi - offset, -far_value, far_value);
+    if (!keeps_side || (moved < 0.0f) == (phi < 0.0f)) return moved;
+    return phi < 0.0f ? -beside : beside;
+}
 
 /* Writes phi_next: phi less its component's offset, where phi is a distance. */
 SPRINGLS__FN void springls__offset_phi_task(void *arg, int begin, int end)
@@ -16025,7 +16926,7 @@ SPRINGLS__FN void springls__offset_phi_task(void *arg, int begin, int end)
             int32_t label = lock->body[begin * SPRINGLS__BRICK_VOXELS + v];
             out[v] = phi[v];
             if (label >= 0 && springls__fabs(phi[v]) < g->far_value)
-                out[v] = springls__clamp(phi[v] - lock->item[label].offset, -g->far_value, g->far_value);
+                out[v] = springls__offset_phi(phi[v], lock->item[label].offset, g->far_value, job->keeps_sides);
         }
     }
 }
@@ -16117,10 +17018,11 @@ SPRINGLS__FN bool springls__choose_offsets(springls__lock *lock)
     return any;
 }
 
-/* Moves bodies until their volumes are right. Returns whether any has moved. */
+/* Moves bodies until their volumes are right. Returns whether any has moved. A voxel that changes sides may open or close a
+   passage, and the volume leaps over its target: after the first offsets, which are the large ones, none does. */
 SPRINGLS__FN bool springls__correct_volumes(springls_context *ctx, springls__lock *lock)
 {
-    const int iterations = 6;
+    const int iterations = 6, large = 2;
     springls__offset_job job;
     int i;
     job.ctx = ctx;
@@ -16130,6 +17032,7 @@ SPRINGLS__FN bool springls__correct_volumes(springls_context *ctx, springls__loc
     springls__label_bodies(&ctx->model.grid, lock);
     lock->graph.labels.voxel = lock->body;
     for (i = 0; i < iterations && (i == 0 || springls__choose_offsets(lock)); i++) {
+        job.keeps_sides = i >= large;
         springls__parallel(ctx, ctx->model.grid.active_count, 16, springls__offset_phi_task, &job);
         springls__commit_phi(ctx, 1);
         springls__parallel(ctx, ctx->model.set.count, 512, springls__offset_springls_task, &job);
@@ -16216,21 +17119,6 @@ SPRINGLS__FN int springls__brick_after_move(const springls__grid *g, int brick, 
     return place[0] + g->bricks[0] * (place[1] + g->bricks[1] * place[2]);
 }
 
-/* Moves the entries of a table of all bricks, `size` bytes each, to their numbers after a move; those of bricks that were outside
-   become zeros. All entries move by the same distance, so none is overwritten before it has been moved. */
-SPRINGLS__FN void springls__move_table(const springls__grid *g, void *table, size_t size, const int bricks[3])
-{
-    const int back[3] = { -bricks[0], -bricks[1], -bricks[2] }, count = (int)springls__brick_count(g);
-    const bool ascending = bricks[0] + g->bricks[0] * (bricks[1] + g->bricks[1] * bricks[2]) >= 0;
-    char *entries = (char *)table;
-    int i;
-    for (i = 0; i < count; i++) {
-        int to = ascending ? i : count - 1 - i, from = springls__brick_after_move(g, to, back);
-        if (from < 0) memset(entries + (size_t)to * size, 0, size);
-        else memmove(entries + (size_t)to * size, entries + (size_t)from * size, size);
-    }
-}
-
 /* Renames the bricks of the model; those that the window leaves behind are dropped, those that it reaches are outside. */
 SPRINGLS__FN void springls__move_bricks(springls__grid *g, const int bricks[3])
 {
@@ -16245,7 +17133,6 @@ SPRINGLS__FN void springls__move_bricks(springls__grid *g, const int bricks[3])
         }
     }
     g->active_count = n;
-    springls__move_table(g, g->top, sizeof *g->top, bricks); /* zero: SPRINGLS__OUTSIDE */
 }
 
 /* Changes the coordinates of springls and components. Correspondences are in a window of their own, which stays. */
@@ -16267,17 +17154,22 @@ SPRINGLS__FN void springls__move_places(springls_context *ctx, const int voxels[
         }
 }
 
-/* Moves the window by whole bricks. Allocates nothing. */
+/* Moves the window by whole bricks. Nothing has changed on failure. */
 SPRINGLS__FN springls_status springls__move_window(springls_context *ctx, const int bricks[3])
 {
     const uint64_t moved = SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(FREE_SLOTS)
                          | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(S) | SPRINGLS__BIT(SYNCED_POSITION);
+    springls__brick_box box = springls__empty_box();
+    springls__table table;
     int voxels[3], offset[3], axis;
     for (axis = 0; axis < 3; axis++) {
         voxels[axis] = SPRINGLS__BRICK * bricks[axis];
         offset[axis] = ctx->window.offset[axis] + voxels[axis];
     }
     SPRINGLS__TRY(springls__to_host(ctx, moved, moved));
+    springls__box_add_grid(&ctx->model.grid, &box, bricks);
+    table = springls__table_for(&ctx->model.grid, &box);
+    SPRINGLS__TRY(springls__table_change(ctx, &table, bricks));
     springls__move_bricks(&ctx->model.grid, bricks);
     springls__move_places(ctx, voxels);
     springls__place_window(ctx, &ctx->window, offset);
@@ -16367,11 +17259,13 @@ SPRINGLS__FN springls_status springls__save_level_set(springls_context *ctx)
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__SAVED_BITS, 0));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &saved->memory, springls__copy_saved(ctx, NULL, false) + 1, 1, 0));
     springls__copy_saved(ctx, (char *)saved->memory.data, false);
+    saved->table = ctx->model.grid.table;
     saved->active_count = ctx->model.grid.active_count;
     saved->free_count = ctx->model.grid.free_count;
     saved->slot_count = ctx->model.grid.slot_count;
     saved->some_asleep = ctx->model.grid.some_asleep;
     saved->lag = ctx->lag;
+    saved->away = ctx->away;
     saved->opposed = ctx->opposed;
     saved->in_use = true;
     return SPRINGLS_OK;
@@ -16382,12 +17276,14 @@ SPRINGLS__FN void springls__end_reading(springls_context *ctx)
 {
     springls__saved_level_set *saved = &ctx->saved;
     if (!saved->in_use) return;
+    ctx->model.grid.table = saved->table;
     ctx->model.grid.active_count = saved->active_count;
     ctx->model.grid.free_count = saved->free_count;
     ctx->model.grid.slot_count = saved->slot_count;
     springls__copy_saved(ctx, (char *)saved->memory.data, true);
     ctx->model.grid.some_asleep = saved->some_asleep;
     ctx->lag = saved->lag;
+    ctx->away = saved->away;
     ctx->opposed = saved->opposed;
     ctx->at_rest = false;
     ctx->cells_fresh = ctx->omega_fresh = ctx->labels_fresh = false;
@@ -16659,10 +17555,11 @@ SPRINGLS__FN bool springls__is_at_rest(const springls_context *ctx) { return ctx
    bricks that a moved window has kept. */
 SPRINGLS__FN springls_status springls__check_displacement(springls_context *ctx)
 {
-    float displacement;
-    SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
-    ctx->step.phi_from_springls = ctx->model.params.carry_level_set
-                                  && (displacement > ctx->model.grid.far_value || springls__has_lost_level_set(ctx));
+    const float sure = 0.9f; /* leaves room for the rounding of places */
+    float displacement = 0.0f;
+    if (!ctx->model.params.carry_level_set) return SPRINGLS_OK;
+    if (ctx->away > sure * ctx->model.grid.far_value) SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
+    ctx->step.phi_from_springls = displacement > ctx->model.grid.far_value || springls__has_lost_level_set(ctx);
     if (ctx->step.phi_from_springls) springls__wake_all(ctx);
     return SPRINGLS_OK;
 }
@@ -17291,6 +18188,7 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
     int i;
     springls__surface_free(ctx, &ctx->original);
     springls__surface_free(ctx, &ctx->springl_surface);
+    springls__buffer_free(ctx, &ctx->bvh_memory);
     springls__buffer_free(ctx, &ctx->component_memory);
     springls__buffer_free(ctx, &ctx->next_component_memory);
     springls__buffer_free(ctx, &ctx->label_rank);
@@ -17326,6 +18224,12 @@ SPRINGLS__FN const char *springls__desc_fault(const springls_desc *desc, double 
     if (fault) return fault;
     for (axis = 0; axis < 3; axis++)
         if (desc->follow && desc->grid.size[axis] % SPRINGLS__BRICK) return "grid.size is no multiple of 8, but follow is set";
+    for (axis = 0; axis < 3; axis++) {
+        if (desc->window[axis] % SPRINGLS__BRICK) return "window is no multiple of 8";
+        if (desc->window[axis] > 1 << 30 || desc->window[axis] < -(1 << 30)) return "window is out of range: it may be -2^30 to 2^30";
+        if (desc->window[axis] && (desc->grid.size[0] | desc->grid.size[1] | desc->grid.size[2]) % SPRINGLS__BRICK)
+            return "grid.size is no multiple of 8, but window is set";
+    }
     *params = desc->params ? *desc->params : springls_default_params();
     fault = springls__params_fault(params);
     if (fault) return fault;
@@ -17407,6 +18311,7 @@ SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls
     fault = springls__desc_fault(desc, made.lattice_to_world, made.window.to_voxel, &made.model.params);
     if (fault) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, fault);
     made.original_window = made.window;
+    memcpy(made.home, desc->window, sizeof made.home);
     springls__windows_reset(&made);
     springls__copy_desc(&made, desc);
     ctx = (springls_context *)springls__allocate(&made, sizeof *ctx);
@@ -17708,8 +18613,12 @@ typedef struct springls__distance_job {
     springls_context *ctx;
     springls__distance_fn fn;
     void *arg;
-    float *centers;    /* [brick] distance at its center                       */
-    const int *active; /* the slots that this call of springls__parallel fills */
+    const springls__surface *surface; /* NULL, or what is inside lies within `reach` of its bounds; voxels */
+    float reach;
+    springls__brick_box block; /* the bricks that are looked at                         */
+    float *centers;    /* [brick of the block, x fastest] distance at its center        */
+    int listed;        /* bricks near the surface                                       */
+    const int *active; /* the slots that this call of springls__parallel fills          */
 } springls__distance_job;
 
 /* Evaluates the distance at the points, cut off at the border of the domain: outside of it nothing is inside. */
@@ -17722,18 +18631,26 @@ SPRINGLS__FN void springls__evaluate_distances(const springls__distance_job *job
         out[i] = springls__max(-springls__border_distance(&job->ctx->model.grid, points[i]), out[i]);
 }
 
-/* Evaluates the distance at the centers of bricks. */
+/* Finds the place in the domain of brick i of the block. */
+SPRINGLS__FN void springls__place_in_block(const springls__brick_box *block, int i, int place[3])
+{
+    const int x = block->upper[0] - block->lower[0], y = block->upper[1] - block->lower[1];
+    place[0] = block->lower[0] + i % x;
+    place[1] = block->lower[1] + i / x % y;
+    place[2] = block->lower[2] + i / (x * y);
+}
+
+/* Evaluates the distance at the centers of bricks of the block. */
 SPRINGLS__FN void springls__center_task(void *arg, int begin, int end)
 {
     const springls__distance_job *job = (const springls__distance_job *)arg;
-    const springls__grid *g = &job->ctx->model.grid;
     springls__v3 points[64];
     while (begin < end) {
         int count = springls__imin(64, end - begin), i;
         for (i = 0; i < count; i++) {
-            int origin[3];
-            springls__brick_origin(g, begin + i, origin);
-            points[i] = springls__v3_make((float)origin[0] + 3.5f, (float)origin[1] + 3.5f, (float)origin[2] + 3.5f);
+            int at[3];
+            springls__place_in_block(&job->block, begin + i, at);
+            points[i] = springls__v3_make((float)(8 * at[0]) + 3.5f, (float)(8 * at[1]) + 3.5f, (float)(8 * at[2]) + 3.5f);
         }
         springls__evaluate_distances(job, points, count, job->centers + begin);
         begin += count;
@@ -17759,26 +18676,81 @@ SPRINGLS__FN void springls__voxel_task(void *arg, int begin, int end)
     }
 }
 
-/* Finds the bricks whose center is so near to the surface that the band may pass through them, and makes them active; all
-   others become inside or outside. */
-SPRINGLS__FN springls_status springls__bricks_near_surface(springls_context *ctx, springls__distance_job *job)
+enum { SPRINGLS__DISTANCE_BLOCK = 32 }; /* bricks along a side of a block */
+
+/* Returns whether a block is near to the bounds of the surface. */
+SPRINGLS__FN bool springls__block_is_near(const springls__distance_job *job)
+{
+    const springls__bvh_node *bounds = &job->surface->nodes[0];
+    int axis;
+    for (axis = 0; axis < 3; axis++)
+        if ((float)(SPRINGLS__BRICK * job->block.lower[axis]) > bounds->upper[axis] + job->reach
+            || (float)(SPRINGLS__BRICK * job->block.upper[axis]) < bounds->lower[axis] - job->reach) return false;
+    return true;
+}
+
+/* Returns false where all of a block is outside and far from the surface: by the distance at its center, where that is a distance
+   everywhere. */
+SPRINGLS__FN bool springls__may_have_surface(const springls__distance_job *job)
+{
+    const float half_diagonal = 0.8661f * (float)(SPRINGLS__BRICK * SPRINGLS__DISTANCE_BLOCK); /* rounded up */
+    const springls__brick_box *block = &job->block;
+    springls__v3 center = springls__v3_make(4.0f * (float)(block->lower[0] + block->upper[0]) - 0.5f,
+                                            4.0f * (float)(block->lower[1] + block->upper[1]) - 0.5f,
+                                            4.0f * (float)(block->lower[2] + block->upper[2]) - 0.5f);
+    float d;
+    if (job->surface) return springls__block_is_near(job);
+    springls__evaluate_distances(job, &center, 1, &d);
+    return !(d > half_diagonal + job->ctx->model.grid.far_value);
+}
+
+/* Evaluates the distance at the centers of the bricks of the block; adds to brick_list those so near to the surface that the band
+   may pass through them, and makes the rest inside or outside. */
+SPRINGLS__FN springls_status springls__look_at_block(springls_context *ctx, springls__distance_job *job)
 {
     springls__grid *g = &ctx->model.grid;
     const float half_diagonal = 6.1f; /* of a brick, voxels, rounded up */
     const float near_band = ctx->model.params.band_half_width + 1.0f + half_diagonal;
-    int bricks = (int)springls__brick_count(g), i, n = 0, *list;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_centers, bricks));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_list, bricks));
+    springls__brick_box inside = springls__empty_box();
+    int count = 1, place[3], i, brick;
+    for (i = 0; i < 3; i++) count *= job->block.upper[i] - job->block.lower[i];
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_centers, count));
+    SPRINGLS__TRY(springls__array_grow(ctx, SPRINGLS__ROLE_ARRAY(brick_list), (size_t)(job->listed + count), sizeof(int),
+                                       (size_t)job->listed));
     job->centers = springls__brick_centers(&ctx->model);
-    list = springls__brick_list(&ctx->model);
-    springls__parallel(ctx, bricks, 512, springls__center_task, job);
-    for (i = 0; i < bricks; i++) {
+    springls__parallel(ctx, count, 512, springls__center_task, job);
+    for (i = 0; i < count; i++) {
         float d = job->centers[i];
-        if (d != d) return springls__fail(ctx, SPRINGLS_NON_FINITE, "the signed distance is NaN at brick %d", i);
-        g->top[i] = d < 0.0f ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
-        if (springls__fabs(d) <= near_band) list[n++] = i;
+        springls__place_in_block(&job->block, i, place);
+        brick = springls__brick_at(g, 8 * place[0], 8 * place[1], 8 * place[2]);
+        if (d != d) return springls__fail(ctx, SPRINGLS_NON_FINITE, "the signed distance is NaN at brick %d", brick);
+        if (d < 0.0f) springls__box_add(&inside, place, 0);
+        if (springls__fabs(d) <= near_band) springls__brick_list(&ctx->model)[job->listed++] = brick;
     }
-    return springls__grid_add_bricks(ctx, list, n);
+    SPRINGLS__TRY(springls__table_cover(ctx, inside));
+    for (i = 0; i < count; i++) {
+        springls__place_in_block(&job->block, i, place);
+        if (job->centers[i] < 0.0f) g->top[springls__entry_at(g, 8 * place[0], 8 * place[1], 8 * place[2])] = SPRINGLS__INSIDE;
+    }
+    return SPRINGLS_OK;
+}
+
+/* Finds the bricks near to the surface, block by block, and makes them active; all others become inside or outside. */
+SPRINGLS__FN springls_status springls__bricks_near_surface(springls_context *ctx, springls__distance_job *job)
+{
+    const int *bricks = ctx->model.grid.bricks;
+    const bool single = springls__imax(bricks[0], springls__imax(bricks[1], bricks[2])) <= SPRINGLS__DISTANCE_BLOCK;
+    int at[3], axis;
+    for (at[2] = 0; at[2] < bricks[2]; at[2] += SPRINGLS__DISTANCE_BLOCK)
+        for (at[1] = 0; at[1] < bricks[1]; at[1] += SPRINGLS__DISTANCE_BLOCK)
+            for (at[0] = 0; at[0] < bricks[0]; at[0] += SPRINGLS__DISTANCE_BLOCK) {
+                for (axis = 0; axis < 3; axis++) {
+                    job->block.lower[axis] = at[axis];
+                    job->block.upper[axis] = springls__imin(at[axis] + SPRINGLS__DISTANCE_BLOCK, bricks[axis]);
+                }
+                if (single || springls__may_have_surface(job)) SPRINGLS__TRY(springls__look_at_block(ctx, job));
+            }
+    return springls__grid_add_bricks(ctx, springls__brick_list(&ctx->model), job->listed);
 }
 
 /* Evaluates the distance at the voxels of all active bricks, in sixteen pieces, and reports progress after each. */
@@ -17804,14 +18776,19 @@ SPRINGLS__FN springls_status springls__fill_active_bricks(springls_context *ctx,
     return SPRINGLS_OK;
 }
 
-/* Fills an empty grid with the narrow band of a signed distance. Beyond the band a lower bound of its size is enough. On
-   failure (NaN, cancelled, out of memory) the grid is left unfinished. */
-SPRINGLS__FN springls_status springls__set_from_distance(springls_context *ctx, springls__distance_fn fn, void *arg)
+/* Fills an empty grid with the narrow band of a signed distance. Beyond the band a lower bound of its size is enough. surface:
+   NULL, or what is inside lies within `reach` of its bounds (voxels), and far distances are cut short. On failure (NaN, cancelled,
+   out of memory) the grid is left unfinished. */
+SPRINGLS__FN springls_status springls__set_from_distance(springls_context *ctx, springls__distance_fn fn, void *arg,
+                                                         const springls__surface *surface, float reach)
 {
     springls__distance_job job;
     job.ctx = ctx;
     job.fn = fn;
     job.arg = arg;
+    job.surface = surface;
+    job.reach = reach;
+    job.listed = 0;
     SPRINGLS__TRY(springls__bricks_near_surface(ctx, &job));
     SPRINGLS__TRY(springls__fill_active_bricks(ctx, &job));
     return springls__band_move(ctx);
@@ -17851,6 +18828,8 @@ SPRINGLS__FN springls_status springls__count_inside(springls_context *ctx, sprin
     return SPRINGLS_OK;
 }
 
+enum { SPRINGLS__WANTED = 1, SPRINGLS__SOLID = 2 }; /* of a brick: becomes active; has nothing but inside voxels around */
+
 /* Marks a brick and those of its 26 neighbors that exist. */
 SPRINGLS__FN void springls__mark_neighborhood(const int bricks[3], const int brick[3], uint8_t *wanted)
 {
@@ -17858,7 +18837,7 @@ SPRINGLS__FN void springls__mark_neighborhood(const int bricks[3], const int bri
     for (d = 0; d < 27; d++) {
         int i = brick[0] + d % 3 - 1, j = brick[1] + d / 3 % 3 - 1, k = brick[2] + d / 9 - 1;
         if (i >= 0 && j >= 0 && k >= 0 && i < bricks[0] && j < bricks[1] && k < bricks[2])
-            wanted[i + bricks[0] * (j + bricks[1] * k)] = 1;
+            wanted[i + bricks[0] * (j + bricks[1] * k)] |= SPRINGLS__WANTED;
     }
 }
 
@@ -17868,6 +18847,7 @@ SPRINGLS__FN springls_status springls__bricks_of_voxels(springls_context *ctx, s
 {
     springls__grid *g = &ctx->model.grid;
     const int *b = g->bricks, bricks = b[0] * b[1] * b[2];
+    springls__brick_box solid = springls__empty_box();
     int n = 0, brick, *list, d;
     uint8_t *wanted;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_wanted, bricks));
@@ -17880,13 +18860,19 @@ SPRINGLS__FN springls_status springls__bricks_of_voxels(springls_context *ctx, s
         bool at_border = false;
         springls__brick_place(g, brick, at);
         SPRINGLS__TRY(springls__count_inside(ctx, value, arg, at, &inside, &total));
-        g->top[brick] = inside == total ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
+        if (inside == total) {
+            springls__box_add(&solid, at, 0);
+            wanted[brick] |= SPRINGLS__SOLID;
+        }
         for (d = 0; d < 3; d++) at_border = at_border || at[d] == 0 || at[d] + 1 == b[d];
         if (inside == 0 || (inside == total && !at_border)) continue;
         springls__mark_neighborhood(b, at, wanted);
     }
-    for (brick = 0; brick < bricks; brick++)
-        if (wanted[brick]) list[n++] = brick;
+    SPRINGLS__TRY(springls__table_cover(ctx, solid));
+    for (brick = 0; brick < bricks; brick++) {
+        if (wanted[brick] & SPRINGLS__SOLID) g->top[springls__entry_of_brick(g, brick)] = SPRINGLS__INSIDE;
+        if (wanted[brick] & SPRINGLS__WANTED) list[n++] = brick;
+    }
     return springls__grid_add_bricks(ctx, list, n);
 }
 
@@ -18075,7 +19061,7 @@ SPRINGLS_API springls_status springls_set_implicit(springls_context *ctx, spring
     job.fn = fn;
     job.user = user;
     springls__clear_model(ctx);
-    status = springls__set_from_distance(ctx, springls__implicit_distance, &job);
+    status = springls__set_from_distance(ctx, springls__implicit_distance, &job, NULL, 0.0f);
     if (status == SPRINGLS_OK && ctx->smallest_spacing != ctx->largest_spacing) {
         status = springls__run_to_completion(ctx, springls__rebuild);
         springls__redistance_sweeps(ctx, 8);
@@ -19059,7 +20045,7 @@ SPRINGLS__FN springls_status springls__mesh_fill_grid(springls_context *ctx, boo
         SPRINGLS__TRY(springls__surface_build(ctx, outer, ctx->model.set.s, ctx->model.set.count));
         distance.nearest = outer;
     }
-    return springls__set_from_distance(ctx, springls__mesh_signed_distance, &distance);
+    return springls__set_from_distance(ctx, springls__mesh_signed_distance, &distance, &ctx->original, 64.0f);
 }
 
 /* Makes the springls and the level set from the original surface. parts: the mesh is balanced, but no simple surface. */
@@ -19122,7 +20108,9 @@ SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx,
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
     SPRINGLS__TRY(springls__make_reference(ctx));
     SPRINGLS__TRY(springls__mesh_store_sources(ctx, m, given));
-    return balanced ? SPRINGLS_OK : springls__mesh_fill_holes(ctx);
+    if (!balanced) return springls__mesh_fill_holes(ctx);
+    springls__rest_all(ctx);
+    return SPRINGLS_OK;
 }
 
 /* Compares the mesh's bounds with the grid's, in voxels. Fails when they do not meet. *beyond: a part lies outside. */
@@ -19253,8 +20241,10 @@ SPRINGLS__FN springls_status springls__take_reference(springls_context *ctx, spr
     springls__grid *to = &ctx->model.reference;
     springls__surface original = ctx->original;
     size_t own = springls__surface_bytes(&ctx->original), taken = springls__surface_bytes(&other->original);
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_TOP, springls__entry_count(from), springls__entry_count(to)));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, (size_t)from->slot_count, (size_t)to->slot_count));
-    memcpy(to->top, from->top, springls__brick_count(from) * sizeof *from->top);
+    to->table = from->table;
+    memcpy(to->top, from->top, springls__entry_count(from) * sizeof *from->top);
     memcpy(to->phi, from->phi, (size_t)from->slot_count * SPRINGLS__BRICK_VOXELS * sizeof *from->phi);
     to->slot_count = from->slot_count;
     to->far_value = from->far_value;
@@ -19423,7 +20413,7 @@ SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, in
     SPRINGLS__TRY(springls__change_level_set(ctx));
     springls__use_device(ctx);
     ctx->calls++;
-    ctx->lag = FLT_MAX;
+    ctx->lag = ctx->away = FLT_MAX;
     status = springls__write(ctx, first, count, vertices, particles);
     if (status == SPRINGLS_OK) springls__stir(ctx, SPRINGLS__STIR_ALL, first, count);
     ctx->calls--;
@@ -19624,6 +20614,234 @@ SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, spri
     return SPRINGLS_OK;
 }
 
+/* ======== >>chunk_material  (src/output/chunk_material.h) ====================================================== */
+/* chunk_material.h - finds the nearest springl and the correspondence of all vertices of a chunk, with the bits of
+   springls__nearest_springl and springls__correspondence_at: several vertices at once, over one list of springls. */
+
+enum { SPRINGLS__CHUNK_CANDIDATES = 1024 }; /* a multiple of SPRINGLS__LANES */
+
+/* How far from a vertex its springl may be, voxels. */
+#define SPRINGLS__CHUNK_RADIUS 1.0f
+
+/* The springls that may count for a vertex of a chunk, in the order of the cells, and the numbers of those that may for a few
+   vertices of it. reach: voxels from the particle of one within which it may. */
+typedef struct springls__candidates {
+    float x[SPRINGLS__CHUNK_CANDIDATES], y[SPRINGLS__CHUNK_CANDIDATES], z[SPRINGLS__CHUNK_CANDIDATES]; /* particles */
+    float reach[SPRINGLS__CHUNK_CANDIDATES], bounding_radius[SPRINGLS__CHUNK_CANDIDATES];
+    springls__v3 n[SPRINGLS__CHUNK_CANDIDATES], a[SPRINGLS__CHUNK_CANDIDATES];
+    int springl[SPRINGLS__CHUNK_CANDIDATES], list[SPRINGLS__CHUNK_CANDIDATES];
+    int count, listed;
+} springls__candidates;
+
+/* A few vertices, one a lane; nearest: the candidates nearest to them, or -1. */
+typedef struct springls__vertex_group {
+    springls__vec3 x;
+    springls__v3 lower, upper; /* their box */
+    int nearest[SPRINGLS__LANES];
+} springls__vertex_group;
+
+/* Returns the distance from its particle within which a springl may be nearest to a vertex, or take part in a fit. */
+SPRINGLS__FN float springls__reach_of(float bounding_radius)
+{
+    return springls__max(SPRINGLS__FIT_RADIUS, SPRINGLS__CHUNK_RADIUS + bounding_radius);
+}
+
+/* Returns true when a place is within r of a box, by each coordinate. */
+SPRINGLS__FN bool springls__is_around_box(springls__v3 p, springls__v3 lower, springls__v3 upper, float r)
+{
+    return p.x >= lower.x - r && p.x <= upper.x + r && p.y >= lower.y - r && p.y <= upper.y + r && p.z >= lower.z - r
+        && p.z <= upper.z + r;
+}
+
+/* Lists the candidates of a box. Returns false where single vertices have to look for themselves: there are too many, some at a
+   sharp edge, or of bodies that stay apart. */
+SPRINGLS__FN bool springls__find_candidates(const springls__model *model, springls__v3 lower, springls__v3 upper,
+                                            springls__candidates *c)
+{
+    const float r = springls__reach_of(model->cells.bounding_radius);
+    springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(lower.x - r, lower.y - r, lower.z - r),
+                                                         springls__v3_make(upper.x + r, upper.y + r, upper.z + r));
+    int i;
+    c->count = 0;
+    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE) return false;
+    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+        const springls__springl *s = &model->set.s[i];
+        if (!springls__is_around_box(s->p, lower, upper, springls__reach_of(s->bounding_radius))) continue;
+        if (c->count == SPRINGLS__CHUNK_CANDIDATES || springls__at_edge(model, i)) return false;
+        c->x[c->count] = s->p.x;
+        c->y[c->count] = s->p.y;
+        c->z[c->count] = s->p.z;
+        c->reach[c->count] = springls__reach_of(s->bounding_radius);
+        c->n[c->count] = springls__springl_normal(*s);
+        c->a[c->count] = model->set.a[i];
+        c->bounding_radius[c->count] = s->bounding_radius;
+        c->springl[c->count++] = i;
+    }
+    return true;
+}
+
+/* Makes a group of vertices 0 .. count - 1; the last one fills the lanes that are left. */
+SPRINGLS__FN springls__vertex_group springls__vertex_group_of(const springls__v3 *vertex, int count)
+{
+    springls__vertex_group group;
+    float x[3][SPRINGLS__LANES];
+    int lane;
+    group.lower = group.upper = vertex[0];
+    for (lane = 0; lane < SPRINGLS__LANES; lane++) {
+        springls__v3 v = vertex[springls__imin(lane, count - 1)];
+        x[0][lane] = v.x;
+        x[1][lane] = v.y;
+        x[2][lane] = v.z;
+        group.lower = springls__min3(group.lower, v);
+        group.upper = springls__max3(group.upper, v);
+        group.nearest[lane] = -1;
+    }
+    group.x = springls__vec_load_v3(x[0], x[1], x[2]);
+    return group;
+}
+
+/* Returns the squares of how far numbers are beyond the interval from lower to upper. */
+SPRINGLS__FN springls__vec springls__beyond2(springls__vec x, float lower, float upper)
+{
+    const springls__vec beyond = springls__vec_max(springls__vec_max(lower - x, x - upper), springls__vec_broadcast(0.0f));
+    return beyond * beyond;
+}
+
+/* Lists the candidates whose reach the group's box is in. */
+SPRINGLS__FN void springls__list_candidates(const springls__vertex_group *group, springls__candidates *c)
+{
+    const float slack = 1e-3f; /* more than all rounding errors */
+    const springls__v3 lo = group->lower, hi = group->upper;
+    float within[SPRINGLS__LANES];
+    int k, lane;
+    c->listed = 0;
+    for (k = 0; k < c->count; k += SPRINGLS__LANES) {
+        springls__vec d2 = springls__beyond2(springls__vec_load(c->x + k), lo.x, hi.x)
+                         + springls__beyond2(springls__vec_load(c->y + k), lo.y, hi.y)
+                         + springls__beyond2(springls__vec_load(c->z + k), lo.z, hi.z);
+        springls__vec reach = springls__vec_load(c->reach + k) + slack;
+        if (!springls__vec_any(d2 <= reach * reach)) continue;
+        springls__vec_store(within, reach * reach - d2);
+        for (lane = 0; lane < SPRINGLS__LANES; lane++) {
+            c->list[c->listed] = k + lane;
+            c->listed += (k + lane < c->count) & (within[lane] >= 0.0f);
+        }
+    }
+}
+
+/* Returns the particle of candidate k, in every lane. */
+SPRINGLS__FN springls__vec3 springls__particle_of(const springls__candidates *c, int k)
+{
+    return springls__vec_broadcast3(springls__v3_make(c->x[k], c->y[k], c->z[k]));
+}
+
+/* Squared distances to the nearest springls so far, and the distances beyond which none can be nearer. */
+typedef struct springls__nearest_search { float best[SPRINGLS__LANES], limit[SPRINGLS__LANES]; } springls__nearest_search;
+
+/* Takes candidate k for the vertices that it is nearest to so far; of two as near the springl of the lower index. */
+SPRINGLS__FN void springls__try_candidate(const springls__model *model, const springls__candidates *c, int k,
+                                          springls__vertex_group *group, springls__nearest_search *search)
+{
+    const springls__vec within = springls__vec_load(search->limit) + c->bounding_radius[k];
+    const springls__vec3 d = springls__vec_sub(springls__particle_of(c, k), group->x);
+    const springls__vmask near_by = springls__vec_length2(d) <= within * within;
+    springls__tri_plan plan;
+    float d2[SPRINGLS__LANES];
+    int lane;
+    if (!springls__vec_any(near_by)) return;
+    plan = springls__tri_plan_make(springls__springl_tri(model->set.s[c->springl[k]]));
+    springls__vec_store(d2, springls__vec_select(near_by, springls__vec_tri_distance2(&plan, group->x),
+                                                 springls__vec_broadcast(FLT_MAX)));
+    for (lane = 0; lane < SPRINGLS__LANES; lane++) {
+        const int nearest = group->nearest[lane];
+        if (d2[lane] > search->best[lane]) continue;
+        if (d2[lane] == search->best[lane] && (nearest < 0 || c->springl[k] >= c->springl[nearest])) continue;
+        group->nearest[lane] = k;
+        search->best[lane] = d2[lane];
+        search->limit[lane] = springls__nearest_limit(d2[lane], SPRINGLS__CHUNK_RADIUS);
+    }
+}
+
+/* Finds the candidates nearest to the vertices. guess: one that is probably near, or -1; it cannot change the result. */
+SPRINGLS__FN void springls__find_nearest(const springls__model *model, const springls__candidates *c, int guess,
+                                         springls__vertex_group *group)
+{
+    springls__nearest_search search;
+    int i;
+    for (i = 0; i < SPRINGLS__LANES; i++) {
+        search.best[i] = SPRINGLS__CHUNK_RADIUS * SPRINGLS__CHUNK_RADIUS;
+        search.limit[i] = SPRINGLS__CHUNK_RADIUS;
+    }
+    if (guess >= 0) springls__try_candidate(model, c, guess, group, &search);
+    for (i = 0; i < c->listed; i++) springls__try_candidate(model, c, c->list[i], group, &search);
+}
+
+/* Reads a row of vectors, one a lane; where `index` is -1, zero. */
+SPRINGLS__FN springls__vec3 springls__vectors_at(const springls__v3 *row, const int index[SPRINGLS__LANES])
+{
+    float x[3][SPRINGLS__LANES];
+    int lane;
+    for (lane = 0; lane < SPRINGLS__LANES; lane++) {
+        const springls__v3 v = index[lane] < 0 ? springls__v3_make(0.0f, 0.0f, 0.0f) : row[index[lane]];
+        x[0][lane] = v.x;
+        x[1][lane] = v.y;
+        x[2][lane] = v.z;
+    }
+    return springls__vec_load_v3(x[0], x[1], x[2]);
+}
+
+/* Returns tangents to normals, as springls__fit_begin takes them. */
+SPRINGLS__FN springls__vec3 springls__tangents_of(const springls__candidates *c, const int index[SPRINGLS__LANES])
+{
+    springls__v3 tangent[SPRINGLS__LANES];
+    int lane, own[SPRINGLS__LANES];
+    for (lane = 0; lane < SPRINGLS__LANES; lane++) {
+        own[lane] = index[lane] < 0 ? -1 : lane;
+        if (own[lane] >= 0) tangent[lane] = springls__any_tangent(c->n[index[lane]]);
+    }
+    return springls__vectors_at(tangent, own);
+}
+
+/* Finds the correspondences of the vertices: by the quadratic fits around them, or else those of their springls. */
+SPRINGLS__FN springls__vec3 springls__group_correspondences(const springls__candidates *c, const springls__vertex_group *group)
+{
+    const springls__vec3 a = springls__vectors_at(c->a, group->nearest);
+    springls__vec_fit fit = springls__vec_fit_begin_in(group->x, springls__vectors_at(c->n, group->nearest),
+                                                       springls__tangents_of(c, group->nearest), a);
+    springls__vec_fit_box box = springls__vec_fit_box_begin();
+    springls__vec_fit_result result;
+    int i;
+    for (i = 0; i < c->listed; i++) {
+        const int k = c->list[i];
+        springls__vec_fit_add_in_box(&fit, &box, springls__particle_of(c, k), springls__vec_broadcast3(c->n[k]),
+                                     springls__vec_broadcast3(c->a[k]));
+    }
+    result = springls__vec_fit_end_in_box(&fit, &box);
+    return springls__vec_select3(result.ok, result.a, a);
+}
+
+/* Finds the springls nearest to up to LANES vertices, -1: none, and the correspondences of those that have one. *guess: as in
+   springls__find_nearest; it becomes one for vertices beside these. */
+SPRINGLS__FN void springls__group_material(const springls__model *model, springls__candidates *c, const springls__v3 *vertex,
+                                           int count, int *guess, int *springl, springls__v3 *a)
+{
+    springls__vertex_group group = springls__vertex_group_of(vertex, count);
+    float x[3][SPRINGLS__LANES];
+    springls__vec3 found;
+    int lane;
+    springls__list_candidates(&group, c);
+    springls__find_nearest(model, c, *guess, &group);
+    found = springls__group_correspondences(c, &group);
+    springls__vec_store(x[0], found.x);
+    springls__vec_store(x[1], found.y);
+    springls__vec_store(x[2], found.z);
+    for (lane = 0; lane < count; lane++) {
+        springl[lane] = group.nearest[lane] < 0 ? -1 : c->springl[group.nearest[lane]];
+        a[lane] = springls__v3_make(x[0][lane], x[1][lane], x[2][lane]);
+        if (group.nearest[lane] >= 0) *guess = group.nearest[lane];
+    }
+}
+
 /* ======== >>chunks  (src/output/chunks.h) ====================================================================== */
 /* chunks.h - meshes the zero level brick by brick, and lists the bricks whose mesh has changed. Each consumer has a published
    level set: a voxel of it takes the model's value only when the two differ by more than `tolerance`. All chunks are meshed
@@ -19649,11 +20867,11 @@ typedef struct springls__lattice_brick { int at[3]; } springls__lattice_brick;
 
 struct springls_chunks {
     springls_chunks_desc desc;
-    springls__grid published;              /* its top, slot_brick, free_slots and phi; the rest is not used            */
+    springls__grid published;              /* its table, top, slot_brick, free_slots and phi; the rest is not used     */
     springls__brick_signature *signature;  /* [published slot] when the brick was last meshed                          */
-    uint8_t *dirty, *has_mesh;             /* [brick] 1: mesh it again; 1: its last mesh had triangles                 */
+    uint8_t *dirty, *has_mesh;             /* [published entry] 1: mesh it again; 1: its last mesh had triangles       */
     uint32_t *affected;                    /* [list entry] mask of the bricks around it whose mesh a change affects    */
-    int *list;                             /* bricks whose values may differ from the published ones                   */
+    int *list;                             /* entries of bricks whose values may differ from the published ones        */
     springls_chunk *chunk;                 /* those that have changed                                                  */
     int window[3];                         /* voxels: where the window was at the last update                          */
     springls__lattice_brick *left;         /* [left_count] bricks with a mesh that the window has left behind          */
@@ -19692,56 +20910,40 @@ SPRINGLS__FN springls_status springls__chunks_reserve(springls_context *ctx, spr
     return SPRINGLS_OK;
 }
 
-/* Allocates an empty published level set: the first update lists every chunk. */
-SPRINGLS__FN springls_status springls__chunks_make(springls_context *ctx, springls_chunks *c)
-{
-    const springls__grid *g = &ctx->model.grid;
-    size_t bricks = springls__brick_count(g), i;
-    memcpy(c->published.size, g->size, sizeof g->size);
-    memcpy(c->published.bricks, g->bricks, sizeof g->bricks);
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->top_memory, bricks, sizeof(int), 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->dirty_memory, bricks, 1, 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->has_mesh_memory, bricks, 1, 0));
-    SPRINGLS__TRY(springls__chunks_reserve(ctx, c, SPRINGLS__FIRST_SLOT));
-    c->published.top = (int *)c->top_memory.data;
-    c->dirty = (uint8_t *)c->dirty_memory.data;
-    c->has_mesh = (uint8_t *)c->has_mesh_memory.data;
-    for (i = 0; i < bricks; i++) c->published.top[i] = SPRINGLS__OUTSIDE;
-    memset(c->dirty, 0, bricks);
-    memset(c->has_mesh, 0, bricks);
-    c->published.slot_count = SPRINGLS__FIRST_SLOT;
-    return SPRINGLS_OK;
-}
+/* ---- a top table or a window that has moved ---- */
 
-/* ---- a window that has moved ---- */
-
-/* Returns the place on the lattice of a brick of the published level set. */
-SPRINGLS__FN springls__lattice_brick springls__lattice_place(const springls_chunks *c, int brick)
+/* Returns the place on the lattice of the brick of a published entry. */
+SPRINGLS__FN springls__lattice_brick springls__lattice_place(const springls_chunks *c, int entry)
 {
     springls__lattice_brick place;
     int axis;
-    springls__brick_place(&c->published, brick, place.at);
-    for (axis = 0; axis < 3; axis++) place.at[axis] += c->window[axis] / SPRINGLS__BRICK;
+    springls__entry_origin(&c->published, entry, place.at);
+    for (axis = 0; axis < 3; axis++) place.at[axis] = (place.at[axis] + c->window[axis]) / SPRINGLS__BRICK;
     return place;
 }
 
-/* Returns the brick of the published level set at a place on the lattice; -1: none. */
-SPRINGLS__FN int springls__published_brick(const springls_chunks *c, const springls__lattice_brick *place)
+/* Finds the place in a window of a brick of the lattice, counted in bricks; false: it is beyond. */
+SPRINGLS__FN bool springls__place_in_window(const springls__grid *g, const int window[3], const springls__lattice_brick *brick,
+                                            int place[3])
 {
-    int at[3], axis;
-    for (axis = 0; axis < 3; axis++) at[axis] = place->at[axis] * SPRINGLS__BRICK - c->window[axis];
-    return springls__grid_contains(&c->published, at[0], at[1], at[2]) ? springls__brick_at(&c->published, at[0], at[1], at[2]) : -1;
+    int axis;
+    bool within = true;
+    for (axis = 0; axis < 3; axis++) {
+        place[axis] = brick->at[axis] - window[axis] / SPRINGLS__BRICK;
+        within = within && place[axis] >= 0 && place[axis] < g->bricks[axis];
+    }
+    return within;
 }
 
 /* Drops the published bricks that the window leaves behind, notes those with a mesh, and gives the others their new numbers. They
-   are meshed again: vertices may differ in the last bit, and neighbours repeat them. */
+   are meshed again: vertices may differ in the last bit, and neighbours repeat them. The top table is as before the move. */
 SPRINGLS__FN void springls__move_published(springls_chunks *c, const int bricks[3])
 {
     springls__grid *g = &c->published;
     float moved[3];
-    int count = (int)springls__brick_count(g), i, k;
+    int count = (int)springls__entry_count(g), i, k;
     for (i = 0; i < count; i++) {
-        const int to = springls__brick_after_move(g, i, bricks), slot = g->top[i];
+        const int to = springls__brick_after_move(g, springls__brick_of_entry(g, i), bricks), slot = g->top[i];
         if (to < 0 && c->has_mesh[i]) c->left[c->left_count++] = springls__lattice_place(c, i);
         if (slot < SPRINGLS__FIRST_SLOT) continue;
         g->slot_brick[slot] = to;
@@ -19750,37 +20952,99 @@ SPRINGLS__FN void springls__move_published(springls_chunks *c, const int bricks[
         for (k = 0; k < 3; k++) moved[k] = -(float)(SPRINGLS__BRICK * bricks[k]) * (float)c->signature[slot].count;
         c->signature[slot].particles = springls__add(c->signature[slot].particles, springls__v3_make(moved[0], moved[1], moved[2]));
     }
-    springls__move_table(g, g->top, sizeof *g->top, bricks);
-    springls__move_table(g, c->dirty, 1, bricks);
-    springls__move_table(g, c->has_mesh, 1, bricks);
+}
+
+/* Replaces the top table of the published level set and what it has for each entry, after its bricks have moved by `bricks`. Nothing
+   has changed on failure. */
+SPRINGLS__FN springls_status springls__change_published(springls_context *ctx, springls_chunks *c, const springls__table *to,
+                                                        const int bricks[3])
+{
+    static const size_t size[3] = { sizeof(int), 1, 1 };
+    springls__buffer *const memory[3] = { &c->top_memory, &c->dirty_memory, &c->has_mesh_memory };
+    springls__buffer moved[3];
+    springls_status status = SPRINGLS_OK;
+    int i;
+    memset(moved, 0, sizeof moved);
+    for (i = 0; i < 3 && status == SPRINGLS_OK; i++)
+        status = springls__buffer_grow(ctx, &moved[i], springls__entries_of(to), size[i], 0);
+    if (status != SPRINGLS_OK) {
+        for (i = 0; i < 3; i++) springls__buffer_free(ctx, &moved[i]);
+        return status;
+    }
+    if (bricks[0] || bricks[1] || bricks[2]) springls__move_published(c, bricks);
+    for (i = 0; i < 3; i++) {
+        springls__copy_entries(&c->published.table, memory[i]->data, to, moved[i].data, size[i], bricks);
+        springls__buffer_free(ctx, memory[i]);
+        *memory[i] = moved[i];
+    }
+    c->published.table = *to;
+    c->published.top = (int *)c->top_memory.data;
+    c->dirty = (uint8_t *)c->dirty_memory.data;
+    c->has_mesh = (uint8_t *)c->has_mesh_memory.data;
+    return SPRINGLS_OK;
 }
 
 /* Takes from the list of bricks left behind those that are in the window again: the consumer has a mesh of them. */
 SPRINGLS__FN void springls__take_back_bricks(springls_chunks *c)
 {
-    int i, n = 0, brick;
+    int i, n = 0, place[3], entry;
     for (i = 0; i < c->left_count; i++) {
-        brick = springls__published_brick(c, &c->left[i]);
-        if (brick < 0) c->left[n++] = c->left[i];
-        else c->dirty[brick] = c->has_mesh[brick] = 1;
+        if (!springls__place_in_window(&c->published, c->window, &c->left[i], place)) {
+            c->left[n++] = c->left[i];
+            continue;
+        }
+        entry = springls__entry_at(&c->published, 8 * place[0], 8 * place[1], 8 * place[2]);
+        c->dirty[entry] = c->has_mesh[entry] = 1;
     }
     c->left_count = n;
 }
 
-/* Moves what is published to where the model's window is now. Nothing has changed on failure. */
+/* Returns the table that has the bricks of a box, those that are published or have a mesh, and those that were left behind and are
+   in the window again, after the published ones have moved by `bricks`. */
+SPRINGLS__FN springls__table springls__table_to_publish(const springls_context *ctx, const springls_chunks *c,
+                                                        springls__brick_box box, const int bricks[3])
+{
+    const springls__grid *g = &c->published;
+    int i, place[3], count = (int)springls__entry_count(g);
+    for (i = 0; i < count; i++)
+        if (g->top[i] != SPRINGLS__OUTSIDE || c->dirty[i] || c->has_mesh[i]) springls__box_add_entry(g, &box, i, bricks);
+    for (i = 0; i < c->left_count; i++)
+        if (springls__place_in_window(g, ctx->window.offset, &c->left[i], place)) springls__box_add(&box, place, 0);
+    return springls__table_for(g, &box);
+}
+
+/* Moves what is published to where the model's window is now, and makes its top table have the bricks of the model. Nothing has
+   changed on failure. */
 SPRINGLS__FN springls_status springls__chunks_follow(springls_context *ctx, springls_chunks *c)
 {
+    springls__brick_box box = springls__empty_box();
+    springls__table to;
     int bricks[3], axis, i, n = c->left_count;
-    const int count = (int)springls__brick_count(&c->published);
-    if (memcmp(c->window, ctx->window.offset, sizeof c->window) == 0) return SPRINGLS_OK;
+    const int count = (int)springls__entry_count(&c->published);
+    springls__box_add_grid(&ctx->model.grid, &box, springls__unmoved);
+    if (springls__table_covers(&c->published, &box) && memcmp(c->window, ctx->window.offset, sizeof c->window) == 0)
+        return SPRINGLS_OK;
     for (i = 0; i < count; i++) n += c->has_mesh[i];
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->left_memory, (size_t)n + 1, sizeof *c->left,
                                         (size_t)c->left_count * sizeof *c->left));
     c->left = (springls__lattice_brick *)c->left_memory.data;
     for (axis = 0; axis < 3; axis++) bricks[axis] = (ctx->window.offset[axis] - c->window[axis]) / SPRINGLS__BRICK;
-    springls__move_published(c, bricks);
+    to = springls__table_to_publish(ctx, c, box, bricks);
+    SPRINGLS__TRY(springls__change_published(ctx, c, &to, bricks));
     memcpy(c->window, ctx->window.offset, sizeof c->window);
     springls__take_back_bricks(c);
+    return SPRINGLS_OK;
+}
+
+/* Allocates an empty published level set: the first update lists every chunk. */
+SPRINGLS__FN springls_status springls__chunks_make(springls_context *ctx, springls_chunks *c)
+{
+    const springls__grid *g = &ctx->model.grid;
+    memcpy(c->published.size, g->size, sizeof g->size);
+    memcpy(c->published.bricks, g->bricks, sizeof g->bricks);
+    SPRINGLS__TRY(springls__change_published(ctx, c, &g->table, springls__unmoved));
+    SPRINGLS__TRY(springls__chunks_reserve(ctx, c, SPRINGLS__FIRST_SLOT));
+    c->published.slot_count = SPRINGLS__FIRST_SLOT;
     return SPRINGLS_OK;
 }
 
@@ -19834,6 +21098,14 @@ SPRINGLS__FN uint32_t springls__publish_brick(const springls__grid *g, const int
     return affected | own;
 }
 
+/* Returns the slot that the model has for the brick of a published entry. */
+SPRINGLS__FN int springls__slot_published(const springls__grid *g, const springls__grid *published, int entry)
+{
+    int at[3];
+    springls__entry_origin(published, entry, at);
+    return springls__slot_of_voxel(g, at[0], at[1], at[2]);
+}
+
 SPRINGLS__FN void springls__publish_work(void *arg, int begin, int end, float *memory)
 {
     const springls_context *ctx = (const springls_context *)arg;
@@ -19843,29 +21115,29 @@ SPRINGLS__FN void springls__publish_work(void *arg, int begin, int end, float *m
     (void)memory;
     for (; begin < end; begin++) {
         int slot = c->published.top[c->list[begin]];
-        const float *now = g->phi + (size_t)g->top[c->list[begin]] * SPRINGLS__BRICK_VOXELS;
+        const float *now = g->phi + (size_t)springls__slot_published(g, &c->published, c->list[begin]) * SPRINGLS__BRICK_VOXELS;
         springls__slot_origin(&c->published, slot, origin);
         c->affected[begin] = springls__publish_brick(g, origin, now, c->published.phi + (size_t)slot * SPRINGLS__BRICK_VOXELS,
                                                      c->desc.tolerance);
     }
 }
 
-/* Gives a constant brick a slot of the published level set, with the constant as its values. */
-SPRINGLS__FN void springls__add_published_brick(springls_chunks *c, int brick)
+/* Gives the constant brick of a published entry a slot, with the constant as its values. */
+SPRINGLS__FN void springls__add_published_brick(springls_chunks *c, int entry)
 {
     springls__grid *published = &c->published;
-    int side = published->top[brick];
+    int side = published->top[entry];
     int slot = published->free_count ? published->free_slots[--published->free_count] : published->slot_count++;
-    published->top[brick] = slot;
-    published->slot_brick[slot] = brick;
+    published->top[entry] = slot;
+    published->slot_brick[slot] = springls__brick_of_entry(published, entry);
     springls__fill(published->phi, slot, side == SPRINGLS__INSIDE ? -published->far_value : published->far_value);
     memset(&c->signature[slot], 0, sizeof c->signature[slot]);
 }
 
-/* Returns whether the model's values in a brick may differ from the published ones. */
-SPRINGLS__FN bool springls__may_differ(const springls__grid *g, const springls__grid *published, int brick)
+/* Returns whether the model's values in the brick of a published entry may differ from the published ones. */
+SPRINGLS__FN bool springls__may_differ(const springls__grid *g, const springls__grid *published, int entry)
 {
-    return published->top[brick] >= SPRINGLS__FIRST_SLOT || g->top[brick] != published->top[brick];
+    return published->top[entry] >= SPRINGLS__FIRST_SLOT || springls__slot_published(g, published, entry) != published->top[entry];
 }
 
 /* Writes c->list, the bricks that may differ; each gets a slot of the published level set. */
@@ -19873,8 +21145,8 @@ SPRINGLS__FN springls_status springls__list_bricks(springls_context *ctx, spring
 {
     const springls__grid *g = &ctx->model.grid;
     springls__grid *published = &c->published;
-    int bricks = (int)springls__brick_count(g), i, n = 0, added = 0;
-    for (i = 0; i < bricks; i++) {
+    int entries = (int)springls__entry_count(published), i, n = 0, added = 0;
+    for (i = 0; i < entries; i++) {
         if (!springls__may_differ(g, published, i)) continue;
         n++;
         added += published->top[i] < SPRINGLS__FIRST_SLOT;
@@ -19887,7 +21159,7 @@ SPRINGLS__FN springls_status springls__list_bricks(springls_context *ctx, spring
     published->far_value = g->far_value;
     springls__fill(published->phi, SPRINGLS__OUTSIDE, g->far_value);
     springls__fill(published->phi, SPRINGLS__INSIDE, -g->far_value);
-    for (i = n = 0; i < bricks; i++) {
+    for (i = n = 0; i < entries; i++) {
         if (!springls__may_differ(g, published, i)) continue;
         c->list[n++] = i;
         if (published->top[i] < SPRINGLS__FIRST_SLOT) springls__add_published_brick(c, i);
@@ -19903,21 +21175,18 @@ SPRINGLS__FN void springls__mark_affected(springls_chunks *c, int i)
     springls__slot_origin(&c->published, c->published.top[c->list[i]], origin);
     for (d = 0; d < 27 && c->affected[i]; d++)
         if ((c->affected[i] >> d & 1u) && springls__brick_around(&c->published, origin, d, at))
-            c->dirty[springls__brick_at(&c->published, at[0], at[1], at[2])] = 1;
+            c->dirty[springls__entry_at(&c->published, at[0], at[1], at[2])] = 1;
 }
 
 /* Sums up the signature of every brick with a slot of the published level set; signature: [published slot]. */
 SPRINGLS__FN void springls__collect_signatures(const springls_context *ctx, const springls_chunks *c,
                                                springls__brick_signature *signature)
 {
-    const springls__grid *g = &ctx->model.grid;
     int i;
     memset(signature, 0, (size_t)c->published.slot_count * sizeof *signature);
     for (i = 0; i < ctx->model.set.count; i++) {
         springls__v3 p = ctx->model.set.s[i].p;
-        springls__brick_signature *sum = &signature[springls__slot_at(
-            &c->published, springls__cell_coordinate(p.x, g->size[0]), springls__cell_coordinate(p.y, g->size[1]),
-            springls__cell_coordinate(p.z, g->size[2]))];
+        springls__brick_signature *sum = &signature[springls__slot_of_place(&c->published, p)];
         sum->ids += springls__hash(14695981039346656037u, &ctx->model.set.id[i], sizeof(uint32_t));
         sum->particles = springls__add(sum->particles, p);
         sum->correspondences = springls__add(sum->correspondences, ctx->model.set.a[i]);
@@ -19947,7 +21216,7 @@ SPRINGLS__FN springls_status springls__mark_moved_springls(springls_context *ctx
         if (c->published.slot_brick[slot] < 0) continue;
         if (springls__signatures_agree(&now[slot], &c->signature[slot], c->desc.tolerance)) continue;
         c->signature[slot] = now[slot];
-        c->dirty[c->published.slot_brick[slot]] = 1;
+        c->dirty[springls__entry_of_brick(&c->published, c->published.slot_brick[slot])] = 1;
     }
     return SPRINGLS_OK;
 }
@@ -19957,9 +21226,10 @@ SPRINGLS__FN void springls__drop_published_bricks(springls_context *ctx, springl
 {
     int i;
     for (i = 0; i < c->listed; i++) {
-        int brick = c->list[i], side = ctx->model.grid.top[brick], slot = c->published.top[brick];
+        const int entry = c->list[i], slot = c->published.top[entry];
+        const int side = springls__slot_published(&ctx->model.grid, &c->published, entry);
         if (side >= SPRINGLS__FIRST_SLOT) continue;
-        c->published.top[brick] = side;
+        c->published.top[entry] = side;
         c->published.slot_brick[slot] = -1;
         c->published.free_slots[c->published.free_count++] = slot;
     }
@@ -20013,28 +21283,61 @@ SPRINGLS__FN void springls__count_chunk_work(void *arg, int begin, int end, floa
     for (; begin < end; begin++) springls__mesh_chunk(c, &c->chunk[begin], NULL, NULL);
 }
 
-/* Writes the correspondence and the id of the springl nearest to a vertex x, voxels. */
-SPRINGLS__FN void springls__fill_chunk_springl(const springls_context *ctx, springls_chunk *chunk, int vertex, springls__v3 x)
+/* Writes the id of a vertex x (voxels) and its correspondence a, given its springl; -1: there is none near. */
+SPRINGLS__FN void springls__write_chunk_material(const springls_context *ctx, springls_chunk *chunk, int vertex, springls__v3 x,
+                                                 int springl, springls__v3 a)
 {
-    int nearest = springls__nearest_springl(&ctx->model, x, 1.0f);
-    float *a = chunk->correspondences + 3 * vertex;
-    if (nearest >= 0) springls__original_to_world(ctx, springls__correspondence_at(&ctx->model, nearest, x), a);
-    else springls__voxel_to_world(ctx, x, a);
-    chunk->ids[vertex] = nearest >= 0 ? ctx->model.set.id[nearest] : UINT32_MAX;
+    float *out = chunk->correspondences + 3 * vertex;
+    if (springl >= 0) springls__original_to_world(ctx, a, out);
+    else springls__voxel_to_world(ctx, x, out);
+    chunk->ids[vertex] = springl >= 0 ? ctx->model.set.id[springl] : UINT32_MAX;
+}
+
+/* Writes the correspondences and ids of a chunk vertex by vertex. vertex: voxels. */
+SPRINGLS__FN void springls__fill_single_material(const springls_context *ctx, springls_chunk *chunk, const springls__v3 *vertex)
+{
+    int i;
+    for (i = 0; i < chunk->vertex_count; i++) {
+        const int nearest = springls__nearest_springl(&ctx->model, vertex[i], SPRINGLS__CHUNK_RADIUS);
+        const springls__v3 a = nearest < 0 ? vertex[i] : springls__correspondence_at(&ctx->model, nearest, vertex[i]);
+        springls__write_chunk_material(ctx, chunk, i, vertex[i], nearest, a);
+    }
+}
+
+/* Writes the correspondences and ids of a chunk. vertex: voxels. */
+SPRINGLS__FN void springls__fill_chunk_material(const springls_context *ctx, springls_chunk *chunk, const springls__v3 *vertex,
+                                                springls__candidates *candidates)
+{
+    springls__v3 lower = vertex[0], upper = vertex[0], a[SPRINGLS__LANES];
+    int i, k, count, guess = -1, springl[SPRINGLS__LANES];
+    for (i = 1; i < chunk->vertex_count; i++) {
+        lower = springls__min3(lower, vertex[i]);
+        upper = springls__max3(upper, vertex[i]);
+    }
+    if (!springls__find_candidates(&ctx->model, lower, upper, candidates)) {
+        springls__fill_single_material(ctx, chunk, vertex);
+        return;
+    }
+    for (i = 0; i < chunk->vertex_count; i += count) {
+        count = springls__imin(SPRINGLS__LANES, chunk->vertex_count - i);
+        springls__group_material(&ctx->model, candidates, vertex + i, count, &guess, springl, a);
+        for (k = 0; k < count; k++) springls__write_chunk_material(ctx, chunk, i + k, vertex[i + k], springl[k], a[k]);
+    }
 }
 
 /* Fills the arrays of a counted chunk. Its positions are in voxels first, then in world units. */
-SPRINGLS__FN void springls__fill_chunk(const springls_context *ctx, const springls_chunks *c, springls_chunk *chunk)
+SPRINGLS__FN void springls__fill_chunk(const springls_context *ctx, const springls_chunks *c, springls_chunk *chunk,
+                                       springls__candidates *candidates)
 {
     springls__v3 *vertex = (springls__v3 *)(void *)chunk->positions;
     int i;
     springls__mesh_chunk(c, chunk, vertex, chunk->triangles);
+    if (c->desc.correspondences && chunk->vertex_count) springls__fill_chunk_material(ctx, chunk, vertex, candidates);
     for (i = 0; i < chunk->vertex_count; i++) {
         springls__v3 x = vertex[i];
         springls__v3 n = springls__normal_to_world(ctx, springls__grid_gradient(&c->published, c->published.phi, x));
         memcpy(chunk->normals + 3 * i, &n, sizeof n);
         springls__voxel_to_world(ctx, x, chunk->positions + 3 * i);
-        if (c->desc.correspondences) springls__fill_chunk_springl(ctx, chunk, i, x);
     }
     for (i = 0; i < chunk->triangle_count && springls__is_mirrored(ctx); i++) { /* counter-clockwise seen from outside */
         uint16_t corner = chunk->triangles[3 * i + 1];
@@ -20046,22 +21349,24 @@ SPRINGLS__FN void springls__fill_chunk(const springls_context *ctx, const spring
 SPRINGLS__FN void springls__fill_chunk_work(void *arg, int begin, int end, float *memory)
 {
     const springls_context *ctx = (const springls_context *)arg;
-    (void)memory;
-    for (; begin < end; begin++) springls__fill_chunk(ctx, ctx->step.chunks, &ctx->step.chunks->chunk[begin]);
+    for (; begin < end; begin++)
+        springls__fill_chunk(ctx, ctx->step.chunks, &ctx->step.chunks->chunk[begin], (springls__candidates *)(void *)memory);
 }
 
 /* Writes c->chunk, a chunk without arrays for each dirty brick. */
 SPRINGLS__FN springls_status springls__list_chunks(springls_context *ctx, springls_chunks *c)
 {
     const springls__grid *g = &c->published;
-    int bricks = (int)springls__brick_count(g), i, n = 0;
-    for (i = 0; i < bricks; i++) n += c->dirty[i];
+    int entries = (int)springls__entry_count(g), i, axis, n = 0;
+    for (i = 0; i < entries; i++) n += c->dirty[i];
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->chunk_memory, (size_t)(n + c->left_count) + 1, sizeof *c->chunk, 0));
     c->chunk = (springls_chunk *)c->chunk_memory.data;
     memset(c->chunk, 0, (size_t)n * sizeof *c->chunk);
-    for (i = n = 0; i < bricks; i++) {
+    for (i = n = 0; i < entries; i++) {
         if (!c->dirty[i]) continue;
-        springls__brick_place(g, i, c->chunk[n++].brick);
+        springls__entry_origin(g, i, c->chunk[n].brick);
+        for (axis = 0; axis < 3; axis++) c->chunk[n].brick[axis] /= SPRINGLS__BRICK;
+        n++;
     }
     c->count = n;
     return SPRINGLS_OK;
@@ -20078,7 +21383,7 @@ SPRINGLS__FN springls_status springls__allocate_chunks(springls_context *ctx, sp
         const int *b = c->chunk[i].brick;
         vertices += (size_t)c->chunk[i].vertex_count;
         corners += 3 * (size_t)c->chunk[i].triangle_count;
-        if (c->chunk[i].triangle_count || c->has_mesh[springls__brick_at(&c->published, 8 * b[0], 8 * b[1], 8 * b[2])])
+        if (c->chunk[i].triangle_count || c->has_mesh[springls__entry_at(&c->published, 8 * b[0], 8 * b[1], 8 * b[2])])
             c->chunk[n++] = c->chunk[i];
     }
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->vertex_memory, vertices * words + 1, sizeof(float), 0));
@@ -20132,8 +21437,8 @@ SPRINGLS__FN void springls__name_chunks(springls_chunks *c)
 /* Marks as dirty all bricks with values. */
 SPRINGLS__FN void springls__mark_all(springls_chunks *c)
 {
-    size_t bricks = springls__brick_count(&c->published), i;
-    for (i = 0; i < bricks; i++) c->dirty[i] |= c->has_mesh[i] || c->published.top[i] >= SPRINGLS__FIRST_SLOT;
+    size_t entries = springls__entry_count(&c->published), i;
+    for (i = 0; i < entries; i++) c->dirty[i] |= c->has_mesh[i] || c->published.top[i] >= SPRINGLS__FIRST_SLOT;
 }
 
 enum { SPRINGLS__CHUNKS_PUBLISH, SPRINGLS__CHUNKS_COUNT, SPRINGLS__CHUNKS_FILL, SPRINGLS__CHUNKS_FILLED };
@@ -20142,6 +21447,7 @@ enum { SPRINGLS__CHUNKS_PUBLISH, SPRINGLS__CHUNKS_COUNT, SPRINGLS__CHUNKS_FILL, 
    chunks. */
 SPRINGLS__FN springls_status springls__update_chunks(springls_context *ctx)
 {
+    const size_t floats = sizeof(springls__candidates) / sizeof(float);
     springls_chunks *c = ctx->step.chunks;
     int i;
     ctx->on_device = false;
@@ -20165,14 +21471,15 @@ SPRINGLS__FN springls_status springls__update_chunks(springls_context *ctx)
         return springls__next_phase(ctx, SPRINGLS__CHUNKS_FILL);
     case SPRINGLS__CHUNKS_FILL:
         SPRINGLS__TRY(springls__allocate_chunks(ctx, c));
-        springls__loop_over(ctx, c->count, 1, 0, springls__fill_chunk_work, ctx);
+        if (c->desc.correspondences) SPRINGLS__TRY(springls__reserve_lanes(ctx, floats, c->count));
+        springls__loop_over(ctx, c->count, 1, c->desc.correspondences ? floats : 0, springls__fill_chunk_work, ctx);
         return springls__next_phase(ctx, SPRINGLS__CHUNKS_FILLED);
     case SPRINGLS__CHUNKS_FILLED:
     default:
-        memset(c->dirty, 0, springls__brick_count(&c->published));
+        memset(c->dirty, 0, springls__entry_count(&c->published));
         for (i = 0; i < c->count; i++) {
             const int *b = c->chunk[i].brick;
-            c->has_mesh[springls__brick_at(&c->published, 8 * b[0], 8 * b[1], 8 * b[2])] = c->chunk[i].triangle_count > 0;
+            c->has_mesh[springls__entry_at(&c->published, 8 * b[0], 8 * b[1], 8 * b[2])] = c->chunk[i].triangle_count > 0;
         }
         c->state = SPRINGLS__CHUNKS_READY;
         ctx->step.active = false;
@@ -20194,8 +21501,8 @@ SPRINGLS__FN void springls__list_again(springls_chunks *c)
     int i;
     for (i = 0; i < c->count; i++) {
         const int *b = c->chunk[i].brick;
-        int brick = springls__brick_at(&c->published, 8 * b[0], 8 * b[1], 8 * b[2]);
-        c->dirty[brick] = c->has_mesh[brick] = 1; /* as if it had one: a chunk that has vanished is listed too */
+        int entry = springls__entry_at(&c->published, 8 * b[0], 8 * b[1], 8 * b[2]);
+        c->dirty[entry] = c->has_mesh[entry] = 1; /* as if it had one: a chunk that has vanished is listed too */
     }
 }
 
@@ -20539,7 +21846,7 @@ SPRINGLS__FN bool springls__level_ray_active(const springls__level_ray *ray, int
     at[ray->frame.kz] = springls__imax(begin, 0); /* cubes that begin before the domain belong to its first bricks */
     for (at[ky] = springls__imax(v[0], 0) & ~7; at[ky] <= springls__imax(v[1], 0); at[ky] += SPRINGLS__BRICK)
         for (at[kx] = springls__imax(u[0], 0) & ~7; at[kx] <= springls__imax(u[1], 0); at[kx] += SPRINGLS__BRICK)
-            if (springls__slot_at(ray->g, at[0], at[1], at[2]) >= SPRINGLS__FIRST_SLOT) return true;
+            if (springls__slot_of_voxel(ray->g, at[0], at[1], at[2]) >= SPRINGLS__FIRST_SLOT) return true;
     return false;
 }
 
@@ -20549,8 +21856,8 @@ SPRINGLS__FN void springls__level_ray_cube(springls__level_ray *ray, const int a
     const springls__grid *g = ray->g;
     springls__mc_cell cell;
     int mask, k;
-    if (springls__slot_at(g, springls__imax(at[0], 0), springls__imax(at[1], 0), springls__imax(at[2], 0)) < SPRINGLS__FIRST_SLOT)
-        return;
+    if (springls__slot_of_voxel(g, springls__imax(at[0], 0), springls__imax(at[1], 0), springls__imax(at[2], 0))
+        < SPRINGLS__FIRST_SLOT) return;
     cell = springls__grid_cube(g, at[0], at[1], at[2]);
     mask = springls__mc_case(cell);
     for (k = 0; k < springls__mc_count(mask); k++) {
@@ -20754,12 +22061,12 @@ SPRINGLS__FN void springls__level_try_row(springls__level_search *search, int br
     }
 }
 
-/* Returns a lower bound of the squared distance to the cubes of a brick of the top table; FLT_MAX when it is not active. */
+/* Returns a lower bound of the squared distance to the cubes of a brick; FLT_MAX when it is not active. */
 SPRINGLS__FN float springls__level_brick2(const springls__level_search *search, int brick)
 {
     const springls__grid *g = &search->ctx->model.grid;
     int lower[3], upper[3], k;
-    if (g->top[brick] < SPRINGLS__FIRST_SLOT) return FLT_MAX;
+    if (springls__slot_of_brick(g, brick) < SPRINGLS__FIRST_SLOT) return FLT_MAX;
     springls__brick_origin(g, brick, lower);
     for (k = 0; k < 3; k++) {
         upper[k] = lower[k] + SPRINGLS__BRICK;
@@ -20768,7 +22075,7 @@ SPRINGLS__FN float springls__level_brick2(const springls__level_search *search, 
     return springls__level_box2(search, lower, upper);
 }
 
-/* Searches the cubes of a brick of the top table, row by row. */
+/* Searches the cubes of a brick, row by row. */
 SPRINGLS__FN void springls__level_try_brick(springls__level_search *search, int brick)
 {
     const springls__grid *g = &search->ctx->model.grid;
@@ -20778,7 +22085,7 @@ SPRINGLS__FN void springls__level_try_brick(springls__level_search *search, int 
     int u[2], v[2], w[2], y, z;
     if (springls__level_brick2(search, brick) > search->limit2) return;
     radius = springls__sqrt(search->limit2);
-    range = springls__brick_cubes(g, g->top[brick]);
+    range = springls__brick_cubes(g, springls__slot_of_brick(g, brick));
     border = springls__tile_at_border(g, range.origin);
     springls__level_span(search, &range, 0, radius, u);
     springls__level_span(search, &range, 1, radius, v);
@@ -20793,8 +22100,8 @@ SPRINGLS__FN void springls__level_try_brick(springls__level_search *search, int 
         }
 }
 
-/* Returns a lower bound of the distance to the bricks that are r or more away from brick `center`, of the top table; FLT_MAX
-   where there are none. */
+/* Returns a lower bound of the distance to the bricks that are r or more away from brick `center`; FLT_MAX where there are
+   none. */
 SPRINGLS__FN float springls__level_ring_distance(const springls__level_search *search, const int center[3], int r)
 {
     const springls__grid *g = &search->ctx->model.grid;
@@ -20813,7 +22120,7 @@ SPRINGLS__FN float springls__level_ring_distance(const springls__level_search *s
     return bound;
 }
 
-/* A walk over the bricks of the top table that are r away from brick `center`; over all active ones when r is negative. */
+/* A walk over the bricks that are r away from brick `center`; over all active ones when r is negative. */
 typedef struct springls__ring_walk {
     const springls__grid *g;
     int center[3], r, at[3], next;
@@ -20904,7 +22211,7 @@ SPRINGLS__FN springls__level_hit springls__level_closest(springls__level_search 
     search->x = springls__world_to_model(ctx, world);
     for (k = 0; k < 3; k++) {
         search->at[k] = (float)(x[k] < -1e15 ? -1e15 : x[k] > 1e15 ? 1e15 : x[k]);
-        center[k] = springls__cell_coordinate(search->at[k], g->size[k]) / SPRINGLS__BRICK;
+        center[k] = springls__cell_coordinate(search->at[k], 0, g->size[k]) / SPRINGLS__BRICK;
     }
     search->slack = 4e-6f * (springls__max_coordinate(search->x)
                              + springls__max_coordinate(springls__voxel_to_model(ctx, corner)));
@@ -21311,7 +22618,7 @@ SPRINGLS__FN bool springls__particles_are_in_bricks(const springls_context *ctx)
     for (i = 0; i < ctx->model.set.count; i++) {
         int origin[3];
         springls__origin_of_place(g, ctx->model.set.s[i].p, origin);
-        if (springls__slot_at(g, origin[0], origin[1], origin[2]) < SPRINGLS__FIRST_SLOT) return false;
+        if (springls__slot_of_voxel(g, origin[0], origin[1], origin[2]) < SPRINGLS__FIRST_SLOT) return false;
     }
     return true;
 }
@@ -22721,8 +24028,8 @@ SPRINGLS__FN springls__layout springls__layout_of(const springls__grid *g, const
 /* Counts the bricks with voxels. */
 SPRINGLS__FN int springls__active_bricks(const springls__grid *g)
 {
-    int i, n = 0, bricks = (int)springls__brick_count(g);
-    for (i = 0; i < bricks; i++) n += g->top[i] >= SPRINGLS__FIRST_SLOT;
+    int i, n = 0, entries = (int)springls__entry_count(g);
+    for (i = 0; i < entries; i++) n += g->top[i] >= SPRINGLS__FIRST_SLOT;
     return n;
 }
 
@@ -22733,12 +24040,12 @@ SPRINGLS__FN uint64_t springls__reference_stamp(springls_context *ctx)
     const springls__grid *g = &ctx->model.reference;
     const springls__surface *original = &ctx->original;
     uint64_t stamp = springls__checksum(1, &g->far_value, sizeof g->far_value, true);
-    int i, bricks = (int)springls__brick_count(g);
+    int i, entries = (int)springls__entry_count(g);
     if (ctx->reference_stamp) return ctx->reference_stamp;
-    for (i = 0; i < bricks; i++) {
-        int side = springls__imin(g->top[i], SPRINGLS__FIRST_SLOT);
+    for (i = 0; i < entries; i++) {
+        int side = springls__imin(g->top[i], SPRINGLS__FIRST_SLOT), brick = springls__brick_of_entry(g, i);
         if (side == SPRINGLS__OUTSIDE) continue;
-        stamp = springls__checksum(stamp, &i, sizeof i, true);
+        stamp = springls__checksum(stamp, &brick, sizeof brick, true);
         stamp = springls__checksum(stamp, &side, sizeof side, true);
         if (side >= SPRINGLS__FIRST_SLOT)
             stamp = springls__checksum(stamp, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS,
@@ -22827,12 +24134,13 @@ SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, 
     char *side = out + layout->at[sides];
     springls__coder numbers = springls__writer(out + layout->at[sides + 1]);
     springls__coder values = springls__writer(out + layout->at[sides + 2]);
-    int i, bricks = (int)springls__brick_count(g);
+    int i, entries = (int)springls__entry_count(g);
     memset(side, 0, (size_t)springls__side_bytes(g));
-    for (i = 0; i < bricks; i++) {
-        if (g->top[i] == SPRINGLS__INSIDE) side[i >> 3] = (char)(side[i >> 3] | 1 << (i & 7));
+    for (i = 0; i < entries; i++) {
+        int brick = springls__brick_of_entry(g, i);
+        if (g->top[i] == SPRINGLS__INSIDE) side[brick >> 3] = (char)(side[brick >> 3] | 1 << (brick & 7));
         if (g->top[i] < SPRINGLS__FIRST_SLOT) continue;
-        SPRINGLS__CODE(&numbers, i);
+        SPRINGLS__CODE(&numbers, brick);
         springls__code(&values, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS, SPRINGLS__BRICK_VOXELS, sizeof(float));
     }
 }
@@ -23043,7 +24351,8 @@ SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
 {
     const int furthest = INT32_MAX / 2; /* counters that will grow */
     if (springls__params_fault(&s->params) || !springls__finite_double(s->time)) return false;
-    if (s->springls < 0 || s->springls > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->springls) return false;
+    if (s->springls < 0 || s->springls > INT32_MAX / 3 - 1) return false;
+    if (s->at_edges < 0 || s->at_edges > INT32_MAX / 3 - 1) return false; /* some may have been removed since they were counted */
     if (s->iteration < 0 || s->iteration > furthest || s->steps < 0 || s->steps > furthest) return false;
     if (s->neighbors_age < -1 || s->neighbors_age > furthest) return false;
     if (s->components < 0 || s->events < 0 || s->event_parts < 0) return false;
@@ -23291,8 +24600,36 @@ SPRINGLS__FN springls_status springls__snapshot_read(springls_context *ctx, cons
 
 /* ---- restoring ---- */
 
+/* Returns the top table of a grid of three sections, the first of which is `sides`. count: of its bricks with voxels. */
+SPRINGLS__FN springls__table springls__table_of_block(const springls__grid *g, const springls__layout *layout, int sides,
+                                                      const char *block, int count)
+{
+    const char *side = block + layout->at[sides], *numbers = block + layout->at[sides + 1];
+    const int bricks = (int)springls__brick_count(g);
+    springls__brick_box box = springls__empty_box();
+    int i;
+    for (i = 0; i < count; i++) springls__box_add_brick(g, &box, springls__int_at(numbers, (size_t)i), 0);
+    for (i = 0; i < bricks; i++) {
+        if ((i & 7) == 0 && side[i >> 3] == 0) i += 7; /* eight that are outside */
+        else if (side[i >> 3] >> (i & 7) & 1) springls__box_add_brick(g, &box, i, 0);
+    }
+    return springls__table_for(g, &box);
+}
+
+/* Finds the top tables of a block, the model's and, where it has one, that of the reference. */
+SPRINGLS__FN void springls__tables_of_block(const springls_context *ctx, const springls__snapshot_state *s,
+                                            const springls__layout *layout, const char *block, springls__table tables[2])
+{
+    const springls__grid *g = &ctx->model.grid;
+    tables[0] = springls__table_of_block(g, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
+    tables[1] = ctx->model.reference.table;
+    if (s->kind == SPRINGLS_SNAPSHOT_KIND_ALL)
+        tables[1] = springls__table_of_block(g, layout, SPRINGLS__SECTION_REFERENCE_SIDES, block, s->reference_bricks);
+}
+
 /* Grows all memory of the context to what the snapshot needs; the model stays as it is. */
-SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, const springls__snapshot_state *s)
+SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, const springls__snapshot_state *s,
+                                                        const springls__table tables[2])
 {
     springls__surface *original = &ctx->original;
     size_t n = (size_t)s->original, kept = (size_t)original->count;
@@ -23302,6 +24639,10 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
         SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)s->springls + 1,
                                      ctx->neighbors_age >= 0 ? (size_t)ctx->model.set.count : 0));
     SPRINGLS__TRY(springls__grid_reserve(ctx, springls__imax(SPRINGLS__FIRST_SLOT + s->bricks, ctx->model.grid.slot_count)));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_TOP, springls__entries_of(&tables[0]),
+                                 springls__entry_count(&ctx->model.grid)));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_TOP, springls__entries_of(&tables[1]),
+                                 springls__entry_count(&ctx->model.reference)));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->component_memory, (size_t)s->components + 1, sizeof(springls__component),
                                         (size_t)ctx->component_count * sizeof(springls__component)));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->event_memory, (size_t)s->events + 1, sizeof(springls_event),
@@ -23319,18 +24660,24 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI,
                                  (size_t)(SPRINGLS__FIRST_SLOT + s->reference_bricks),
                                  (size_t)ctx->model.reference.slot_count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, bvh_items, n));
+    SPRINGLS__TRY(springls__bvh_reserve(ctx, n));
     SPRINGLS__TRY(springls__surface_room(ctx, original, n + 1, kept));
     return springls__buffer_grow(ctx, &original->source_memory, n + 1, sizeof(int), original->source ? kept * sizeof(int) : 0);
 }
 
 /* Replaces the bricks of a grid by those of three sections, the first of which is `sides`, in slots of their order. */
-SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__layout *layout, int sides, const char *block, int count)
+SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__table *table, const springls__layout *layout, int sides,
+                                     const char *block, int count)
 {
     const char *side = block + layout->at[sides], *numbers = block + layout->at[sides + 1];
-    int i, bricks = (int)springls__brick_count(g);
-    for (i = 0; i < bricks; i++) g->top[i] = side[i >> 3] >> (i & 7) & 1 ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
-    for (i = 0; i < count; i++) g->top[springls__int_at(numbers, (size_t)i)] = SPRINGLS__FIRST_SLOT + i;
+    int i, entries = (int)springls__entries_of(table), brick;
+    g->table = *table;
+    for (i = 0; i < entries; i++) {
+        brick = springls__brick_of_entry(g, i);
+        g->top[i] = side[brick >> 3] >> (brick & 7) & 1 ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
+    }
+    for (i = 0; i < count; i++)
+        g->top[springls__entry_of_brick(g, springls__int_at(numbers, (size_t)i))] = SPRINGLS__FIRST_SLOT + i;
     springls__copy_numbers(g->phi + SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, block + layout->at[sides + 2],
                            (size_t)count * SPRINGLS__BRICK_VOXELS, sizeof(float));
     g->slot_count = SPRINGLS__FIRST_SLOT + count;
@@ -23405,7 +24752,7 @@ SPRINGLS__FN void springls__get_components(springls_context *ctx, const springls
 }
 
 /* Replaces the arrays of the model and its attributes by those of the snapshot. Precondition: springls__snapshot_reserve. */
-SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls__snapshot_state *s,
+SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls__snapshot_state *s, const springls__table *table,
                                           const springls__layout *layout, const char *block)
 {
     springls__coder c = springls__reader(block + layout->at[SPRINGLS__SECTION_OF(S)]);
@@ -23414,20 +24761,20 @@ SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls_
     for (i = SPRINGLS__SECTION_SET; i <= SPRINGLS__SECTION_NEIGHBORS; i++)
         if (springls__section_of(i)->width) springls__get_array(ctx, s, layout, block, i);
     springls__get_components(ctx, s, layout, block);
-    springls__get_grid(&ctx->model.grid, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
+    springls__get_grid(&ctx->model.grid, table, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
     springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS],
                           layout->at[SPRINGLS__SECTION_CALM] ? block + layout->at[SPRINGLS__SECTION_CALM] : NULL, s->bricks);
     springls__get_attributes(ctx, s, layout, block);
 }
 
 /* Copies the reference level set and the original surface, and builds its hierarchy. */
-SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls__snapshot_state *s,
+SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls__snapshot_state *s, const springls__table *table,
                                           const springls__layout *layout, const char *block)
 {
     springls__surface *original = &ctx->original;
     springls__grid_constants(ctx, &ctx->model.reference);
     ctx->reference_stamp = 0;
-    springls__get_grid(&ctx->model.reference, layout, SPRINGLS__SECTION_REFERENCE_SIDES, block, s->reference_bricks);
+    springls__get_grid(&ctx->model.reference, table, layout, SPRINGLS__SECTION_REFERENCE_SIDES, block, s->reference_bricks);
     springls__surface_forget(original);
     if (s->original == 0) return;
     springls__get_array(ctx, s, layout, block, SPRINGLS__SECTION_ORIGINAL);
@@ -23467,6 +24814,7 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->time = s->time;
     ctx->iteration = s->iteration;
     ctx->lag = s->lag;
+    ctx->away = FLT_MAX;
     ctx->opposed = s->opposed != 0;
     ctx->saved.in_use = false;
     springls__stats_take(&ctx->stats, s);
@@ -23488,17 +24836,19 @@ SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void 
 {
     springls__snapshot_state s;
     springls__layout layout;
+    springls__table tables[2];
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!block) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "restore: the block is NULL");
     SPRINGLS__TRY(springls__use_host(ctx, false));
     SPRINGLS__TRY(springls__snapshot_read(ctx, (const char *)block, size, &s, &layout));
-    SPRINGLS__TRY(springls__snapshot_reserve(ctx, &s));
+    springls__tables_of_block(ctx, &s, &layout, (const char *)block, tables);
+    SPRINGLS__TRY(springls__snapshot_reserve(ctx, &s, tables));
     springls__abandon_step(ctx);
     springls__discard_device_copies(ctx);
     ctx->model.params = s.params;
     springls__model_constants(ctx);
-    springls__snapshot_take(ctx, &s, &layout, (const char *)block);
-    if (s.kind == SPRINGLS_SNAPSHOT_KIND_ALL) springls__original_take(ctx, &s, &layout, (const char *)block);
+    springls__snapshot_take(ctx, &s, &tables[0], &layout, (const char *)block);
+    if (s.kind == SPRINGLS_SNAPSHOT_KIND_ALL) springls__original_take(ctx, &s, &tables[1], &layout, (const char *)block);
     springls__numbers_take(ctx, &s);
     return SPRINGLS_OK;
 }
@@ -23609,7 +24959,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
         for (y = 0; y < g->size[1]; y++)
             for (x = 0; x < g->size[0]; x += SPRINGLS__BRICK) { /* one row of a brick */
                 int n = springls__imin(SPRINGLS__BRICK, g->size[0] - x);
-                const float *brick = g->phi + (size_t)springls__slot_at(g, x, y, z) * SPRINGLS__BRICK_VOXELS;
+                const float *brick = g->phi + (size_t)springls__slot_of_voxel(g, x, y, z) * SPRINGLS__BRICK_VOXELS;
                 memcpy(out, brick + springls__voxel_in_brick(x, y, z), (size_t)n * sizeof *out);
                 out += n;
             }
@@ -23623,7 +24973,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 930 \"springls.h\"\n",
+    "#line 937 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -23731,7 +25081,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1944 \"springls.h\"\n",
+    "#line 1955 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -23793,8 +25143,8 @@ static const char *const springls__kernel_lines[] = {
     "typedef struct springls__surface_arguments { int triangles; } springls__surface_arguments;\n",
     "\n",
     "/* Collectives over chunks of an array: `size` elements each, `count` in all, `chunks` of them. value: the byte to count; limit:\n",
-    "   floats above it are counted. */\n",
-    "typedef struct springls__chunk_arguments { int array, size, count, chunks, value; float limit; } springls__chunk_arguments;\n",
+    "   floats above it are counted; place: in counts, of the result. */\n",
+    "typedef struct springls__chunk_arguments { int array, size, count, chunks, value, place; float limit; } springls__chunk_arguments;\n",
     "\n",
     "/* bricks_begin. keep: 1 flags the bricks that are active. */\n",
     "typedef struct springls__brick_flag_arguments { int keep; } springls__brick_flag_arguments;\n",
@@ -23830,7 +25180,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 2044 \"springls.h\"\n",
+    "#line 2055 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -23877,12 +25227,12 @@ static const char *const springls__kernel_lines[] = {
     "    /* project */                                                                                                                \\\n",
     "    X(oriented_springls, struct springls__oriented, 0) /* in the order of the cells, then the large ones                      */ \\\n",
     "    X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where the side of some voxels is unknown             */ \\\n",
-    "    X(has_opposed, uint8_t, 2)                  /* of an active brick: 1 where springls face against each other               */ \\\n",
+    "    X(has_opposed, uint8_t, 2)                  /* of an active brick: 1 where springls face against each other, 2 asleep     */ \\\n",
     "    X(has_joint_candidates, uint8_t, 1)         /* of an active brick: 1 where voxels may join others                         */ \\\n",
     "    /* rebuild */                                                                                                                \\\n",
     "    X(band_mask, uint32_t, 0)                   /* of an active brick: the bricks around it that the band reaches             */ \\\n",
     "    /* unsigned_to_signed */                                                                                                     \\\n",
-    "    X(brick_state, uint8_t, 2)                  /* of a brick of the top table: OPEN, BLOCKED or BACKGROUND                   */ \\\n",
+    "    X(brick_state, uint8_t, 2)                  /* of an entry of the top table: OPEN, BLOCKED or BACKGROUND                  */ \\\n",
     "    X(has_grown, uint8_t, 1)                    /* of an active brick, or a line of bricks                                    */ \\\n",
     "    X(region_label, int, 1)                     /* on a device: see regions.cl                                                */ \\\n",
     "    /* the isosurface */                                                                                                         \\\n",
@@ -23900,7 +25250,6 @@ static const char *const springls__kernel_lines[] = {
     "/* Lists the roles that only host code uses. */\n",
     "#define SPRINGLS__HOST_ROLES(X)                                                                                                  \\\n",
     "    X(missing_bricks, int, 0)                   /* bricks to add for the cell list                                            */ \\\n",
-    "    X(bvh_items, struct springls__bvh_item, 7)                                                                                   \\\n",
     "    X(lane_memory, float, 6)                    /* of the lanes of advect and project (launch.h)                                */ \\\n",
     "    X(region_springls, int, 5)                  /* springls in the region of the forces                                       */ \\\n",
     "    /* rebuild, moving the band */                                                                                               \\\n",
@@ -23908,7 +25257,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(band_bricks, int, 2)                      /* bricks to add                                                              */ \\\n",
     "    X(band_rank, int, 3)                        /* of a slot: its place among the active ones                                 */ \\\n",
     "    /* input, combine, unsigned_to_signed: bricks to add */                                                                      \\\n",
-    "    X(brick_wanted, uint8_t, 1)                 /* of a brick of the top table                                                */ \\\n",
+    "    X(brick_wanted, uint8_t, 1)                 /* of an entry of the top table; of a brick of dense voxels                   */ \\\n",
     "    X(brick_list, int, 2)                       /* the bricks wanted                                                          */ \\\n",
     "    X(brick_centers, float, 1)                  /* the distance at the center of a brick                                      */ \\\n",
     "    X(region_members, int64_t, 1)               /* see springls__region                                                       */ \\\n",
@@ -23924,7 +25273,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 2139 \"springls.h\"\n",
+    "#line 2149 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -24000,7 +25349,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2216 \"springls.h\"\n",
+    "#line 2226 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -24021,7 +25370,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2238 \"springls.h\"\n",
+    "#line 2248 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24036,7 +25385,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2254 \"springls.h\"\n",
+    "#line 2264 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -24160,7 +25509,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2378 \"springls.h\"\n",
+    "#line 2388 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -24186,7 +25535,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2405 \"springls.h\"\n",
+    "#line 2415 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -24386,7 +25735,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2606 \"springls.h\"\n",
+    "#line 2616 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24401,7 +25750,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2621 \"springls.h\"\n",
+    "#line 2631 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -24525,14 +25874,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2745 \"springls.h\"\n",
+    "#line 2755 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2753 \"springls.h\"\n",
+    "#line 2763 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -24544,7 +25893,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2765 \"springls.h\"\n",
+    "#line 2775 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24559,7 +25908,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2781 \"springls.h\"\n",
+    "#line 2791 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -24603,7 +25952,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2825 \"springls.h\"\n",
+    "#line 2835 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24618,7 +25967,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2840 \"springls.h\"\n",
+    "#line 2850 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -24662,7 +26011,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2884 \"springls.h\"\n",
+    "#line 2894 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -24741,7 +26090,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2963 \"springls.h\"\n",
+    "#line 2973 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24756,7 +26105,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2979 \"springls.h\"\n",
+    "#line 2989 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -24823,7 +26172,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3046 \"springls.h\"\n",
+    "#line 3056 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -24838,7 +26187,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3061 \"springls.h\"\n",
+    "#line 3071 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -24905,7 +26254,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3129 \"springls.h\"\n",
+    "#line 3139 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -24944,7 +26293,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(CELL, uint32_t, SPRINGLS__CELLS, grid, cell)  /* springls of cell c: cells.ids[cell[c]] .. cells.ids[cell[c + 1] - 1]   */\n",
     "\n",
     "/* Lists what a grid has. */\n",
-    "#define SPRINGLS__GRID_ARRAYS(X) X(TOP, int, 1, grid, top) /* brick -> slot */ SPRINGLS__SLOT_ARRAYS(X)\n",
+    "#define SPRINGLS__GRID_ARRAYS(X) X(TOP, int, 1, grid, top) /* entry of the top table -> slot */ SPRINGLS__SLOT_ARRAYS(X)\n",
     "\n",
     "/* Lists what is found for the springls when it is needed: one element a springl, then lists of their own length. */\n",
     "#define SPRINGLS__SEARCH_ARRAYS(X)                                                                                               \\\n",
@@ -25018,8 +26367,9 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__RESHAPE 2\n",
     "#define SPRINGLS__UNDECIDED 3\n",
     "\n",
-    "/* The sparse grid: bricks of 8x8x8 voxels in a pool of slots, found through a dense top table. Slots 0 and 1 are constant bricks,\n",
-    "   far outside and far inside, so that every brick of the top table can be read without a test. */\n",
+    "/* The sparse grid: bricks of 8x8x8 voxels in a pool of slots, found through a top table. Slots 0 and 1 are constant bricks, far\n",
+    "   outside and far inside, so that every brick of the top table can be read without a test. Bricks are numbered through the whole\n",
+    "   domain, x fastest; the top table has entries for a box of them only (top_table.h). */\n",
     "#define SPRINGLS__BRICK 8\n",
     "#define SPRINGLS__BRICK_VOXELS 512\n",
     "#define SPRINGLS__OUTSIDE 0\n",
@@ -25028,9 +26378,18 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__CELL 2   /* voxels: width of a cell of springls                          */\n",
     "#define SPRINGLS__CELLS 65 /* 64 cells a brick, and where the next brick begins          */\n",
     "\n",
+    "/* The box of bricks that a top table has. All bricks beyond it are outside, and so are its outermost ones, except at the border of\n",
+    "   the domain: reading beyond it is reading its nearest brick, and what is beside an active brick is in it. */\n",
+    "typedef struct springls__table {\n",
+    "    int lower[3], upper[3]; /* the first voxel, and the first one beyond, along each axis           */\n",
+    "    int bricks[3];\n",
+    "    int first;              /* what the entry of brick (0, 0, 0) of the domain would be, negated    */\n",
+    "} springls__table;\n",
+    "\n",
     "typedef struct springls__grid {\n",
     "    int size[3];            /* voxels                                                                */\n",
-    "    int bricks[3];          /* of the top table                                                      */\n",
+    "    int bricks[3];          /* of the domain                                                         */\n",
+    "    springls__table table;\n",
     "    SPRINGLS__GRID_ARRAYS(SPRINGLS__ARRAY_MEMBER)\n",
     "    int active_count, free_count, slot_count;\n",
     "    float far_value;        /* |phi| in the constant bricks and the clamp everywhere                 */\n",
@@ -25212,6 +26571,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "typedef struct springls__shape {\n",
     "    int size[3], bricks[3];\n",
+    "    springls__table table, reference_table;\n",
     "#define SPRINGLS__NUMBER_MEMBER(type, name, place) type name;\n",
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__NUMBER_MEMBER)\n",
     "#undef SPRINGLS__NUMBER_MEMBER\n",
@@ -25225,6 +26585,8 @@ static const char *const springls__kernel_lines[] = {
     "        shape.size[axis] = model->grid.size[axis];\n",
     "        shape.bricks[axis] = model->grid.bricks[axis];\n",
     "    }\n",
+    "    shape.table = model->grid.table;\n",
+    "    shape.reference_table = model->reference.table;\n",
     "#define SPRINGLS__READ_NUMBER(type, name, place) shape.name = model->place;\n",
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__READ_NUMBER)\n",
     "#undef SPRINGLS__READ_NUMBER\n",
@@ -25238,11 +26600,13 @@ static const char *const springls__kernel_lines[] = {
     "        model->grid.size[axis] = model->reference.size[axis] = shape.size[axis];\n",
     "        model->grid.bricks[axis] = model->reference.bricks[axis] = shape.bricks[axis];\n",
     "    }\n",
+    "    model->grid.table = shape.table;\n",
+    "    model->reference.table = shape.reference_table;\n",
     "#define SPRINGLS__WRITE_NUMBER(type, name, place) model->place = shape.name;\n",
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3467 \"springls.h\"\n",
+    "#line 3492 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -25250,22 +26614,52 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS int springls__voxel_in_brick(int x, int y, int z) { return (x & 7) + 8 * (y & 7) + 64 * (z & 7); }\n",
     "\n",
+    "/* Returns the brick of a voxel of the domain. */\n",
     "SPRINGLS__MATHS int springls__brick_at(const springls__grid *g, int x, int y, int z)\n",
     "{\n",
     "    return (x >> 3) + g->bricks[0] * ((y >> 3) + g->bricks[1] * (z >> 3));\n",
     "}\n",
     "\n",
+    "/* Returns the entry of a voxel that the top table has. */\n",
+    "SPRINGLS__MATHS int springls__entry_at(const springls__grid *g, int x, int y, int z)\n",
+    "{\n",
+    "    return (x >> 3) + g->table.bricks[0] * ((y >> 3) + g->table.bricks[1] * (z >> 3)) - g->table.first;\n",
+    "}\n",
+    "\n",
+    "/* Returns the slot of a voxel that the top table has. */\n",
     "SPRINGLS__MATHS int springls__slot_at(const springls__grid *g, int x, int y, int z)\n",
     "{\n",
-    "    return g->top[springls__brick_at(g, x, y, z)];\n",
+    "    return g->top[springls__entry_at(g, x, y, z)];\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS int springls__cell_coordinate(float x, int size)\n",
+    "/* Returns whether the top table has a voxel. */\n",
+    "SPRINGLS__MATHS bool springls__table_contains(const springls__grid *g, int x, int y, int z)\n",
     "{\n",
-    "    return springls__iclamp((int)springls__floor(springls__clamp(x, 0.0f, (float)size)), 0, size - 1);\n",
+    "    const springls__table *t = &g->table;\n",
+    "    return x >= t->lower[0] && y >= t->lower[1] && z >= t->lower[2] && x < t->upper[0] && y < t->upper[1] && z < t->upper[2];\n",
     "}\n",
     "\n",
-    "/* Finds the place of a brick in the top table, counted in bricks. */\n",
+    "/* Returns the slot of any voxel of the domain. */\n",
+    "SPRINGLS__MATHS int springls__slot_of_voxel(const springls__grid *g, int x, int y, int z)\n",
+    "{\n",
+    "    return springls__table_contains(g, x, y, z) ? springls__slot_at(g, x, y, z) : SPRINGLS__OUTSIDE;\n",
+    "}\n",
+    "\n",
+    "/* Returns the voxel along an axis that x lies in, the nearest one of [lower, upper). */\n",
+    "SPRINGLS__MATHS int springls__cell_coordinate(float x, int lower, int upper)\n",
+    "{\n",
+    "    return springls__iclamp((int)springls__floor(springls__clamp(x, (float)lower, (float)upper)), lower, upper - 1);\n",
+    "}\n",
+    "\n",
+    "/* Finds the voxel that x lies in, the nearest one of those that the top table has. */\n",
+    "SPRINGLS__MATHS void springls__voxel_of_place(const springls__grid *g, springls__v3 x, int voxel[3])\n",
+    "{\n",
+    "    voxel[0] = springls__cell_coordinate(x.x, g->table.lower[0], g->table.upper[0]);\n",
+    "    voxel[1] = springls__cell_coordinate(x.y, g->table.lower[1], g->table.upper[1]);\n",
+    "    voxel[2] = springls__cell_coordinate(x.z, g->table.lower[2], g->table.upper[2]);\n",
+    "}\n",
+    "\n",
+    "/* Finds the place of a brick in the domain, counted in bricks. */\n",
     "SPRINGLS__MATHS void springls__brick_place(const springls__grid *g, int brick, int place[3])\n",
     "{\n",
     "    place[0] = brick % g->bricks[0];\n",
@@ -25273,12 +26667,45 @@ static const char *const springls__kernel_lines[] = {
     "    place[2] = brick / (g->bricks[0] * g->bricks[1]);\n",
     "}\n",
     "\n",
-    "/* Finds the first voxel of a brick of the top table. */\n",
+    "/* Finds the first voxel of a brick. */\n",
     "SPRINGLS__MATHS void springls__brick_origin(const springls__grid *g, int brick, int origin[3])\n",
     "{\n",
     "    int axis;\n",
     "    springls__brick_place(g, brick, origin);\n",
     "    for (axis = 0; axis < 3; axis++) origin[axis] *= SPRINGLS__BRICK;\n",
+    "}\n",
+    "\n",
+    "/* Finds the first voxel of the brick of an entry of the top table. */\n",
+    "SPRINGLS__MATHS void springls__entry_origin(const springls__grid *g, int entry, int origin[3])\n",
+    "{\n",
+    "    const springls__table *t = &g->table;\n",
+    "    origin[0] = t->lower[0] + SPRINGLS__BRICK * (entry % t->bricks[0]);\n",
+    "    origin[1] = t->lower[1] + SPRINGLS__BRICK * (entry / t->bricks[0] % t->bricks[1]);\n",
+    "    origin[2] = t->lower[2] + SPRINGLS__BRICK * (entry / (t->bricks[0] * t->bricks[1]));\n",
+    "}\n",
+    "\n",
+    "/* Returns the brick of an entry. Bricks ascend as entries do. */\n",
+    "SPRINGLS__MATHS int springls__brick_of_entry(const springls__grid *g, int entry)\n",
+    "{\n",
+    "    int origin[3];\n",
+    "    springls__entry_origin(g, entry, origin);\n",
+    "    return springls__brick_at(g, origin[0], origin[1], origin[2]);\n",
+    "}\n",
+    "\n",
+    "/* Returns the entry of a brick; -1: the top table does not have it. */\n",
+    "SPRINGLS__MATHS int springls__entry_of_brick(const springls__grid *g, int brick)\n",
+    "{\n",
+    "    int origin[3];\n",
+    "    springls__brick_origin(g, brick, origin);\n",
+    "    if (!springls__table_contains(g, origin[0], origin[1], origin[2])) return -1;\n",
+    "    return springls__entry_at(g, origin[0], origin[1], origin[2]);\n",
+    "}\n",
+    "\n",
+    "/* Returns the slot of any brick of the domain. */\n",
+    "SPRINGLS__MATHS int springls__slot_of_brick(const springls__grid *g, int brick)\n",
+    "{\n",
+    "    int entry = springls__entry_of_brick(g, brick);\n",
+    "    return entry < 0 ? SPRINGLS__OUTSIDE : g->top[entry];\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__slot_origin(const springls__grid *g, int slot, int origin[3])\n",
@@ -25289,9 +26716,9 @@ static const char *const springls__kernel_lines[] = {
     "/* Finds the first voxel of the brick that x lies in, in voxels; places outside the domain are in the nearest brick. */\n",
     "SPRINGLS__MATHS void springls__origin_of_place(const springls__grid *g, springls__v3 x, int origin[3])\n",
     "{\n",
-    "    origin[0] = springls__cell_coordinate(x.x, g->size[0]) & ~7;\n",
-    "    origin[1] = springls__cell_coordinate(x.y, g->size[1]) & ~7;\n",
-    "    origin[2] = springls__cell_coordinate(x.z, g->size[2]) & ~7;\n",
+    "    origin[0] = springls__cell_coordinate(x.x, 0, g->size[0]) & ~7;\n",
+    "    origin[1] = springls__cell_coordinate(x.y, 0, g->size[1]) & ~7;\n",
+    "    origin[2] = springls__cell_coordinate(x.z, 0, g->size[2]) & ~7;\n",
     "}\n",
     "\n",
     "/* Returns the bricks next to a row of voxels (or cells) along x, given the faces of its own brick that it touches, as a mask: bit\n",
@@ -25304,7 +26731,7 @@ static const char *const springls__kernel_lines[] = {
     "    return xy << 9 | (first_z ? xy : 0u) | (last_z ? xy << 18 : 0u);\n",
     "}\n",
     "\n",
-    "/* Returns the value at a voxel of the domain. */\n",
+    "/* Returns the value at a voxel that the top table has. */\n",
     "SPRINGLS__MATHS float springls__grid_voxel(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int x, int y, int z)\n",
     "{\n",
     "    return field[(size_t)springls__slot_at(g, x, y, z) * SPRINGLS__BRICK_VOXELS + (size_t)springls__voxel_in_brick(x, y, z)];\n",
@@ -25315,27 +26742,37 @@ static const char *const springls__kernel_lines[] = {
     "    return x >= 0 && y >= 0 && z >= 0 && x < g->size[0] && y < g->size[1] && z < g->size[2];\n",
     "}\n",
     "\n",
-    "/* Returns phi at any voxel, by the border rule beyond the domain. */\n",
+    "/* Returns phi at any voxel, by the border rule beyond the domain. It holds beyond the top table too, where phi is far outside. */\n",
     "SPRINGLS__MATHS float springls__grid_phi(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)\n",
     "{\n",
-    "    float v = springls__grid_voxel(g, phi, springls__iclamp(x, 0, g->size[0] - 1), springls__iclamp(y, 0, g->size[1] - 1),\n",
-    "                                   springls__iclamp(z, 0, g->size[2] - 1));\n",
-    "    return springls__grid_contains(g, x, y, z) ? v : springls__fabs(v);\n",
+    "    const springls__table *t = &g->table;\n",
+    "    float v = springls__grid_voxel(g, phi, springls__iclamp(x, t->lower[0], t->upper[0] - 1),\n",
+    "                                   springls__iclamp(y, t->lower[1], t->upper[1] - 1),\n",
+    "                                   springls__iclamp(z, t->lower[2], t->upper[2] - 1));\n",
+    "    return springls__table_contains(g, x, y, z) ? v : springls__fabs(v);\n",
     "}\n",
     "\n",
     "/* Reads phi at the eight corners of the cube at any voxel (i, j, k), by the border rule beyond the domain. */\n",
     "SPRINGLS__MATHS void springls__grid_corners(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int i, int j, int k,\n",
     "                                            float corner[8])\n",
     "{\n",
+    "    const springls__table *t = &g->table;\n",
     "    int c;\n",
-    "    bool inner = springls__grid_contains(g, i, j, k) && springls__grid_contains(g, i + 1, j + 1, k + 1);\n",
+    "    bool inner = i >= t->lower[0] && j >= t->lower[1] && k >= t->lower[2] && i + 1 < t->upper[0] && j + 1 < t->upper[1]\n",
+    "                 && k + 1 < t->upper[2];\n",
     "    if (inner && (i & 7) != 7 && (j & 7) != 7 && (k & 7) != 7) { /* all eight in one brick */\n",
     "        SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, i, j, k) * SPRINGLS__BRICK_VOXELS\n",
     "                                          + springls__voxel_in_brick(i, j, k);\n",
     "        corner[0] = b[0];  corner[1] = b[1];  corner[2] = b[8];  corner[3] = b[9];\n",
     "        corner[4] = b[64]; corner[5] = b[65]; corner[6] = b[72]; corner[7] = b[73];\n",
     "    } else if (inner) {\n",
-    "        for (c = 0; c < 8; c++) corner[c] = springls__grid_voxel(g, phi, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));\n",
+    "        SPRINGLS__GLOBAL const int *top = g->top + springls__entry_at(g, i, j, k);\n",
+    "        const int x = (i & 7) == 7, y = (j & 7) == 7 ? t->bricks[0] : 0, z = (k & 7) == 7 ? t->bricks[0] * t->bricks[1] : 0;\n",
+    "        for (c = 0; c < 8; c++) {\n",
+    "            size_t slot = (size_t)top[(c & 1 ? x : 0) + (c & 2 ? y : 0) + (c & 4 ? z : 0)];\n",
+    "            corner[c] = phi[slot * SPRINGLS__BRICK_VOXELS\n",
+    "                            + (size_t)springls__voxel_in_brick(i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2))];\n",
+    "        }\n",
     "    } else {\n",
     "        for (c = 0; c < 8; c++) corner[c] = springls__grid_phi(g, phi, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));\n",
     "    }\n",
@@ -25379,7 +26816,8 @@ static const char *const springls__kernel_lines[] = {
     "    for (axis = 0; axis < 3; axis++) {\n",
     "        float nearest = springls__floor(at[axis] + 0.5f), t = at[axis] - nearest;\n",
     "        first[axis] = (int)nearest - 1;\n",
-    "        one_brick = one_brick && first[axis] >= 0 && first[axis] + 2 < g->size[axis] && (first[axis] & 7) < 6;\n",
+    "        one_brick = one_brick && first[axis] >= g->table.lower[axis] && first[axis] + 2 < g->table.upper[axis]\n",
+    "                    && (first[axis] & 7) < 6;\n",
     "        w[3 * axis] = 0.5f * (0.5f - t) * (0.5f - t);\n",
     "        w[3 * axis + 2] = 0.5f * (0.5f + t) * (0.5f + t);\n",
     "        w[3 * axis + 1] = 1.0f - w[3 * axis] - w[3 * axis + 2];\n",
@@ -25458,7 +26896,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (x = -margin; x < SPRINGLS__BRICK + margin; x++)\n",
     "            *out++ = springls__grid_phi(g, field, origin[0] + x, origin[1] + y, origin[2] + z);\n",
     "    } else {\n",
-    "        SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], origin[1] + y, origin[2] + z);\n",
+    "        SPRINGLS__GLOBAL const int *top = g->top + springls__entry_at(g, origin[0], origin[1] + y, origin[2] + z);\n",
     "        SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);\n",
     "        SPRINGLS__GLOBAL const float *before = in + (size_t)top[-1] * SPRINGLS__BRICK_VOXELS + SPRINGLS__BRICK - margin;\n",
     "        SPRINGLS__GLOBAL const float *behind = in + (size_t)top[1] * SPRINGLS__BRICK_VOXELS;\n",
@@ -25595,9 +27033,16 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__trilinear(corner, x.x - i, x.y - j, x.z - k);\n",
     "}\n",
     "\n",
+    "/* Returns how many bricks the domain has. */\n",
     "SPRINGLS__MATHS size_t springls__brick_count(const springls__grid *g)\n",
     "{\n",
     "    return (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2];\n",
+    "}\n",
+    "\n",
+    "/* Returns how many entries the top table has. */\n",
+    "SPRINGLS__MATHS size_t springls__entry_count(const springls__grid *g)\n",
+    "{\n",
+    "    return (size_t)g->table.bricks[0] * (size_t)g->table.bricks[1] * (size_t)g->table.bricks[2];\n",
     "}\n",
     "\n",
     "/* Finds the first voxel of one of the 27 bricks around (and including) the one at `origin`, d = 0..26, bits of the masks of\n",
@@ -25624,34 +27069,44 @@ static const char *const springls__kernel_lines[] = {
     "/* A walk over the bricks that a springl comes near. */\n",
     "typedef struct springls__brick_walk { int lo[3], hi[3], at[3]; } springls__brick_walk;\n",
     "\n",
-    "/* Begins at the bricks within `margin` voxels of the box around a triangle. */\n",
-    "SPRINGLS__MATHS springls__brick_walk springls__brick_walk_begin(const springls__grid *g, springls__springl s, float margin)\n",
+    "/* Finds the box within `margin` voxels of a triangle. */\n",
+    "SPRINGLS__MATHS void springls__box_around(springls__springl s, float margin, springls__v3 *lower, springls__v3 *upper)\n",
     "{\n",
-    "    springls__brick_walk walk;\n",
-    "    springls__v3 lower = s.q[0], upper = s.q[0];\n",
+    "    springls__v3 lo = s.q[0], hi = s.q[0];\n",
     "    int m;\n",
     "    for (m = 1; m < 3; m++) {\n",
     "        springls__v3 q = s.q[m];\n",
-    "        lower = springls__v3_make(springls__min(lower.x, q.x), springls__min(lower.y, q.y), springls__min(lower.z, q.z));\n",
-    "        upper = springls__v3_make(springls__max(upper.x, q.x), springls__max(upper.y, q.y), springls__max(upper.z, q.z));\n",
+    "        lo = springls__v3_make(springls__min(lo.x, q.x), springls__min(lo.y, q.y), springls__min(lo.z, q.z));\n",
+    "        hi = springls__v3_make(springls__max(hi.x, q.x), springls__max(hi.y, q.y), springls__max(hi.z, q.z));\n",
     "    }\n",
-    "    springls__origin_of_place(g, springls__v3_make(lower.x - margin, lower.y - margin, lower.z - margin), walk.lo);\n",
-    "    springls__origin_of_place(g, springls__v3_make(upper.x + margin, upper.y + margin, upper.z + margin), walk.hi);\n",
-    "    for (m = 0; m < 3; m++) walk.at[m] = walk.lo[m];\n",
+    "    *lower = springls__v3_make(lo.x - margin, lo.y - margin, lo.z - margin);\n",
+    "    *upper = springls__v3_make(hi.x + margin, hi.y + margin, hi.z + margin);\n",
+    "}\n",
+    "\n",
+    "/* Begins at the bricks of the top table within `margin` voxels of the box around a triangle. */\n",
+    "SPRINGLS__MATHS springls__brick_walk springls__brick_walk_begin(const springls__grid *g, springls__springl s, float margin)\n",
+    "{\n",
+    "    springls__brick_walk walk;\n",
+    "    springls__v3 lower, upper;\n",
+    "    int m;\n",
+    "    springls__box_around(s, margin, &lower, &upper);\n",
+    "    springls__voxel_of_place(g, lower, walk.lo);\n",
+    "    springls__voxel_of_place(g, upper, walk.hi);\n",
+    "    for (m = 0; m < 3; m++) walk.at[m] = walk.lo[m] &= ~7;\n",
     "    return walk;\n",
     "}\n",
     "\n",
-    "/* Returns the next brick of the top table; -1 at the end. */\n",
+    "/* Returns the entry of the next brick; -1 at the end. */\n",
     "SPRINGLS__MATHS int springls__brick_walk_next(const springls__grid *g, springls__brick_walk *walk)\n",
     "{\n",
-    "    int brick = springls__brick_at(g, walk->at[0], walk->at[1], walk->at[2]), axis;\n",
+    "    int entry = springls__entry_at(g, walk->at[0], walk->at[1], walk->at[2]), axis;\n",
     "    if (walk->at[2] > walk->hi[2]) return -1;\n",
     "    for (axis = 0; axis < 3; axis++) {\n",
     "        walk->at[axis] += 8;\n",
     "        if (walk->at[axis] <= walk->hi[axis] || axis == 2) break;\n",
     "        walk->at[axis] = walk->lo[axis];\n",
     "    }\n",
-    "    return brick;\n",
+    "    return entry;\n",
     "}\n",
     "\n",
     "/* ---- bricks come and go ---- */\n",
@@ -25660,7 +27115,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__drop_brick(const springls__grid *g, int slot, int place)\n",
     "{\n",
     "    bool inside = g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;\n",
-    "    g->top[g->slot_brick[slot]] = inside ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;\n",
+    "    g->top[springls__entry_of_brick(g, g->slot_brick[slot])] = inside ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;\n",
     "    g->slot_brick[slot] = -1;\n",
     "    g->awake[slot] = 0;\n",
     "    g->free_slots[place] = slot;\n",
@@ -25672,12 +27127,12 @@ static const char *const springls__kernel_lines[] = {
     "    return n < free_count ? g->free_slots[free_count - 1 - n] : g->slot_count + n - free_count;\n",
     "}\n",
     "\n",
-    "/* Makes a constant brick active; the slot's first voxel gets the constant. */\n",
-    "SPRINGLS__MATHS void springls__add_brick(const springls__grid *g, int brick, int slot)\n",
+    "/* Makes the constant brick of an entry active; the slot's first voxel gets the constant. */\n",
+    "SPRINGLS__MATHS void springls__add_brick(const springls__grid *g, int entry, int slot)\n",
     "{\n",
-    "    g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] = g->top[brick] == SPRINGLS__INSIDE ? -g->far_value : g->far_value;\n",
-    "    g->slot_brick[slot] = brick;\n",
-    "    g->top[brick] = slot;\n",
+    "    g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] = g->top[entry] == SPRINGLS__INSIDE ? -g->far_value : g->far_value;\n",
+    "    g->slot_brick[slot] = springls__brick_of_entry(g, entry);\n",
+    "    g->top[entry] = slot;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__cells_of(const springls__grid *g, int slot)\n",
@@ -25694,8 +27149,9 @@ static const char *const springls__kernel_lines[] = {
     "/* Returns the slot of the brick that a place lies in. */\n",
     "SPRINGLS__MATHS int springls__slot_of_place(const springls__grid *g, springls__v3 x)\n",
     "{\n",
-    "    return springls__slot_at(g, springls__cell_coordinate(x.x, g->size[0]), springls__cell_coordinate(x.y, g->size[1]),\n",
-    "                             springls__cell_coordinate(x.z, g->size[2]));\n",
+    "    int voxel[3];\n",
+    "    springls__voxel_of_place(g, x, voxel);\n",
+    "    return springls__slot_at(g, voxel[0], voxel[1], voxel[2]);\n",
     "}\n",
     "\n",
     "/* Returns true when springl i is asleep, as its brick is: stages leave it as it is. */\n",
@@ -25749,7 +27205,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 3975 \"springls.h\"\n",
+    "#line 4092 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -25776,15 +27232,11 @@ static const char *const springls__kernel_lines[] = {
     "    const springls__grid *g = &model->grid;\n",
     "    walk.g = g;\n",
     "    walk.cells = &model->cells;\n",
-    "    walk.lo[0] = springls__cell_coordinate(lower.x, g->size[0]) & -SPRINGLS__CELL;\n",
-    "    walk.lo[1] = springls__cell_coordinate(lower.y, g->size[1]) & -SPRINGLS__CELL;\n",
-    "    walk.lo[2] = springls__cell_coordinate(lower.z, g->size[2]) & -SPRINGLS__CELL;\n",
-    "    walk.hi[0] = springls__cell_coordinate(upper.x, g->size[0]);\n",
-    "    walk.hi[1] = springls__cell_coordinate(upper.y, g->size[1]);\n",
-    "    walk.hi[2] = springls__cell_coordinate(upper.z, g->size[2]);\n",
-    "    walk.x = walk.lo[0];\n",
-    "    walk.y = walk.lo[1];\n",
-    "    walk.z = walk.lo[2];\n",
+    "    springls__voxel_of_place(g, lower, walk.lo);\n",
+    "    springls__voxel_of_place(g, upper, walk.hi);\n",
+    "    walk.x = walk.lo[0] &= -SPRINGLS__CELL;\n",
+    "    walk.y = walk.lo[1] &= -SPRINGLS__CELL;\n",
+    "    walk.z = walk.lo[2] &= -SPRINGLS__CELL;\n",
     "    walk.slot = walk.first = walk.last = 0;\n",
     "    walk.ids = model->cells.ids;\n",
     "    walk.next = walk.end = 0;\n",
@@ -25859,10 +27311,12 @@ static const char *const springls__kernel_lines[] = {
     "    const float largest = 2.5f; /* voxels: twice the bounding radius of a springl about to be split */\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
-    "    int x = springls__cell_coordinate(s->p.x, g->size[0]), y = springls__cell_coordinate(s->p.y, g->size[1]);\n",
-    "    int z = springls__cell_coordinate(s->p.z, g->size[2]), slot = springls__slot_at(g, x, y, z);\n",
-    "    uint32_t key = (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u;\n",
+    "    int at[3], slot;\n",
+    "    uint32_t key;\n",
     "    (void)args;\n",
+    "    springls__voxel_of_place(g, s->p, at);\n",
+    "    slot = springls__slot_at(g, at[0], at[1], at[2]);\n",
+    "    key = (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(at[0], at[1], at[2]) + 1u;\n",
     "    if (s->bounding_radius > largest) key = SPRINGLS__LARGE_KEY;\n",
     "    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : key;\n",
     "}\n",
@@ -25899,9 +27353,9 @@ static const char *const springls__kernel_lines[] = {
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL const uint32_t *rank = springls__brick_rank(model);\n",
     "    springls__brick_walk walk = springls__brick_walk_begin(g, model->set.s[i], margin);\n",
-    "    int brick;\n",
-    "    while ((brick = springls__brick_walk_next(g, &walk)) >= 0)\n",
-    "        if (g->top[brick] >= SPRINGLS__FIRST_SLOT) SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[brick]] + 1);\n",
+    "    int entry;\n",
+    "    while ((entry = springls__brick_walk_next(g, &walk)) >= 0)\n",
+    "        if (g->top[entry] >= SPRINGLS__FIRST_SLOT) SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[entry]] + 1);\n",
     "}\n",
     "\n",
     "/* Puts springl i into the lists that springls__count_in_brick_lists has counted it for; entry r + 1 moves on to where the list\n",
@@ -25911,10 +27365,10 @@ static const char *const springls__kernel_lines[] = {
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL const uint32_t *rank = springls__brick_rank(model);\n",
     "    springls__brick_walk walk = springls__brick_walk_begin(g, model->set.s[i], margin);\n",
-    "    int brick;\n",
-    "    while ((brick = springls__brick_walk_next(g, &walk)) >= 0)\n",
-    "        if (g->top[brick] >= SPRINGLS__FIRST_SLOT)\n",
-    "            model->cells.brick_list_ids[SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[brick]] + 1)] = (uint32_t)i;\n",
+    "    int entry;\n",
+    "    while ((entry = springls__brick_walk_next(g, &walk)) >= 0)\n",
+    "        if (g->top[entry] >= SPRINGLS__FIRST_SLOT)\n",
+    "            model->cells.brick_list_ids[SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[entry]] + 1)] = (uint32_t)i;\n",
     "}\n",
     "\n",
     "/* Finds the bricks that the particles of a brick are within one cell of, given its cells: a mask as springls__brick_around\n",
@@ -25942,7 +27396,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4169 \"springls.h\"\n",
+    "#line 4284 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -25951,43 +27405,66 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__FIT_VALUES 4 /* height, and the three coordinates of a      */\n",
     "#define SPRINGLS__FIT_RADIUS 2.5f /* voxels */\n",
     "\n",
-    "typedef struct springls__fit {\n",
-    "    springls__v3 origin, e1, e2, n; /* the tangent frame */\n",
-    "    springls__v3 a0;                /* correspondences are summed relative to it */\n",
-    "    float normal_matrix[21];        /* lower triangle, row by row */\n",
-    "    float right[24];\n",
-    "    int count;\n",
-    "} springls__fit;\n",
+    "#line 4293 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
+    "   because it is included before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH 1\n",
+    "#define SPRINGLS__NUM float\n",
+    "#define SPRINGLS__NUM3 springls__v3\n",
+    "#define SPRINGLS__COND bool\n",
+    "#define SPRINGLS__W(name) springls__##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
+    "#line 4309 \"springls.h\"\n",
+    "/* fit_body.h - the quadratic fit of fit.h, for one place and for several at once. */\n",
     "\n",
-    "SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls__v3 n, springls__v3 a0)\n",
+    "typedef struct SPRINGLS__W(fit) {\n",
+    "    SPRINGLS__NUM3 origin, e1, e2, n; /* the tangent frame */\n",
+    "    SPRINGLS__NUM3 a0;                /* correspondences are summed relative to it */\n",
+    "    SPRINGLS__NUM normal_matrix[21];  /* lower triangle, row by row */\n",
+    "    SPRINGLS__NUM right[24];\n",
+    "    SPRINGLS__NUM count;\n",
+    "} SPRINGLS__W(fit);\n",
+    "\n",
+    "/* Begins a fit over no particles at `origin`; n, e1, e2: an orthonormal frame. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit) SPRINGLS__W(fit_begin_in)(SPRINGLS__NUM3 origin, SPRINGLS__NUM3 n, SPRINGLS__NUM3 e1,\n",
+    "                                                             SPRINGLS__NUM3 a0)\n",
     "{\n",
-    "    springls__fit fit;\n",
+    "    SPRINGLS__W(fit) fit;\n",
     "    int i;\n",
     "    fit.origin = origin;\n",
     "    fit.n = n;\n",
     "    fit.a0 = a0;\n",
-    "    fit.e1 = springls__any_tangent(n);\n",
-    "    fit.e2 = springls__cross(n, fit.e1);\n",
-    "    fit.count = 0;\n",
-    "    for (i = 0; i < 21; i++) fit.normal_matrix[i] = 0.0f;\n",
-    "    for (i = 0; i < 24; i++) fit.right[i] = 0.0f;\n",
+    "    fit.e1 = e1;\n",
+    "    fit.e2 = SPRINGLS__W(cross)(n, e1);\n",
+    "    fit.count = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    for (i = 0; i < 21; i++) fit.normal_matrix[i] = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    for (i = 0; i < 24; i++) fit.right[i] = SPRINGLS__W(broadcast)(0.0f);\n",
     "    return fit;\n",
     "}\n",
     "\n",
     "/* A particle as an equation of the fit; weight 0: it is too far, faces elsewhere, or lies on another sheet. */\n",
-    "typedef struct springls__fit_equation {\n",
-    "    float term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;\n",
-    "} springls__fit_equation;\n",
+    "typedef struct SPRINGLS__W(fit_equation) {\n",
+    "    SPRINGLS__NUM term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;\n",
+    "} SPRINGLS__W(fit_equation);\n",
     "\n",
-    "SPRINGLS__MATHS springls__fit_equation springls__fit_equation_of(const springls__fit *fit, springls__v3 p,\n",
-    "                                                                 springls__v3 normal, springls__v3 a)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit_equation) SPRINGLS__W(fit_equation_of)(const SPRINGLS__W(fit) *fit, SPRINGLS__NUM3 p,\n",
+    "                                                                         SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)\n",
     "{\n",
-    "    springls__v3 d = springls__scale(springls__sub(p, fit->origin), 1.0f / SPRINGLS__FIT_RADIUS);\n",
-    "    float r2 = springls__length2(d), h = springls__dot(d, fit->n);\n",
-    "    springls__fit_equation e;\n",
-    "    e.term[0] = 1.0f;\n",
-    "    e.term[1] = springls__dot(d, fit->e1);\n",
-    "    e.term[2] = springls__dot(d, fit->e2);\n",
+    "    SPRINGLS__NUM3 from_origin = SPRINGLS__W(sub)(p, fit->origin);\n",
+    "    SPRINGLS__NUM3 d = SPRINGLS__W(scale)(from_origin, SPRINGLS__W(broadcast)(1.0f / SPRINGLS__FIT_RADIUS));\n",
+    "    SPRINGLS__NUM r2 = SPRINGLS__W(length2)(d), h = SPRINGLS__W(dot)(d, fit->n);\n",
+    "    SPRINGLS__COND within = (SPRINGLS__W(length2)(from_origin) < SPRINGLS__FIT_RADIUS * SPRINGLS__FIT_RADIUS) & (r2 < 1.0f);\n",
+    "    SPRINGLS__COND counts = within & (SPRINGLS__W(fabs)(h) <= 0.4f) & (SPRINGLS__W(dot)(normal, fit->n) >= 0.4f);\n",
+    "    SPRINGLS__W(fit_equation) e;\n",
+    "    e.term[0] = SPRINGLS__W(broadcast)(1.0f);\n",
+    "    e.term[1] = SPRINGLS__W(dot)(d, fit->e1);\n",
+    "    e.term[2] = SPRINGLS__W(dot)(d, fit->e2);\n",
     "    e.term[3] = e.term[1] * e.term[1];\n",
     "    e.term[4] = e.term[1] * e.term[2];\n",
     "    e.term[5] = e.term[2] * e.term[2];\n",
@@ -25995,127 +27472,459 @@ static const char *const springls__kernel_lines[] = {
     "    e.value[1] = a.x - fit->a0.x;\n",
     "    e.value[2] = a.y - fit->a0.y;\n",
     "    e.value[3] = a.z - fit->a0.z;\n",
-    "    e.weight = (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f);\n",
-    "    if (r2 >= 1.0f || springls__fabs(h) > 0.4f || springls__dot(normal, fit->n) < 0.4f) e.weight = 0.0f;\n",
+    "    e.weight = SPRINGLS__W(select)(counts, (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f), SPRINGLS__W(broadcast)(0.0f));\n",
     "    return e;\n",
     "}\n",
     "\n",
     "/* Adds a particle with its normal and correspondence. Returns false where it is too far, faces elsewhere, or lies on another\n",
-    "   sheet. */\n",
-    "SPRINGLS__MATHS bool springls__fit_add(springls__fit *fit, springls__v3 p, springls__v3 normal, springls__v3 a)\n",
+    "   sheet: weight 0 changes nothing. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(fit_add)(SPRINGLS__W(fit) *fit, SPRINGLS__NUM3 p, SPRINGLS__NUM3 normal,\n",
+    "                                                      SPRINGLS__NUM3 a)\n",
     "{\n",
-    "    springls__fit_equation e = springls__fit_equation_of(fit, p, normal, a);\n",
+    "    const SPRINGLS__W(fit_equation) e = SPRINGLS__W(fit_equation_of)(fit, p, normal, a);\n",
+    "    const SPRINGLS__COND counts = e.weight > 0.0f;\n",
     "    int i, j;\n",
-    "    if (!(e.weight > 0.0f)) return false;\n",
+    "    if (!SPRINGLS__W(any)(counts)) return counts;\n",
     "    for (i = 0; i < SPRINGLS__FIT_TERMS; i++) {\n",
-    "        const float scaled = e.weight * e.term[i];\n",
+    "        const SPRINGLS__NUM scaled = e.weight * e.term[i];\n",
     "        for (j = 0; j <= i; j++) fit->normal_matrix[i * (i + 1) / 2 + j] += scaled * e.term[j];\n",
     "        for (j = 0; j < SPRINGLS__FIT_VALUES; j++) fit->right[SPRINGLS__FIT_VALUES * i + j] += scaled * e.value[j];\n",
     "    }\n",
-    "    fit->count++;\n",
-    "    return true;\n",
+    "    fit->count += SPRINGLS__W(select)(counts, SPRINGLS__W(broadcast)(1.0f), SPRINGLS__W(broadcast)(0.0f));\n",
+    "    return counts;\n",
     "}\n",
     "\n",
     "/* The fitted surface at the origin. */\n",
-    "typedef struct springls__fit_result {\n",
-    "    springls__v3 point, normal, a;\n",
-    "    int ok; /* 0: too few neighbors, or they lie on a line */\n",
-    "} springls__fit_result;\n",
+    "typedef struct SPRINGLS__W(fit_result) {\n",
+    "    SPRINGLS__NUM3 point, normal, a;\n",
+    "    SPRINGLS__COND ok; /* false: too few neighbors, or they lie on a line */\n",
+    "} SPRINGLS__W(fit_result);\n",
     "\n",
-    "/* Factors the first `terms` rows of the normal matrix by Cholesky into l, row by row; 0 when it is close to singular. */\n",
-    "SPRINGLS__MATHS int springls__fit_factor(const springls__fit *fit, int terms, float l[21])\n",
+    "/* Factors the first `terms` rows of the normal matrix by Cholesky into l, row by row; false when it is close to singular. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(fit_factor)(const SPRINGLS__W(fit) *fit, int terms, SPRINGLS__NUM l[21])\n",
     "{\n",
+    "    SPRINGLS__COND ok = fit->count > 0.0f;\n",
     "    int i, j, k;\n",
     "    for (i = 0; i < terms; i++) {\n",
     "        for (j = 0; j <= i; j++) {\n",
-    "            float sum = fit->normal_matrix[i * (i + 1) / 2 + j];\n",
+    "            SPRINGLS__NUM sum = fit->normal_matrix[i * (i + 1) / 2 + j];\n",
     "            for (k = 0; k < j; k++) sum -= l[i * (i + 1) / 2 + k] * l[j * (j + 1) / 2 + k];\n",
     "            if (i == j) {\n",
-    "                if (!(sum > 1e-5f * fit->normal_matrix[0])) return 0; /* coordinates are at most 1 */\n",
-    "                l[i * (i + 1) / 2 + i] = springls__sqrt(sum);\n",
+    "                ok = ok & (sum > 1e-5f * fit->normal_matrix[0]); /* coordinates are at most 1 */\n",
+    "                if (!SPRINGLS__W(any)(ok)) return ok;\n",
+    "                l[i * (i + 1) / 2 + i] = SPRINGLS__W(sqrt)(sum);\n",
     "            } else {\n",
     "                l[i * (i + 1) / 2 + j] = sum / l[j * (j + 1) / 2 + j];\n",
     "            }\n",
     "        }\n",
     "    }\n",
-    "    return terms > 0;\n",
+    "    return ok;\n",
     "}\n",
     "\n",
     "/* Solves for one right-hand side, and replaces it in x by the solution. */\n",
-    "SPRINGLS__MATHS void springls__fit_substitute(const float l[21], int terms, float x[SPRINGLS__FIT_TERMS])\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(fit_substitute)(const SPRINGLS__NUM l[21], int terms, SPRINGLS__NUM x[SPRINGLS__FIT_TERMS])\n",
     "{\n",
     "    int i, k;\n",
     "    for (i = 0; i < terms; i++) {\n",
-    "        float sum = x[i];\n",
+    "        SPRINGLS__NUM sum = x[i];\n",
     "        for (k = 0; k < i; k++) sum -= l[i * (i + 1) / 2 + k] * x[k];\n",
     "        x[i] = sum / l[i * (i + 1) / 2 + i];\n",
     "    }\n",
     "    for (i = terms - 1; i >= 0; i--) {\n",
-    "        float sum = x[i];\n",
+    "        SPRINGLS__NUM sum = x[i];\n",
     "        for (k = i + 1; k < terms; k++) sum -= l[k * (k + 1) / 2 + i] * x[k];\n",
     "        x[i] = sum / l[i * (i + 1) / 2 + i];\n",
     "    }\n",
     "}\n",
     "\n",
     "/* The first `terms` coefficients of the height and of the three coordinates of a, and the Cholesky factor l. */\n",
-    "typedef struct springls__fit_solution {\n",
-    "    float x[SPRINGLS__FIT_VALUES][SPRINGLS__FIT_TERMS], l[21];\n",
-    "    int terms; /* 0: there are none */\n",
-    "} springls__fit_solution;\n",
+    "typedef struct SPRINGLS__W(fit_solution) {\n",
+    "    SPRINGLS__NUM x[SPRINGLS__FIT_VALUES][SPRINGLS__FIT_TERMS], l[21];\n",
+    "    int terms;\n",
+    "    SPRINGLS__COND ok; /* false: there are none */\n",
+    "} SPRINGLS__W(fit_solution);\n",
     "\n",
-    "SPRINGLS__MATHS springls__fit_solution springls__fit_coefficients(const springls__fit *fit, int terms)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit_solution) SPRINGLS__W(fit_coefficients)(const SPRINGLS__W(fit) *fit, int terms)\n",
     "{\n",
-    "    springls__fit_solution s;\n",
+    "    SPRINGLS__W(fit_solution) s;\n",
     "    int i, v;\n",
-    "    s.terms = springls__fit_factor(fit, terms, s.l) ? terms : 0;\n",
+    "    s.ok = SPRINGLS__W(fit_factor)(fit, terms, s.l);\n",
+    "    s.terms = SPRINGLS__W(any)(s.ok) ? terms : 0;\n",
     "    for (v = 0; v < SPRINGLS__FIT_VALUES; v++) {\n",
-    "        for (i = 0; i < SPRINGLS__FIT_TERMS; i++) s.x[v][i] = i < s.terms ? fit->right[SPRINGLS__FIT_VALUES * i + v] : 0.0f;\n",
-    "        springls__fit_substitute(s.l, s.terms, s.x[v]);\n",
+    "        for (i = 0; i < SPRINGLS__FIT_TERMS; i++)\n",
+    "            s.x[v][i] = i < s.terms ? fit->right[SPRINGLS__FIT_VALUES * i + v] : SPRINGLS__W(broadcast)(0.0f);\n",
+    "        SPRINGLS__W(fit_substitute)(s.l, s.terms, s.x[v]);\n",
     "    }\n",
     "    return s;\n",
     "}\n",
     "\n",
-    "/* Solves for the first `terms` coefficients; not ok when there are none, or the matrix is close to singular. */\n",
-    "SPRINGLS__MATHS springls__fit_result springls__fit_solve(springls__fit fit, int terms)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(select3)(SPRINGLS__COND where, SPRINGLS__NUM3 yes, SPRINGLS__NUM3 no)\n",
     "{\n",
-    "    springls__fit_solution s = springls__fit_coefficients(&fit, terms);\n",
-    "    springls__fit_result result;\n",
-    "    result.ok = s.terms > 0;\n",
-    "    result.point = fit.origin;\n",
-    "    result.normal = fit.n;\n",
-    "    result.a = fit.a0;\n",
-    "    if (!result.ok) return result;\n",
-    "    result.point = springls__mad(fit.origin, fit.n, s.x[0][0] * SPRINGLS__FIT_RADIUS);\n",
-    "    result.normal = springls__normalize(springls__sub(springls__sub(fit.n, springls__scale(fit.e1, s.x[0][1])),\n",
-    "                                                      springls__scale(fit.e2, s.x[0][2])));\n",
-    "    result.a = springls__add(fit.a0, springls__v3_make(s.x[1][0], s.x[2][0], s.x[3][0]));\n",
-    "    return result;\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(where, yes.x, no.x), SPRINGLS__W(select)(where, yes.y, no.y),\n",
+    "                                SPRINGLS__W(select)(where, yes.z, no.z));\n",
     "}\n",
     "\n",
-    "/* Returns how many terms a number of neighbors is enough for: a quadratic's with ten or more, a plane's with four or more. */\n",
-    "SPRINGLS__MATHS int springls__fit_terms(int count) { return count >= 10 ? 6 : count >= 4 ? 3 : 0; }\n",
+    "/* Replaces the result by that of the first `terms` coefficients where it is not ok, at least so many neighbors count, and the\n",
+    "   matrix is not close to singular. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(fit_solve)(const SPRINGLS__W(fit) *fit, int terms, float neighbors,\n",
+    "                                              SPRINGLS__W(fit_result) *result)\n",
+    "{\n",
+    "    const SPRINGLS__COND due = SPRINGLS__W(select)(result->ok, SPRINGLS__W(broadcast)(0.0f), fit->count) >= neighbors;\n",
+    "    SPRINGLS__W(fit_solution) s;\n",
+    "    SPRINGLS__NUM3 normal;\n",
+    "    SPRINGLS__COND good;\n",
+    "    if (!SPRINGLS__W(any)(due)) return;\n",
+    "    s = SPRINGLS__W(fit_coefficients)(fit, terms);\n",
+    "    good = due & s.ok;\n",
+    "    normal = SPRINGLS__W(sub)(SPRINGLS__W(sub)(fit->n, SPRINGLS__W(scale)(fit->e1, s.x[0][1])),\n",
+    "                              SPRINGLS__W(scale)(fit->e2, s.x[0][2]));\n",
+    "    result->point = SPRINGLS__W(select3)(good, SPRINGLS__W(mad)(fit->origin, fit->n, s.x[0][0] * SPRINGLS__FIT_RADIUS),\n",
+    "                                         result->point);\n",
+    "    result->normal = SPRINGLS__W(select3)(good, SPRINGLS__W(normalize)(normal), result->normal);\n",
+    "    result->a = SPRINGLS__W(select3)(good, SPRINGLS__W(add)(fit->a0, SPRINGLS__W(v3_make)(s.x[1][0], s.x[2][0], s.x[3][0])),\n",
+    "                                     result->a);\n",
+    "    result->ok = result->ok | good;\n",
+    "}\n",
     "\n",
     "/* Solves for a quadratic with ten neighbors or more, for a plane with four or more and where the quadratic is close to singular;\n",
     "   not ok with fewer. */\n",
-    "SPRINGLS__MATHS springls__fit_result springls__fit_highest(springls__fit fit)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_highest)(const SPRINGLS__W(fit) *fit)\n",
     "{\n",
-    "    springls__fit_result result = springls__fit_solve(fit, springls__fit_terms(fit.count));\n",
-    "    return !result.ok && fit.count >= 10 ? springls__fit_solve(fit, 3) : result;\n",
+    "    SPRINGLS__W(fit_result) result;\n",
+    "    result.ok = fit->count < 0.0f;\n",
+    "    result.point = fit->origin;\n",
+    "    result.normal = fit->n;\n",
+    "    result.a = fit->a0;\n",
+    "    SPRINGLS__W(fit_solve)(fit, 6, 10.0f, &result);\n",
+    "    SPRINGLS__W(fit_solve)(fit, 3, 4.0f, &result);\n",
+    "    return result;\n",
     "}\n",
     "\n",
     "/* Solves the fit, but keeps the place where all neighbors lie to one side, at the rim of a wide hole: the height is unreliable\n",
     "   there. */\n",
-    "SPRINGLS__MATHS springls__fit_result springls__fit_end(springls__fit fit)\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_end)(const SPRINGLS__W(fit) *fit)\n",
     "{\n",
-    "    springls__fit_result result = springls__fit_highest(fit);\n",
-    "    float u = fit.normal_matrix[1], v = fit.normal_matrix[3], w = 0.6f * fit.normal_matrix[0];\n",
-    "    if (u * u + v * v > w * w) {\n",
-    "        result.point = fit.origin;\n",
-    "        result.normal = fit.n;\n",
-    "    }\n",
+    "    SPRINGLS__W(fit_result) result = SPRINGLS__W(fit_highest)(fit);\n",
+    "    SPRINGLS__NUM u = fit->normal_matrix[1], v = fit->normal_matrix[3], w = 0.6f * fit->normal_matrix[0];\n",
+    "    SPRINGLS__COND to_one_side = u * u + v * v > w * w;\n",
+    "    result.point = SPRINGLS__W(select3)(to_one_side, fit->origin, result.point);\n",
+    "    result.normal = SPRINGLS__W(select3)(to_one_side, fit->n, result.normal);\n",
     "    return result;\n",
     "}\n",
-    "#line 4343 \"springls.h\"\n",
+    "\n",
+    "/* The box of the correspondences that a fit has taken. */\n",
+    "typedef struct SPRINGLS__W(fit_box) { SPRINGLS__NUM3 lower, upper; } SPRINGLS__W(fit_box);\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit_box) SPRINGLS__W(fit_box_begin)(void)\n",
+    "{\n",
+    "    const SPRINGLS__NUM high = SPRINGLS__W(broadcast)(FLT_MAX), low = SPRINGLS__W(broadcast)(-FLT_MAX);\n",
+    "    SPRINGLS__W(fit_box) box;\n",
+    "    box.lower = SPRINGLS__W(v3_make)(high, high, high);\n",
+    "    box.upper = SPRINGLS__W(v3_make)(low, low, low);\n",
+    "    return box;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(min3)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)\n",
+    "{\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(min)(a.x, b.x), SPRINGLS__W(min)(a.y, b.y), SPRINGLS__W(min)(a.z, b.z));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(max3)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)\n",
+    "{\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(max)(a.x, b.x), SPRINGLS__W(max)(a.y, b.y), SPRINGLS__W(max)(a.z, b.z));\n",
+    "}\n",
+    "\n",
+    "/* Adds a particle with its normal and correspondence to a fit and its box, where it counts. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(fit_add_in_box)(SPRINGLS__W(fit) *fit, SPRINGLS__W(fit_box) *box, SPRINGLS__NUM3 p,\n",
+    "                                                   SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)\n",
+    "{\n",
+    "    const SPRINGLS__COND counts = SPRINGLS__W(fit_add)(fit, p, normal, a);\n",
+    "    if (!SPRINGLS__W(any)(counts)) return;\n",
+    "    box->lower = SPRINGLS__W(select3)(counts, SPRINGLS__W(min3)(box->lower, a), box->lower);\n",
+    "    box->upper = SPRINGLS__W(select3)(counts, SPRINGLS__W(max3)(box->upper, a), box->upper);\n",
+    "}\n",
+    "\n",
+    "/* Ends a fit: clamps its correspondence to a voxel beyond the range of the neighbors. Not ok either where the fitted surface is\n",
+    "   further than a voxel from the origin, or turned away from n. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_end_in_box)(const SPRINGLS__W(fit) *fit,\n",
+    "                                                                    const SPRINGLS__W(fit_box) *box)\n",
+    "{\n",
+    "    const SPRINGLS__NUM one = SPRINGLS__W(broadcast)(1.0f);\n",
+    "    const SPRINGLS__NUM3 margin = SPRINGLS__W(v3_make)(one, one, one);\n",
+    "    SPRINGLS__W(fit_result) result = SPRINGLS__W(fit_end)(fit);\n",
+    "    SPRINGLS__NUM3 a = SPRINGLS__W(max3)(result.a, SPRINGLS__W(sub)(box->lower, margin));\n",
+    "    SPRINGLS__NUM off2, facing;\n",
+    "    result.a = SPRINGLS__W(min3)(a, SPRINGLS__W(add)(box->upper, margin));\n",
+    "    off2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(result.point, fit->origin));\n",
+    "    facing = SPRINGLS__W(dot)(result.normal, fit->n);\n",
+    "    result.ok = result.ok & (off2 <= 1.0f) & (facing >= 0.3f);\n",
+    "    return result;\n",
+    "}\n",
+    "#line 4549 \"springls.h\"\n",
+    "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
+    "   It has no guard because it is included before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH SPRINGLS__LANES\n",
+    "#define SPRINGLS__NUM springls__vec\n",
+    "#define SPRINGLS__NUM3 springls__vec3\n",
+    "#define SPRINGLS__COND springls__vmask\n",
+    "#define SPRINGLS__W(name) springls__vec_##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
+    "#line 4564 \"springls.h\"\n",
+    "/* fit_body.h - the quadratic fit of fit.h, for one place and for several at once. */\n",
+    "\n",
+    "typedef struct SPRINGLS__W(fit) {\n",
+    "    SPRINGLS__NUM3 origin, e1, e2, n; /* the tangent frame */\n",
+    "    SPRINGLS__NUM3 a0;                /* correspondences are summed relative to it */\n",
+    "    SPRINGLS__NUM normal_matrix[21];  /* lower triangle, row by row */\n",
+    "    SPRINGLS__NUM right[24];\n",
+    "    SPRINGLS__NUM count;\n",
+    "} SPRINGLS__W(fit);\n",
+    "\n",
+    "/* Begins a fit over no particles at `origin`; n, e1, e2: an orthonormal frame. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit) SPRINGLS__W(fit_begin_in)(SPRINGLS__NUM3 origin, SPRINGLS__NUM3 n, SPRINGLS__NUM3 e1,\n",
+    "                                                             SPRINGLS__NUM3 a0)\n",
+    "{\n",
+    "    SPRINGLS__W(fit) fit;\n",
+    "    int i;\n",
+    "    fit.origin = origin;\n",
+    "    fit.n = n;\n",
+    "    fit.a0 = a0;\n",
+    "    fit.e1 = e1;\n",
+    "    fit.e2 = SPRINGLS__W(cross)(n, e1);\n",
+    "    fit.count = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    for (i = 0; i < 21; i++) fit.normal_matrix[i] = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    for (i = 0; i < 24; i++) fit.right[i] = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    return fit;\n",
+    "}\n",
+    "\n",
+    "/* A particle as an equation of the fit; weight 0: it is too far, faces elsewhere, or lies on another sheet. */\n",
+    "typedef struct SPRINGLS__W(fit_equation) {\n",
+    "    SPRINGLS__NUM term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;\n",
+    "} SPRINGLS__W(fit_equation);\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit_equation) SPRINGLS__W(fit_equation_of)(const SPRINGLS__W(fit) *fit, SPRINGLS__NUM3 p,\n",
+    "                                                                         SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 from_origin = SPRINGLS__W(sub)(p, fit->origin);\n",
+    "    SPRINGLS__NUM3 d = SPRINGLS__W(scale)(from_origin, SPRINGLS__W(broadcast)(1.0f / SPRINGLS__FIT_RADIUS));\n",
+    "    SPRINGLS__NUM r2 = SPRINGLS__W(length2)(d), h = SPRINGLS__W(dot)(d, fit->n);\n",
+    "    SPRINGLS__COND within = (SPRINGLS__W(length2)(from_origin) < SPRINGLS__FIT_RADIUS * SPRINGLS__FIT_RADIUS) & (r2 < 1.0f);\n",
+    "    SPRINGLS__COND counts = within & (SPRINGLS__W(fabs)(h) <= 0.4f) & (SPRINGLS__W(dot)(normal, fit->n) >= 0.4f);\n",
+    "    SPRINGLS__W(fit_equation) e;\n",
+    "    e.term[0] = SPRINGLS__W(broadcast)(1.0f);\n",
+    "    e.term[1] = SPRINGLS__W(dot)(d, fit->e1);\n",
+    "    e.term[2] = SPRINGLS__W(dot)(d, fit->e2);\n",
+    "    e.term[3] = e.term[1] * e.term[1];\n",
+    "    e.term[4] = e.term[1] * e.term[2];\n",
+    "    e.term[5] = e.term[2] * e.term[2];\n",
+    "    e.value[0] = h;\n",
+    "    e.value[1] = a.x - fit->a0.x;\n",
+    "    e.value[2] = a.y - fit->a0.y;\n",
+    "    e.value[3] = a.z - fit->a0.z;\n",
+    "    e.weight = SPRINGLS__W(select)(counts, (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f), SPRINGLS__W(broadcast)(0.0f));\n",
+    "    return e;\n",
+    "}\n",
+    "\n",
+    "/* Adds a particle with its normal and correspondence. Returns false where it is too far, faces elsewhere, or lies on another\n",
+    "   sheet: weight 0 changes nothing. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(fit_add)(SPRINGLS__W(fit) *fit, SPRINGLS__NUM3 p, SPRINGLS__NUM3 normal,\n",
+    "                                                      SPRINGLS__NUM3 a)\n",
+    "{\n",
+    "    const SPRINGLS__W(fit_equation) e = SPRINGLS__W(fit_equation_of)(fit, p, normal, a);\n",
+    "    const SPRINGLS__COND counts = e.weight > 0.0f;\n",
+    "    int i, j;\n",
+    "    if (!SPRINGLS__W(any)(counts)) return counts;\n",
+    "    for (i = 0; i < SPRINGLS__FIT_TERMS; i++) {\n",
+    "        const SPRINGLS__NUM scaled = e.weight * e.term[i];\n",
+    "        for (j = 0; j <= i; j++) fit->normal_matrix[i * (i + 1) / 2 + j] += scaled * e.term[j];\n",
+    "        for (j = 0; j < SPRINGLS__FIT_VALUES; j++) fit->right[SPRINGLS__FIT_VALUES * i + j] += scaled * e.value[j];\n",
+    "    }\n",
+    "    fit->count += SPRINGLS__W(select)(counts, SPRINGLS__W(broadcast)(1.0f), SPRINGLS__W(broadcast)(0.0f));\n",
+    "    return counts;\n",
+    "}\n",
+    "\n",
+    "/* The fitted surface at the origin. */\n",
+    "typedef struct SPRINGLS__W(fit_result) {\n",
+    "    SPRINGLS__NUM3 point, normal, a;\n",
+    "    SPRINGLS__COND ok; /* false: too few neighbors, or they lie on a line */\n",
+    "} SPRINGLS__W(fit_result);\n",
+    "\n",
+    "/* Factors the first `terms` rows of the normal matrix by Cholesky into l, row by row; false when it is close to singular. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(fit_factor)(const SPRINGLS__W(fit) *fit, int terms, SPRINGLS__NUM l[21])\n",
+    "{\n",
+    "    SPRINGLS__COND ok = fit->count > 0.0f;\n",
+    "    int i, j, k;\n",
+    "    for (i = 0; i < terms; i++) {\n",
+    "        for (j = 0; j <= i; j++) {\n",
+    "            SPRINGLS__NUM sum = fit->normal_matrix[i * (i + 1) / 2 + j];\n",
+    "            for (k = 0; k < j; k++) sum -= l[i * (i + 1) / 2 + k] * l[j * (j + 1) / 2 + k];\n",
+    "            if (i == j) {\n",
+    "                ok = ok & (sum > 1e-5f * fit->normal_matrix[0]); /* coordinates are at most 1 */\n",
+    "                if (!SPRINGLS__W(any)(ok)) return ok;\n",
+    "                l[i * (i + 1) / 2 + i] = SPRINGLS__W(sqrt)(sum);\n",
+    "            } else {\n",
+    "                l[i * (i + 1) / 2 + j] = sum / l[j * (j + 1) / 2 + j];\n",
+    "            }\n",
+    "        }\n",
+    "    }\n",
+    "    return ok;\n",
+    "}\n",
+    "\n",
+    "/* Solves for one right-hand side, and replaces it in x by the solution. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(fit_substitute)(const SPRINGLS__NUM l[21], int terms, SPRINGLS__NUM x[SPRINGLS__FIT_TERMS])\n",
+    "{\n",
+    "    int i, k;\n",
+    "    for (i = 0; i < terms; i++) {\n",
+    "        SPRINGLS__NUM sum = x[i];\n",
+    "        for (k = 0; k < i; k++) sum -= l[i * (i + 1) / 2 + k] * x[k];\n",
+    "        x[i] = sum / l[i * (i + 1) / 2 + i];\n",
+    "    }\n",
+    "    for (i = terms - 1; i >= 0; i--) {\n",
+    "        SPRINGLS__NUM sum = x[i];\n",
+    "        for (k = i + 1; k < terms; k++) sum -= l[k * (k + 1) / 2 + i] * x[k];\n",
+    "        x[i] = sum / l[i * (i + 1) / 2 + i];\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* The first `terms` coefficients of the height and of the three coordinates of a, and the Cholesky factor l. */\n",
+    "typedef struct SPRINGLS__W(fit_solution) {\n",
+    "    SPRINGLS__NUM x[SPRINGLS__FIT_VALUES][SPRINGLS__FIT_TERMS], l[21];\n",
+    "    int terms;\n",
+    "    SPRINGLS__COND ok; /* false: there are none */\n",
+    "} SPRINGLS__W(fit_solution);\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit_solution) SPRINGLS__W(fit_coefficients)(const SPRINGLS__W(fit) *fit, int terms)\n",
+    "{\n",
+    "    SPRINGLS__W(fit_solution) s;\n",
+    "    int i, v;\n",
+    "    s.ok = SPRINGLS__W(fit_factor)(fit, terms, s.l);\n",
+    "    s.terms = SPRINGLS__W(any)(s.ok) ? terms : 0;\n",
+    "    for (v = 0; v < SPRINGLS__FIT_VALUES; v++) {\n",
+    "        for (i = 0; i < SPRINGLS__FIT_TERMS; i++)\n",
+    "            s.x[v][i] = i < s.terms ? fit->right[SPRINGLS__FIT_VALUES * i + v] : SPRINGLS__W(broadcast)(0.0f);\n",
+    "        SPRINGLS__W(fit_substitute)(s.l, s.terms, s.x[v]);\n",
+    "    }\n",
+    "    return s;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(select3)(SPRINGLS__COND where, SPRINGLS__NUM3 yes, SPRINGLS__NUM3 no)\n",
+    "{\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(where, yes.x, no.x), SPRINGLS__W(select)(where, yes.y, no.y),\n",
+    "                                SPRINGLS__W(select)(where, yes.z, no.z));\n",
+    "}\n",
+    "\n",
+    "/* Replaces the result by that of the first `terms` coefficients where it is not ok, at least so many neighbors count, and the\n",
+    "   matrix is not close to singular. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(fit_solve)(const SPRINGLS__W(fit) *fit, int terms, float neighbors,\n",
+    "                                              SPRINGLS__W(fit_result) *result)\n",
+    "{\n",
+    "    const SPRINGLS__COND due = SPRINGLS__W(select)(result->ok, SPRINGLS__W(broadcast)(0.0f), fit->count) >= neighbors;\n",
+    "    SPRINGLS__W(fit_solution) s;\n",
+    "    SPRINGLS__NUM3 normal;\n",
+    "    SPRINGLS__COND good;\n",
+    "    if (!SPRINGLS__W(any)(due)) return;\n",
+    "    s = SPRINGLS__W(fit_coefficients)(fit, terms);\n",
+    "    good = due & s.ok;\n",
+    "    normal = SPRINGLS__W(sub)(SPRINGLS__W(sub)(fit->n, SPRINGLS__W(scale)(fit->e1, s.x[0][1])),\n",
+    "                              SPRINGLS__W(scale)(fit->e2, s.x[0][2]));\n",
+    "    result->point = SPRINGLS__W(select3)(good, SPRINGLS__W(mad)(fit->origin, fit->n, s.x[0][0] * SPRINGLS__FIT_RADIUS),\n",
+    "                                         result->point);\n",
+    "    result->normal = SPRINGLS__W(select3)(good, SPRINGLS__W(normalize)(normal), result->normal);\n",
+    "    result->a = SPRINGLS__W(select3)(good, SPRINGLS__W(add)(fit->a0, SPRINGLS__W(v3_make)(s.x[1][0], s.x[2][0], s.x[3][0])),\n",
+    "                                     result->a);\n",
+    "    result->ok = result->ok | good;\n",
+    "}\n",
+    "\n",
+    "/* Solves for a quadratic with ten neighbors or more, for a plane with four or more and where the quadratic is close to singular;\n",
+    "   not ok with fewer. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_highest)(const SPRINGLS__W(fit) *fit)\n",
+    "{\n",
+    "    SPRINGLS__W(fit_result) result;\n",
+    "    result.ok = fit->count < 0.0f;\n",
+    "    result.point = fit->origin;\n",
+    "    result.normal = fit->n;\n",
+    "    result.a = fit->a0;\n",
+    "    SPRINGLS__W(fit_solve)(fit, 6, 10.0f, &result);\n",
+    "    SPRINGLS__W(fit_solve)(fit, 3, 4.0f, &result);\n",
+    "    return result;\n",
+    "}\n",
+    "\n",
+    "/* Solves the fit, but keeps the place where all neighbors lie to one side, at the rim of a wide hole: the height is unreliable\n",
+    "   there. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_end)(const SPRINGLS__W(fit) *fit)\n",
+    "{\n",
+    "    SPRINGLS__W(fit_result) result = SPRINGLS__W(fit_highest)(fit);\n",
+    "    SPRINGLS__NUM u = fit->normal_matrix[1], v = fit->normal_matrix[3], w = 0.6f * fit->normal_matrix[0];\n",
+    "    SPRINGLS__COND to_one_side = u * u + v * v > w * w;\n",
+    "    result.point = SPRINGLS__W(select3)(to_one_side, fit->origin, result.point);\n",
+    "    result.normal = SPRINGLS__W(select3)(to_one_side, fit->n, result.normal);\n",
+    "    return result;\n",
+    "}\n",
+    "\n",
+    "/* The box of the correspondences that a fit has taken. */\n",
+    "typedef struct SPRINGLS__W(fit_box) { SPRINGLS__NUM3 lower, upper; } SPRINGLS__W(fit_box);\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit_box) SPRINGLS__W(fit_box_begin)(void)\n",
+    "{\n",
+    "    const SPRINGLS__NUM high = SPRINGLS__W(broadcast)(FLT_MAX), low = SPRINGLS__W(broadcast)(-FLT_MAX);\n",
+    "    SPRINGLS__W(fit_box) box;\n",
+    "    box.lower = SPRINGLS__W(v3_make)(high, high, high);\n",
+    "    box.upper = SPRINGLS__W(v3_make)(low, low, low);\n",
+    "    return box;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(min3)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)\n",
+    "{\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(min)(a.x, b.x), SPRINGLS__W(min)(a.y, b.y), SPRINGLS__W(min)(a.z, b.z));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(max3)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)\n",
+    "{\n",
+    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(max)(a.x, b.x), SPRINGLS__W(max)(a.y, b.y), SPRINGLS__W(max)(a.z, b.z));\n",
+    "}\n",
+    "\n",
+    "/* Adds a particle with its normal and correspondence to a fit and its box, where it counts. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(fit_add_in_box)(SPRINGLS__W(fit) *fit, SPRINGLS__W(fit_box) *box, SPRINGLS__NUM3 p,\n",
+    "                                                   SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)\n",
+    "{\n",
+    "    const SPRINGLS__COND counts = SPRINGLS__W(fit_add)(fit, p, normal, a);\n",
+    "    if (!SPRINGLS__W(any)(counts)) return;\n",
+    "    box->lower = SPRINGLS__W(select3)(counts, SPRINGLS__W(min3)(box->lower, a), box->lower);\n",
+    "    box->upper = SPRINGLS__W(select3)(counts, SPRINGLS__W(max3)(box->upper, a), box->upper);\n",
+    "}\n",
+    "\n",
+    "/* Ends a fit: clamps its correspondence to a voxel beyond the range of the neighbors. Not ok either where the fitted surface is\n",
+    "   further than a voxel from the origin, or turned away from n. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_end_in_box)(const SPRINGLS__W(fit) *fit,\n",
+    "                                                                    const SPRINGLS__W(fit_box) *box)\n",
+    "{\n",
+    "    const SPRINGLS__NUM one = SPRINGLS__W(broadcast)(1.0f);\n",
+    "    const SPRINGLS__NUM3 margin = SPRINGLS__W(v3_make)(one, one, one);\n",
+    "    SPRINGLS__W(fit_result) result = SPRINGLS__W(fit_end)(fit);\n",
+    "    SPRINGLS__NUM3 a = SPRINGLS__W(max3)(result.a, SPRINGLS__W(sub)(box->lower, margin));\n",
+    "    SPRINGLS__NUM off2, facing;\n",
+    "    result.a = SPRINGLS__W(min3)(a, SPRINGLS__W(add)(box->upper, margin));\n",
+    "    off2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(result.point, fit->origin));\n",
+    "    facing = SPRINGLS__W(dot)(result.normal, fit->n);\n",
+    "    result.ok = result.ok & (off2 <= 1.0f) & (facing >= 0.3f);\n",
+    "    return result;\n",
+    "}\n",
+    "#line 4804 \"springls.h\"\n",
+    "\n",
+    "SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls__v3 n, springls__v3 a0)\n",
+    "{\n",
+    "    return springls__fit_begin_in(origin, n, springls__any_tangent(n), a0);\n",
+    "}\n",
+    "\n",
+    "/* Returns how many terms a number of neighbors is enough for: a quadratic's with ten or more, a plane's with four or more. */\n",
+    "SPRINGLS__MATHS int springls__fit_terms(float count) { return count >= 10.0f ? 6 : count >= 4.0f ? 3 : 0; }\n",
+    "#line 4814 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -26210,7 +28019,7 @@ static const char *const springls__kernel_lines[] = {
     "    sums = springls__sum_residuals(model, &span, known);\n",
     "    for (i = 0; i < SPRINGLS__FIT_TERMS; i++) unit[i] = i == 0 ? 1.0f : 0.0f;\n",
     "    springls__fit_substitute(span.solution.l, span.solution.terms, unit);\n",
-    "    spare = springls__imax(span.fit.count - span.solution.terms, 1);\n",
+    "    spare = springls__imax((int)span.fit.count - span.solution.terms, 1);\n",
     "    variance = standard_errors * standard_errors * unit[0] / (float)spare;\n",
     "    thinner = SPRINGLS__FIT_RADIUS / (span.original_length[0] * span.original_length[1]);\n",
     "    height = span.solution.x[0][0] * thinner;\n",
@@ -26234,7 +28043,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 4463 \"springls.h\"\n",
+    "#line 4934 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -26384,7 +28193,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;\n",
     "}\n",
     "\n",
-    "#line 4613 \"springls.h\"\n",
+    "#line 5084 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26399,7 +28208,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4629 \"springls.h\"\n",
+    "#line 5100 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -26730,7 +28539,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 4960 \"springls.h\"\n",
+    "#line 5431 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26745,7 +28554,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4975 \"springls.h\"\n",
+    "#line 5446 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -27076,7 +28885,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5306 \"springls.h\"\n",
+    "#line 5777 \"springls.h\"\n",
     "\n",
     "/* Finds what becomes of springl i by the forces of the rule. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -27093,7 +28902,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 5866 \"springls.h\"\n",
+    "#line 6375 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -27119,7 +28928,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 5893 \"springls.h\"\n",
+    "#line 6402 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -27205,7 +29014,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 5980 \"springls.h\"\n",
+    "#line 6489 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -27219,23 +29028,31 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__dot(n, m) < SPRINGLS__FACING_AGAINST && springls__dot(d, n) > -touching && springls__dot(d, m) < touching;\n",
     "}\n",
     "\n",
+    "/* Returns how far a triangle may be that could be nearer than the one at squared distance best2, or as near: more by all rounding\n",
+    "   errors, at most `radius`. */\n",
+    "SPRINGLS__MATHS float springls__nearest_limit(float best2, float radius)\n",
+    "{\n",
+    "    return springls__min(springls__sqrt(best2) + 1e-3f, radius);\n",
+    "}\n",
+    "\n",
     "/* Returns the springl whose triangle is closest to x, within `radius`, of those that do not face away from n (0: of all); -1 if\n",
     "   there is none. */\n",
     "SPRINGLS__MATHS int springls__nearest_springl_facing(const springls__model *model, springls__v3 x, springls__v3 n, float radius)\n",
     "{\n",
     "    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);\n",
-    "    float best = radius * radius;\n",
+    "    float best = radius * radius, limit = radius;\n",
     "    int i, nearest = -1;\n",
     "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
     "        springls__tri_plan plan;\n",
-    "        float d2, within = radius + s->bounding_radius;\n",
+    "        float d2, within = limit + s->bounding_radius;\n",
     "        if (springls__length2(springls__sub(s->p, x)) > within * within) continue;\n",
     "        plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
     "        if (springls__dot(plan.n, n) < 0.0f) continue;\n",
     "        d2 = springls__tri_distance2(&plan, x);\n",
     "        if (d2 < best || (d2 == best && i < nearest)) {\n",
     "            best = d2;\n",
+    "            limit = springls__nearest_limit(best, radius);\n",
     "            nearest = i;\n",
     "        }\n",
     "    }\n",
@@ -27337,7 +29154,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6113 \"springls.h\"\n",
+    "#line 6630 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -27437,7 +29254,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6214 \"springls.h\"\n",
+    "#line 6731 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -27658,7 +29475,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6436 \"springls.h\"\n",
+    "#line 6953 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -27688,7 +29505,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6466 \"springls.h\"\n",
+    "#line 6983 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27703,7 +29520,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6482 \"springls.h\"\n",
+    "#line 6999 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -27872,7 +29689,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6651 \"springls.h\"\n",
+    "#line 7168 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27887,7 +29704,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6666 \"springls.h\"\n",
+    "#line 7183 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -28056,7 +29873,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6835 \"springls.h\"\n",
+    "#line 7352 \"springls.h\"\n",
     "\n",
     "/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -28103,7 +29920,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 6883 \"springls.h\"\n",
+    "#line 7400 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -28118,7 +29935,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 6898 \"springls.h\"\n",
+    "#line 7415 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28133,7 +29950,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6914 \"springls.h\"\n",
+    "#line 7431 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -28144,7 +29961,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 6925 \"springls.h\"\n",
+    "#line 7442 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28159,7 +29976,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6940 \"springls.h\"\n",
+    "#line 7457 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -28170,7 +29987,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 6951 \"springls.h\"\n",
+    "#line 7468 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -28289,7 +30106,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7071 \"springls.h\"\n",
+    "#line 7588 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -28604,8 +30421,8 @@ static const char *const springls__kernel_lines[] = {
     "    int i;\n",
     "    for (i = 0; i < samples->count; i++)\n",
     "        if (side_of[i] == side) springls__fit_add(&fit, samples->p[i], samples->n[i], samples->a[i]);\n",
-    "    result = springls__fit_highest(fit);\n",
-    "    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, n) < 0.7f) result.ok = 0;\n",
+    "    result = springls__fit_highest(&fit);\n",
+    "    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, n) < 0.7f) result.ok = false;\n",
     "    return result;\n",
     "}\n",
     "\n",
@@ -28617,7 +30434,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (i = 0; i < samples->count; i++) side_of[i] = samples->id[i] == self ? -1 : springls__side_of(sides, samples->n[i]);\n",
     "    for (side = 0; side < sides.count; side++) {\n",
     "        fit[side] = springls__fit_side(samples, side_of, side, sides.normal[side], x, a0);\n",
-    "        good += fit[side].ok != 0;\n",
+    "        good += fit[side].ok;\n",
     "    }\n",
     "    return good;\n",
     "}\n",
@@ -28659,7 +30476,7 @@ static const char *const springls__kernel_lines[] = {
     "        float beyond;\n",
     "        if (side == best || !fit[side].ok) continue;\n",
     "        convex = springls__is_convex(sides.middle[best], sides.normal[best], sides.middle[side], sides.normal[side]);\n",
-    "        if (!(kinds & (convex ? SPRINGLS__CONVEX : SPRINGLS__CONCAVE))) result.ok = 0;\n",
+    "        if (!(kinds & (convex ? SPRINGLS__CONVEX : SPRINGLS__CONCAVE))) result.ok = false;\n",
     "        beyond = springls__dot(springls__sub(result.point, fit[side].point), fit[side].normal);\n",
     "        if ((beyond > 0.0f) == (convex != 0)) result.point = springls__mad(result.point, fit[side].normal, -beyond);\n",
     "    }\n",
@@ -28680,7 +30497,7 @@ static const char *const springls__kernel_lines[] = {
     "    sides = springls__sample_set_sides(&samples, SPRINGLS__NARROW, false);\n",
     "    if (sides.count < 2) return false;\n",
     "    *result = springls__side_at(&samples, sides, x, n, a0, -1, SPRINGLS__CONVEX | SPRINGLS__CONCAVE, 2);\n",
-    "    return result->ok != 0;\n",
+    "    return result->ok;\n",
     "}\n",
     "\n",
     "/* Returns the mean distance of x over one side, and the middle of that side. */\n",
@@ -28842,7 +30659,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 7625 \"springls.h\"\n",
+    "#line 8142 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -28920,28 +30737,18 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    const float r = SPRINGLS__FIT_RADIUS;\n",
     "    springls__fit fit = springls__fit_begin(x, n, a0);\n",
+    "    springls__fit_box box = springls__fit_box_begin();\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
     "    springls__fit_result result;\n",
-    "    springls__v3 lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX), upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);\n",
     "    int other;\n",
     "    if (model->params.keep_edges && springls__place_at_edge(model, x, n, a0, known, &result)) return result;\n",
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
-    "        springls__v3 a = model->set.a[other];\n",
     "        if (other >= known || springls__length2(springls__sub(o->p, x)) >= r * r) continue;\n",
     "        if (springls__of_two_contact_bodies(model, of, other)) continue;\n",
-    "        if (!springls__fit_add(&fit, o->p, springls__springl_normal(*o), a)) continue;\n",
-    "        lower = springls__v3_make(springls__min(lower.x, a.x), springls__min(lower.y, a.y), springls__min(lower.z, a.z));\n",
-    "        upper = springls__v3_make(springls__max(upper.x, a.x), springls__max(upper.y, a.y), springls__max(upper.z, a.z));\n",
+    "        springls__fit_add_in_box(&fit, &box, o->p, springls__springl_normal(*o), model->set.a[other]);\n",
     "    }\n",
-    "    result = springls__fit_end(fit);\n",
-    "    if (!result.ok) return result;\n",
-    "    /* clamp to a voxel beyond the range of the neighbors, and beyond the tangent plane */\n",
-    "    result.a = springls__v3_make(springls__clamp(result.a.x, lower.x - 1.0f, upper.x + 1.0f),\n",
-    "                                 springls__clamp(result.a.y, lower.y - 1.0f, upper.y + 1.0f),\n",
-    "                                 springls__clamp(result.a.z, lower.z - 1.0f, upper.z + 1.0f));\n",
-    "    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, n) < 0.3f) result.ok = 0;\n",
-    "    return result;\n",
+    "    return springls__fit_end_in_box(&fit, &box);\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__track_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -28949,7 +30756,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 7733 \"springls.h\"\n",
+    "#line 8240 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -29073,7 +30880,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 7858 \"springls.h\"\n",
+    "#line 8365 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -29293,7 +31100,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8079 \"springls.h\"\n",
+    "#line 8586 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -29369,7 +31176,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8156 \"springls.h\"\n",
+    "#line 8663 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -29511,7 +31318,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 8299 \"springls.h\"\n",
+    "#line 8806 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -29700,7 +31507,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 8489 \"springls.h\"\n",
+    "#line 8996 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -29822,12 +31629,12 @@ static const char *const springls__kernel_lines[] = {
     "            a = fit.a;\n",
     "        }\n",
     "    }\n",
-    "    model->set.s[n] = s;\n",
+    "    model->set.s[n] = springls__springl_finished(s);\n",
     "    model->set.a[n] = springls__project_on_original(model, a);\n",
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 8617 \"springls.h\"\n",
+    "#line 9124 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -29860,7 +31667,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (others == 0) return 0;\n",
     "    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;\n",
     "}\n",
-    "#line 8651 \"springls.h\"\n",
+    "#line 9158 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -30261,6 +32068,9 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
+    "/* What has_opposed has of a brick that is asleep, in which nothing is found. */\n",
+    "#define SPRINGLS__OPPOSED_ASLEEP 2\n",
+    "\n",
     "/* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry\n",
     "   springls carry phi along. Finds too whether springls that face against each other are near one voxel: a thin sheet or gap. */\n",
     "SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__arguments args, int i,\n",
@@ -30278,7 +32088,10 @@ static const char *const springls__kernel_lines[] = {
     "    int row, v, o[3];\n",
     "    tile.value = memory + SPRINGLS__SUMS_FLOATS;\n",
     "    springls__slot_origin(g, g->active[i], o);\n",
-    "    if (model->group.item == 0) *side_unknown = *opposed = 0;\n",
+    "    if (model->group.item == 0) {\n",
+    "        *side_unknown = 0;\n",
+    "        *opposed = springls__keeps_phi(model, i) ? SPRINGLS__OPPOSED_ASLEEP : 0;\n",
+    "    }\n",
     "    if (springls__keeps_phi(model, i)) return;\n",
     "    SPRINGLS__BARRIER; /* both are cleared before an item sets one */\n",
     "    near_by = springls__near_brick(model, o);\n",
@@ -30340,7 +32153,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9132 \"springls.h\"\n",
+    "#line 9645 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -30492,7 +32305,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 9285 \"springls.h\"\n",
+    "#line 9798 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -30576,7 +32389,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 9370 \"springls.h\"\n",
+    "#line 9883 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -30673,7 +32486,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 9468 \"springls.h\"\n",
+    "#line 9981 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -30773,12 +32586,14 @@ static const char *const springls__kernel_lines[] = {
     "    springls__part_add(part, at);\n",
     "}\n",
     "\n",
-    "/* Finds the part of its side that a voxel is of, through faces; returns false when it has more than `largest` voxels. */\n",
-    "SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const int at[3], int largest, springls__part *part)\n",
+    "/* Adds all voxels of the side of its first one that a part of one voxel reaches through faces; returns false when it has more than\n",
+    "   `largest`. */\n",
+    "SPRINGLS__MATHS bool springls__part_grow(const springls__grid *g, int largest, springls__part *part)\n",
     "{\n",
-    "    bool inside = springls__phi_of(g, at) < 0.0f;\n",
+    "    bool inside;\n",
     "    int i, d, from[3], to[3];\n",
-    "    springls__part_begin(part, at);\n",
+    "    springls__part_place(part, 0, from);\n",
+    "    inside = springls__phi_of(g, from) < 0.0f;\n",
     "    for (i = 0; i < part->count; i++)\n",
     "        for (d = 0; d < 6; d++) {\n",
     "            springls__part_place(part, i, from);\n",
@@ -30787,6 +32602,29 @@ static const char *const springls__kernel_lines[] = {
     "            if (!springls__part_add(part, to) || part->count > largest) return false;\n",
     "        }\n",
     "    return true;\n",
+    "}\n",
+    "\n",
+    "/* Finds the part of its side that a voxel is of; returns false when it has more than `largest` voxels. */\n",
+    "SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const int at[3], int largest, springls__part *part)\n",
+    "{\n",
+    "    springls__part_begin(part, at);\n",
+    "    return springls__part_grow(g, largest, part);\n",
+    "}\n",
+    "\n",
+    "/* Returns true when voxel `at`, outside, is the only way out of a small part of the outside. */\n",
+    "SPRINGLS__MATHS bool springls__is_mouth(const springls__grid *g, const int at[3])\n",
+    "{\n",
+    "    springls__part part;\n",
+    "    int d, to[3], word;\n",
+    "    uint32_t bit;\n",
+    "    for (d = 0; d < 6; d++) {\n",
+    "        springls__neighbor_voxel(at, d, to);\n",
+    "        if (springls__phi_of(g, to) < 0.0f) continue;\n",
+    "        springls__part_begin(&part, to);\n",
+    "        if (springls__part_bit(&part, at, &word, &bit)) part.found[word] |= bit; /* closed: it is not passed through */\n",
+    "        if (springls__part_grow(g, SPRINGLS__LARGEST_SPECK, &part)) return true;\n",
+    "    }\n",
+    "    return false;\n",
     "}\n",
     "\n",
     "/* ---- joining ---- */\n",
@@ -30967,7 +32805,8 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__punctures(phi, springls__inside_mask(g, g->phi, at[0], at[1], at[2]));\n",
     "}\n",
     "\n",
-    "/* Returns true when a puncture is to be filled: none around is nearer to the surface, so that each is filled once. */\n",
+    "/* Returns true when a puncture is to be filled: none around is nearer to the surface, so that each is filled once, and no bubble\n",
+    "   is left behind it. */\n",
     "SPRINGLS__MATHS bool springls__fills_puncture(const springls__grid *g, const int at[3])\n",
     "{\n",
     "    springls__joint here, there;\n",
@@ -30982,7 +32821,7 @@ static const char *const springls__kernel_lines[] = {
     "        there.phi = springls__phi_of(g, there.at);\n",
     "        if (springls__better_joint(there, here) && springls__is_puncture(g, there.at)) return false;\n",
     "    }\n",
-    "    return true;\n",
+    "    return !springls__is_mouth(g, at);\n",
     "}\n",
     "\n",
     "/* ---- removal ---- */\n",
@@ -31141,7 +32980,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9937 \"springls.h\"\n",
+    "#line 10476 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -31217,7 +33056,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10014 \"springls.h\"\n",
+    "#line 10553 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -31229,7 +33068,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__BLOCKED 1\n",
     "#define SPRINGLS__BACKGROUND 2\n",
     "\n",
-    "/* Finds whether brick i of the top table is blocked: a voxel of it is closer than SHELL to a springl. */\n",
+    "/* Finds whether the brick of entry i is blocked: a voxel of it is closer than SHELL to a springl. */\n",
     "SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                                   SPRINGLS__LOCAL float *nearest)\n",
     "{\n",
@@ -31249,53 +33088,53 @@ static const char *const springls__kernel_lines[] = {
     "        springls__brick_state(model)[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;\n",
     "}\n",
     "\n",
-    "/* Makes a block of step^3 bricks background; false when one of them is blocked. */\n",
-    "SPRINGLS__MATHS bool springls__take_block(const springls__grid *g, SPRINGLS__GLOBAL uint8_t *state, const int at[3], int step)\n",
+    "/* Makes a block of step^3 entries background; false when one of them is blocked. */\n",
+    "SPRINGLS__MATHS bool springls__take_block(const springls__table *t, SPRINGLS__GLOBAL uint8_t *state, const int at[3], int step)\n",
     "{\n",
     "    int hi[3], x, y, z, axis;\n",
-    "    for (axis = 0; axis < 3; axis++) hi[axis] = springls__imin(at[axis] + step, g->bricks[axis]);\n",
+    "    for (axis = 0; axis < 3; axis++) hi[axis] = springls__imin(at[axis] + step, t->bricks[axis]);\n",
     "    for (z = at[2]; z < hi[2]; z++)\n",
     "        for (y = at[1]; y < hi[1]; y++)\n",
     "            for (x = at[0]; x < hi[0]; x++)\n",
-    "                if (state[x + g->bricks[0] * (y + g->bricks[1] * z)] == SPRINGLS__BLOCKED) return false;\n",
+    "                if (state[x + t->bricks[0] * (y + t->bricks[1] * z)] == SPRINGLS__BLOCKED) return false;\n",
     "    for (z = at[2]; z < hi[2]; z++)\n",
     "        for (y = at[1]; y < hi[1]; y++)\n",
-    "            for (x = at[0]; x < hi[0]; x++) state[x + g->bricks[0] * (y + g->bricks[1] * z)] = SPRINGLS__BACKGROUND;\n",
+    "            for (x = at[0]; x < hi[0]; x++) state[x + t->bricks[0] * (y + t->bricks[1] * z)] = SPRINGLS__BACKGROUND;\n",
     "    return true;\n",
     "}\n",
     "\n",
-    "/* Returns how many lines along an axis there are, of blocks of step^3 bricks. */\n",
-    "SPRINGLS__MATHS int springls__lines_along(const springls__grid *g, int axis, int step)\n",
+    "/* Returns how many lines along an axis there are, of blocks of step^3 entries. */\n",
+    "SPRINGLS__MATHS int springls__lines_along(const springls__table *t, int axis, int step)\n",
     "{\n",
-    "    return (g->bricks[(axis + 1) % 3] + step - 1) / step * ((g->bricks[(axis + 2) % 3] + step - 1) / step);\n",
+    "    return (t->bricks[(axis + 1) % 3] + step - 1) / step * ((t->bricks[(axis + 2) % 3] + step - 1) / step);\n",
     "}\n",
     "\n",
-    "/* Grows the background along line i of blocks, forwards and backwards; beyond the border is background. A block is uniform, so\n",
-    "   one of its bricks stands for it. Notes whether the line has grown. Lines do not read each other, so growth ends in the same\n",
+    "/* Grows the background along line i of blocks, forwards and backwards; beyond the top table is background. A block is uniform, so\n",
+    "   one of its entries stands for it. Notes whether the line has grown. Lines do not read each other, so growth ends in the same\n",
     "   state in any order. */\n",
     "SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    const springls__grid *g = &model->grid;\n",
+    "    const springls__table *t = &model->grid.table;\n",
     "    SPRINGLS__GLOBAL uint8_t *state = springls__brick_state(model);\n",
     "    const int axis = args.grow_line.axis, step = args.grow_line.step, b = (axis + 1) % 3, c = (axis + 2) % 3;\n",
-    "    const int across = (g->bricks[b] + step - 1) / step, along = (g->bricks[axis] + step - 1) / step;\n",
+    "    const int across = (t->bricks[b] + step - 1) / step, along = (t->bricks[axis] + step - 1) / step;\n",
     "    int at[3], k;\n",
     "    bool at_border, before = true, grew = false;\n",
     "    at[b] = i % across * step;\n",
     "    at[c] = i / across * step;\n",
-    "    at_border = at[b] == 0 || at[c] == 0 || at[b] + step >= g->bricks[b] || at[c] + step >= g->bricks[c];\n",
+    "    at_border = at[b] == 0 || at[c] == 0 || at[b] + step >= t->bricks[b] || at[c] + step >= t->bricks[c];\n",
     "    for (k = 0; k < 2 * along; k++) {\n",
     "        bool background;\n",
     "        if (k == along) before = true;\n",
     "        at[axis] = (k < along ? k : 2 * along - 1 - k) * step;\n",
-    "        background = state[at[0] + g->bricks[0] * (at[1] + g->bricks[1] * at[2])] == SPRINGLS__BACKGROUND;\n",
-    "        if (!background && (before || at_border) && springls__take_block(g, state, at, step)) background = grew = true;\n",
+    "        background = state[at[0] + t->bricks[0] * (at[1] + t->bricks[1] * at[2])] == SPRINGLS__BACKGROUND;\n",
+    "        if (!background && (before || at_border) && springls__take_block(t, state, at, step)) background = grew = true;\n",
     "        before = background;\n",
     "    }\n",
     "    springls__has_grown(model)[args.grow_line.first_flag + i] = grew;\n",
     "}\n",
     "\n",
-    "/* Sets the side of brick i from its state: a constant brick is outside or inside, in an active one phi is 1 (background) or\n",
+    "/* Sets the side of the brick of entry i from its state: a constant brick is outside or inside, in an active one phi is 1 (background) or\n",
     "   -1. */\n",
     "SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                                  SPRINGLS__LOCAL float *memory)\n",
@@ -31314,7 +33153,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int y, int z)\n",
     "{\n",
-    "    return !springls__grid_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;\n",
+    "    return !springls__table_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;\n",
     "}\n",
     "\n",
     "/* Returns true when the background is beside a block of b^3 voxels. */\n",
@@ -31453,7 +33292,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 10251 \"springls.h\"\n",
+    "#line 10790 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__REACH_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -31486,7 +33325,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 10285 \"springls.h\"\n",
+    "#line 10824 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -31511,7 +33350,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 10311 \"springls.h\"\n",
+    "#line 10850 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -31540,8 +33379,8 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__row_triangles(model) + (size_t)i * SPRINGLS__CUBE_ROWS;\n",
     "}\n",
     "\n",
-    "/* The cube that a vertex belongs to, its brick, and the edge that carries the vertex there. */\n",
-    "typedef struct springls__vertex_owner { int cube[3], brick, edge; } springls__vertex_owner;\n",
+    "/* The cube that a vertex belongs to, the entry of its brick, and the edge that carries the vertex there. */\n",
+    "typedef struct springls__vertex_owner { int cube[3], entry, edge; } springls__vertex_owner;\n",
     "\n",
     "/* Finds the owner of the vertex on an edge of the cube whose corner 0 is voxel (x, y, z): of the four cubes around the edge the\n",
     "   first in the brick of the lowest number. Cubes that begin before the domain belong to the bricks at its border. */\n",
@@ -31556,14 +33395,14 @@ static const char *const springls__kernel_lines[] = {
     "    at_b = at[b] + (edge & 1);\n",
     "    at_c = at[c] + (edge >> 1 & 1);\n",
     "    owner.cube[axis] = at[axis];\n",
-    "    owner.brick = -1;\n",
+    "    owner.entry = -1;\n",
     "    for (k = 3; k >= 0; k--) {\n",
-    "        int brick;\n",
+    "        int entry;\n",
     "        at[b] = at_b - (k & 1);\n",
     "        at[c] = at_c - (k >> 1);\n",
-    "        brick = springls__brick_at(g, springls__imax(at[0], 0), springls__imax(at[1], 0), springls__imax(at[2], 0));\n",
-    "        if ((owner.brick >= 0 && brick >= owner.brick) || g->top[brick] < SPRINGLS__FIRST_SLOT) continue;\n",
-    "        owner.brick = brick;\n",
+    "        entry = springls__entry_at(g, springls__imax(at[0], 0), springls__imax(at[1], 0), springls__imax(at[2], 0));\n",
+    "        if ((owner.entry >= 0 && entry >= owner.entry) || g->top[entry] < SPRINGLS__FIRST_SLOT) continue;\n",
+    "        owner.entry = entry;\n",
     "        owner.edge = 4 * axis + k;\n",
     "        owner.cube[b] = at[b];\n",
     "        owner.cube[c] = at[c];\n",
@@ -31683,7 +33522,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS int springls__vertex_elsewhere(const springls__model *model, int x, int y, int z, int edge)\n",
     "{\n",
     "    springls__vertex_owner owner = springls__owner_of(&model->grid, x, y, z, edge);\n",
-    "    int i = springls__surface_rank(model)[model->grid.top[owner.brick]], axis, k, other, number;\n",
+    "    int i = springls__surface_rank(model)[model->grid.top[owner.entry]], axis, k, other, number;\n",
     "    uint32_t seen = 0u;\n",
     "    springls__cube cube;\n",
     "    for (axis = 0; axis < 3; axis++) owner.cube[axis] -= springls__imax(owner.cube[axis], 0) & ~7;\n",
@@ -31761,7 +33600,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 10562 \"springls.h\"\n",
+    "#line 11101 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -31861,7 +33700,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 31865 \"springls.h\"\n",
+    "#line 33704 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -31900,7 +33739,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->work.sums[i] = sum;\n",
     "}\n",
     "\n",
-    "/* Replaces the sum of each chunk by that of the chunks before it; writes the sum of all to counts[0]. */\n",
+    "/* Replaces the sum of each chunk by that of the chunks before it; writes the sum of all to counts[args.chunk.place]. */\n",
     "SPRINGLS__MATHS void springls__scan_sums_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    uint sum = 0, one;\n",
@@ -31910,7 +33749,7 @@ static const char *const springls__kernel_lines[] = {
     "        model->work.sums[k] = sum;\n",
     "        sum += one;\n",
     "    }\n",
-    "    model->work.counts[i] = sum;\n",
+    "    model->work.counts[args.chunk.place + i] = sum;\n",
     "}\n",
     "\n",
     "/* Replaces each number of chunk i by the sum of those before it. */\n",
@@ -31961,8 +33800,8 @@ static const char *const springls__kernel_lines[] = {
     "        largest = springls__max(largest, ((__global const float *)model->work.sums)[2 * k]);\n",
     "        more += model->work.sums[2 * k + 1];\n",
     "    }\n",
-    "    ((__global float *)model->work.counts)[i] = largest;\n",
-    "    model->work.counts[i + 1] = more;\n",
+    "    ((__global float *)model->work.counts)[args.chunk.place + i] = largest;\n",
+    "    model->work.counts[args.chunk.place + i + 1] = more;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__counts_clear_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -32051,14 +33890,19 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* ---- bricks come and go: those flagged become the active ones (springls__cl_bricks) ---- */\n",
     "\n",
+    "/* Flags the bricks that are active, or none; nothing is counted yet of those that the top table has no room for. */\n",
     "SPRINGLS__MATHS void springls__bricks_begin_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
+    "    if (i == 0) model->work.counts[3] = 0u;\n",
     "    model->work.brick_flag[i] = args.brick_flag.keep && model->grid.top[i] >= SPRINGLS__FIRST_SLOT ? 1u : 0u;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__mark(const springls__model *model, int brick)\n",
+    "/* Flags a brick; counts it in counts[3] when the top table does not have it. */\n",
+    "SPRINGLS__MATHS void springls__mark(const springls__model *model, const int origin[3])\n",
     "{\n",
-    "    atomic_or((volatile __global uint *)(model->work.brick_flag + brick), 1u);\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    if (!springls__table_contains(g, origin[0], origin[1], origin[2])) SPRINGLS__NEXT(model->work.counts + 3);\n",
+    "    else atomic_or((volatile __global uint *)(model->work.brick_flag + springls__entry_at(g, origin[0], origin[1], origin[2])), 1u);\n",
     "}\n",
     "\n",
     "/* Marks bricks around the one at `origin`. */\n",
@@ -32067,7 +33911,7 @@ static const char *const springls__kernel_lines[] = {
     "    int d, at[3];\n",
     "    for (d = 0; d < 27 && mask; d++)\n",
     "        if ((mask >> d & 1u) && springls__brick_around(&model->grid, origin, d, at))\n",
-    "            springls__mark(model, springls__brick_at(&model->grid, at[0], at[1], at[2]));\n",
+    "            springls__mark(model, at);\n",
     "}\n",
     "\n",
     "/* Marks the brick that particle i has come to. */\n",
@@ -32077,7 +33921,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (model->cells.key[i] != SPRINGLS__MISSING_KEY) return;\n",
     "    springls__origin_of_place(&model->grid, model->set.s[i].p, origin);\n",
-    "    springls__mark(model, springls__brick_at(&model->grid, origin[0], origin[1], origin[2]));\n",
+    "    springls__mark(model, origin);\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__mark_cover_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -32100,13 +33944,31 @@ static const char *const springls__kernel_lines[] = {
     "/* Marks the bricks within the band of springl i. */\n",
     "SPRINGLS__MATHS void springls__mark_near_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    springls__brick_walk walk = springls__brick_walk_begin(&model->grid, model->set.s[i], model->params.band_half_width + 1.0f);\n",
-    "    int brick;\n",
+    "    springls__v3 lower, upper;\n",
+    "    int lo[3], hi[3], at[3];\n",
     "    (void)args;\n",
-    "    while ((brick = springls__brick_walk_next(&model->grid, &walk)) >= 0) springls__mark(model, brick);\n",
+    "    springls__box_around(model->set.s[i], model->params.band_half_width + 1.0f, &lower, &upper);\n",
+    "    springls__origin_of_place(&model->grid, lower, lo);\n",
+    "    springls__origin_of_place(&model->grid, upper, hi);\n",
+    "    for (at[2] = lo[2]; at[2] <= hi[2]; at[2] += SPRINGLS__BRICK)\n",
+    "        for (at[1] = lo[1]; at[1] <= hi[1]; at[1] += SPRINGLS__BRICK)\n",
+    "            for (at[0] = lo[0]; at[0] <= hi[0]; at[0] += SPRINGLS__BRICK) springls__mark(model, at);\n",
     "}\n",
     "\n",
-    "/* Counts, in chunk i of the top table, the bricks to drop, those to add and those that are active then: three sums a chunk. */\n",
+    "/* Returns whether the brick of an entry is at an end of the top table that is none of the domain. */\n",
+    "SPRINGLS__MATHS bool springls__at_table_end(const springls__grid *g, int entry)\n",
+    "{\n",
+    "    int origin[3], axis;\n",
+    "    bool at_end = false;\n",
+    "    springls__entry_origin(g, entry, origin);\n",
+    "    for (axis = 0; axis < 3; axis++)\n",
+    "        at_end = at_end || (origin[axis] == g->table.lower[axis] && origin[axis] > 0)\n",
+    "                 || (origin[axis] + SPRINGLS__BRICK >= g->table.upper[axis] && g->table.upper[axis] < g->size[axis]);\n",
+    "    return at_end;\n",
+    "}\n",
+    "\n",
+    "/* Counts, in chunk i of the top table, the bricks to drop, those to add and those that are active then: three sums a chunk. Counts\n",
+    "   those to add at an end of the table in counts[3]. */\n",
     "SPRINGLS__MATHS void springls__bricks_count_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    uint dropped = 0, added = 0, active = 0;\n",
@@ -32116,6 +33978,7 @@ static const char *const springls__kernel_lines[] = {
     "        dropped += there && !wanted ? 1u : 0u;\n",
     "        added += wanted && !there ? 1u : 0u;\n",
     "        active += wanted ? 1u : 0u;\n",
+    "        if (wanted && !there && springls__at_table_end(&model->grid, b)) SPRINGLS__NEXT(model->work.counts + 3);\n",
     "    }\n",
     "    model->work.sums[3 * i] = dropped;\n",
     "    model->work.sums[3 * i + 1] = added;\n",
@@ -32229,8 +34092,8 @@ static const char *const springls__kernel_lines[] = {
     "    const springls__model *model;\n",
     "    __global int *label;\n",
     "    __global int *votes; /* of a root: voxels around its region that are outside less those inside (in the memory of phi_next) */\n",
-    "    int voxels;          /* numbers of voxels; bricks have those from here on                                                  */\n",
-    "    int rows;            /* of eight voxels, in all active bricks: elements are these rows and then the bricks of the top table */\n",
+    "    int voxels;          /* numbers of voxels; entries of the top table have those from here on                                */\n",
+    "    int rows;            /* of eight voxels, in all active bricks: elements are these rows and then the entries of the table */   \n",
     "} springls__regions;\n",
     "\n",
     "SPRINGLS__MATHS springls__regions springls__regions_of(const springls__model *model)\n",
@@ -32254,9 +34117,9 @@ static const char *const springls__kernel_lines[] = {
     "    return slot * SPRINGLS__BRICK_VOXELS + row % SPRINGLS__ROWS * 8;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS bool springls__open_brick(const springls__model *model, int brick)\n",
+    "SPRINGLS__MATHS bool springls__open_brick(const springls__model *model, int entry)\n",
     "{\n",
-    "    return model->grid.top[brick] < SPRINGLS__FIRST_SLOT && springls__brick_state(model)[brick] == SPRINGLS__OPEN;\n",
+    "    return model->grid.top[entry] < SPRINGLS__FIRST_SLOT && springls__brick_state(model)[entry] == SPRINGLS__OPEN;\n",
     "}\n",
     "\n",
     "/* ---- begin: every node has its own label, but neighbours along a row share one ---- */\n",
@@ -32307,24 +34170,24 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS int springls__region_node(const springls__regions *r, int x, int y, int z)\n",
     "{\n",
     "    const springls__grid *g = &r->model->grid;\n",
-    "    int brick, v;\n",
-    "    if (!springls__grid_contains(g, x, y, z)) return -1;\n",
-    "    brick = springls__brick_at(g, x, y, z);\n",
-    "    if (g->top[brick] < SPRINGLS__FIRST_SLOT) return springls__open_brick(r->model, brick) ? r->voxels + brick : -1;\n",
-    "    v = g->top[brick] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);\n",
+    "    int entry, v;\n",
+    "    if (!springls__table_contains(g, x, y, z)) return -1;\n",
+    "    entry = springls__entry_at(g, x, y, z);\n",
+    "    if (g->top[entry] < SPRINGLS__FIRST_SLOT) return springls__open_brick(r->model, entry) ? r->voxels + entry : -1;\n",
+    "    v = g->top[entry] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);\n",
     "    return springls__in_region(r->model, (size_t)v) ? v : -1;\n",
     "}\n",
     "\n",
     "/* Joins an open constant brick with those before it along each axis. */\n",
-    "SPRINGLS__MATHS void springls__join_brick(const springls__regions *r, int brick)\n",
+    "SPRINGLS__MATHS void springls__join_brick(const springls__regions *r, int entry)\n",
     "{\n",
-    "    const springls__grid *g = &r->model->grid;\n",
-    "    int axis, stride = 1, node = r->voxels + brick;\n",
-    "    if (!springls__open_brick(r->model, brick)) return;\n",
+    "    const springls__table *t = &r->model->grid.table;\n",
+    "    int axis, stride = 1, node = r->voxels + entry;\n",
+    "    if (!springls__open_brick(r->model, entry)) return;\n",
     "    for (axis = 0; axis < 3; axis++) {\n",
-    "        bool first = brick / stride % g->bricks[axis] == 0;\n",
-    "        if (!first && springls__open_brick(r->model, brick - stride)) springls__region_unite(r->label, node, node - stride);\n",
-    "        stride *= g->bricks[axis];\n",
+    "        bool first = entry / stride % t->bricks[axis] == 0;\n",
+    "        if (!first && springls__open_brick(r->model, entry - stride)) springls__region_unite(r->label, node, node - stride);\n",
+    "        stride *= t->bricks[axis];\n",
     "    }\n",
     "}\n",
     "\n",
@@ -32364,7 +34227,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    int slot;\n",
-    "    if (!springls__grid_contains(g, x, y, z)) return 0;\n",
+    "    if (!springls__table_contains(g, x, y, z)) return 0;\n",
     "    slot = springls__slot_at(g, x, y, z);\n",
     "    if (slot < SPRINGLS__FIRST_SLOT) return 0;\n",
     "    return springls__vote_of_voxel(model, (size_t)slot * SPRINGLS__BRICK_VOXELS + (size_t)springls__voxel_in_brick(x, y, z));\n",
@@ -32376,17 +34239,17 @@ static const char *const springls__kernel_lines[] = {
     "    if (root >= 0 && root < r->voxels && votes != 0) atomic_add(&r->votes[root], votes);\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__vote_of_brick(const springls__regions *r, int brick)\n",
+    "SPRINGLS__MATHS void springls__vote_of_brick(const springls__regions *r, int entry)\n",
     "{\n",
     "    int at[3], to[3], d, k, votes = 0;\n",
-    "    if (!springls__open_brick(r->model, brick)) return;\n",
-    "    springls__brick_origin(&r->model->grid, brick, at);\n",
+    "    if (!springls__open_brick(r->model, entry)) return;\n",
+    "    springls__entry_origin(&r->model->grid, entry, at);\n",
     "    for (d = 0; d < 6; d++)\n",
     "        for (k = 0; k < 64; k++) {\n",
     "            springls__voxel_at_face(at, 8, d, k % 8, k / 8, to);\n",
     "            votes += springls__vote_at(r->model, to[0], to[1], to[2]);\n",
     "        }\n",
-    "    springls__add_votes(r, springls__region_root(r->label, r->voxels + brick), votes);\n",
+    "    springls__add_votes(r, springls__region_root(r->label, r->voxels + entry), votes);\n",
     "}\n",
     "\n",
     "/* Adds up a row run by run of members: they have one root. */\n",
@@ -32603,16 +34466,17 @@ SPRINGLS__FN float springls__combined_phi(springls_operation operation, float a,
 
 /* ---- level sets ---- */
 
-/* Makes the bricks active that are active in either. */
+/* Makes the bricks active that are active in either, and the top table have those of both. */
 SPRINGLS__FN springls_status springls__bricks_of_both(springls_context *ctx, const springls__grid *other)
 {
-    const springls__grid *g = &ctx->model.grid;
-    int i, count = 0, bricks = (int)springls__brick_count(g), *list;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_list, bricks));
+    springls__brick_box box = springls__empty_box();
+    int i, *list;
+    springls__box_add_grid(other, &box, springls__unmoved);
+    SPRINGLS__TRY(springls__table_cover(ctx, box));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_list, other->active_count));
     list = springls__brick_list(&ctx->model);
-    for (i = 0; i < bricks; i++)
-        if (other->top[i] >= SPRINGLS__FIRST_SLOT) list[count++] = i;
-    return springls__grid_add_bricks(ctx, list, count);
+    for (i = 0; i < other->active_count; i++) list[i] = other->slot_brick[other->active[i]];
+    return springls__grid_add_bricks(ctx, list, other->active_count);
 }
 
 /* Returns true at a voxel where the surfaces of both operands lie on each other and face opposite ways; that of a subtracted
@@ -32630,12 +34494,18 @@ SPRINGLS__FN bool springls__surfaces_cancel(springls_operation operation, const 
     return (operation == SPRINGLS_OPERATION_DIFFERENCE ? -cosine : cosine) < opposite;
 }
 
-/* Computes phi of the result in an active brick, into phi_next. */
-SPRINGLS__FN void springls__combine_brick(springls__grid *g, springls_operation operation, const springls__grid *other, int slot,
-                                          int brick)
+/* Returns the values of a grid in the brick that another grid, of the same domain, has an entry for. */
+SPRINGLS__FN const float *springls__phi_of_entry(const springls__grid *grid, const springls__grid *g, int entry)
 {
+    return grid->phi + (size_t)springls__slot_of_brick(grid, springls__brick_of_entry(g, entry)) * SPRINGLS__BRICK_VOXELS;
+}
+
+/* Computes phi of the result in the active brick of an entry, into phi_next. */
+SPRINGLS__FN void springls__combine_brick(springls__grid *g, springls_operation operation, const springls__grid *other, int entry)
+{
+    const int slot = g->top[entry];
     const float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
-    const float *other_phi = other->phi + (size_t)other->top[brick] * SPRINGLS__BRICK_VOXELS;
+    const float *other_phi = springls__phi_of_entry(other, g, entry);
     const float between = operation == SPRINGLS_OPERATION_UNION ? -0.5f : 0.5f; /* voxel */
     float *out = g->phi_next + (size_t)slot * SPRINGLS__BRICK_VOXELS;
     int o[3], at[3], v;
@@ -32653,51 +34523,92 @@ SPRINGLS__FN void springls__combine_brick(springls__grid *g, springls_operation 
 SPRINGLS__FN void springls__combine_level_sets(springls_context *ctx, springls_operation operation, const springls__grid *other)
 {
     springls__grid *g = &ctx->model.grid;
-    int i, bricks = (int)springls__brick_count(g);
-    for (i = 0; i < bricks; i++)
-        if (g->top[i] >= SPRINGLS__FIRST_SLOT) springls__combine_brick(g, operation, other, g->top[i], i);
-    for (i = 0; i < bricks; i++)
+    int i, entries = (int)springls__entry_count(g);
+    for (i = 0; i < entries; i++)
+        if (g->top[i] >= SPRINGLS__FIRST_SLOT) springls__combine_brick(g, operation, other, i);
+    for (i = 0; i < entries; i++)
         if (g->top[i] < SPRINGLS__FIRST_SLOT)
             g->top[i] = springls__combined_phi(operation, g->phi[(size_t)g->top[i] * SPRINGLS__BRICK_VOXELS],
-                                               other->phi[(size_t)other->top[i] * SPRINGLS__BRICK_VOXELS]) < 0.0f
+                                               *springls__phi_of_entry(other, g, i)) < 0.0f
                       ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
     springls__swap_phi(ctx);
     ctx->omega_fresh = false;
 }
 
-/* Writes the reference level set of the result into `phi`, by slot, and gives the bricks with voxels new slots. Returns their
-   number. Of the two originals' values takes that of smaller size, because tracking uses phi_ref as a distance and not its
-   sign; within a voxel of where the originals cross it is less exact. */
-SPRINGLS__FN int springls__merge_references(springls__grid *g, const springls__grid *other, float *phi)
+/* The bricks of two references together, while they are combined: the top table of the result, and its entries. */
+typedef struct springls__both_references {
+    const springls__grid *first, *second;
+    springls__grid grid; /* its size, table and top */
+} springls__both_references;
+
+/* Gives the bricks with voxels of either reference new slots, and the constant ones the side of the first. Returns the number of
+   slots. */
+SPRINGLS__FN int springls__number_references(springls__both_references *both)
 {
-    size_t i, bricks = springls__brick_count(g);
-    int slots = SPRINGLS__FIRST_SLOT, v;
-    springls__fill(phi, SPRINGLS__OUTSIDE, g->far_value);
-    springls__fill(phi, SPRINGLS__INSIDE, -g->far_value);
-    for (i = 0; i < bricks; i++) {
-        const float *a = g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
-        const float *b = other->phi + (size_t)other->top[i] * SPRINGLS__BRICK_VOXELS;
-        float *out = phi + (size_t)slots * SPRINGLS__BRICK_VOXELS;
-        if (g->top[i] < SPRINGLS__FIRST_SLOT && other->top[i] < SPRINGLS__FIRST_SLOT) continue;
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = springls__fabs(a[v]) <= springls__fabs(b[v]) ? a[v] : b[v];
-        g->top[i] = slots++;
+    int slots = SPRINGLS__FIRST_SLOT, i, entries = (int)springls__entry_count(&both->grid);
+    for (i = 0; i < entries; i++) {
+        const int brick = springls__brick_of_entry(&both->grid, i);
+        const int a = springls__slot_of_brick(both->first, brick), b = springls__slot_of_brick(both->second, brick);
+        both->grid.top[i] = a < SPRINGLS__FIRST_SLOT && b < SPRINGLS__FIRST_SLOT ? a : slots++;
     }
     return slots;
+}
+
+/* Writes the reference level set of the result. Of the two originals' values takes that of smaller size, because tracking uses
+   phi_ref as a distance and not its sign; within a voxel of where the originals cross it is less exact. */
+SPRINGLS__FN void springls__merge_references(springls__both_references *both)
+{
+    springls__grid *g = &both->grid;
+    int i, v, entries = (int)springls__entry_count(g);
+    springls__fill(g->phi, SPRINGLS__OUTSIDE, both->first->far_value);
+    springls__fill(g->phi, SPRINGLS__INSIDE, -both->first->far_value);
+    for (i = 0; i < entries; i++) {
+        const float *a = springls__phi_of_entry(both->first, g, i), *b = springls__phi_of_entry(both->second, g, i);
+        float *out = g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
+        if (g->top[i] < SPRINGLS__FIRST_SLOT) continue;
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = springls__fabs(a[v]) <= springls__fabs(b[v]) ? a[v] : b[v];
+    }
+}
+
+/* Replaces a buffer of the model by another. */
+SPRINGLS__FN void springls__replace_memory(springls_context *ctx, springls__array array, const springls__buffer *by)
+{
+    springls__buffer *memory = &ctx->memory[array];
+    springls__release(ctx, memory->data, memory->bytes);
+    memory->data = by->data;
+    memory->bytes = by->bytes;
 }
 
 /* Replaces the reference level set by that of both originals. */
 SPRINGLS__FN springls_status springls__combine_references(springls_context *ctx, const springls__grid *other)
 {
     springls__grid *g = &ctx->model.reference;
-    springls__buffer *memory = &ctx->memory[SPRINGLS__ARRAY_REFERENCE_PHI], field;
-    size_t i, bricks = springls__brick_count(g), slots = SPRINGLS__FIRST_SLOT;
-    memset(&field, 0, sizeof field);
-    for (i = 0; i < bricks; i++) slots += g->top[i] >= SPRINGLS__FIRST_SLOT || other->top[i] >= SPRINGLS__FIRST_SLOT;
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &field, slots * SPRINGLS__BRICK_VOXELS, sizeof(float), 0));
-    g->slot_count = springls__merge_references(g, other, (float *)field.data);
-    springls__release(ctx, memory->data, memory->bytes);
-    memory->data = field.data;
-    memory->bytes = field.bytes;
+    springls__brick_box box = springls__empty_box();
+    springls__both_references both;
+    springls__buffer top, phi;
+    springls_status status;
+    memset(&top, 0, sizeof top);
+    memset(&phi, 0, sizeof phi);
+    springls__box_add_grid(g, &box, springls__unmoved);
+    springls__box_add_grid(other, &box, springls__unmoved);
+    both.first = g;
+    both.second = other;
+    both.grid = *g;
+    both.grid.table = springls__table_for(g, &box);
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &top, springls__entry_count(&both.grid), sizeof *g->top, 0));
+    both.grid.top = (int *)top.data;
+    both.grid.slot_count = springls__number_references(&both);
+    status = springls__buffer_grow(ctx, &phi, (size_t)both.grid.slot_count * SPRINGLS__BRICK_VOXELS, sizeof(float), 0);
+    if (status != SPRINGLS_OK) {
+        springls__buffer_free(ctx, &top);
+        return status;
+    }
+    both.grid.phi = (float *)phi.data;
+    springls__merge_references(&both);
+    g->table = both.grid.table;
+    g->slot_count = both.grid.slot_count;
+    springls__replace_memory(ctx, SPRINGLS__ARRAY_REFERENCE_TOP, &top);
+    springls__replace_memory(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, &phi);
     springls__bind(ctx);
     return SPRINGLS_OK;
 }
@@ -33051,7 +34962,7 @@ SPRINGLS__FN void springls__parallel_distance(void *arg, const springls__v3 *poi
 SPRINGLS__FN springls_status springls__edge_surface(springls_context *ctx, springls__surface *surface)
 {
     int i, m, count = 0;
-    SPRINGLS__TRY(springls__surface_reserve(ctx, surface, ctx->model.set.at_edges));
+    SPRINGLS__TRY(springls__surface_reserve(ctx, surface, springls__imin(ctx->model.set.at_edges, ctx->model.set.count)));
     for (i = 0; i < ctx->model.set.count && count < ctx->model.set.at_edges; i++) {
         if (!springls__at_edge(&ctx->model, i)) continue;
         for (m = 0; m < 3; m++) surface->points[3 * count + m] = ctx->model.set.s[i].q[m];
@@ -33121,6 +35032,7 @@ SPRINGLS__FN springls_status springls__offset_remove(springls_context *ctx)
         moved = springls__sub(springls__to_zero_level(g, s->p), s->p);
         s->p = springls__add(s->p, moved);
         for (m = 0; m < 3; m++) s->q[m] = springls__add(s->q[m], moved);
+        *s = springls__springl_finished(*s);
     }
     SPRINGLS__TRY(springls__attributes_before_removal(ctx));
     SPRINGLS__TRY(springls__constellation_compact(ctx));
@@ -33152,7 +35064,8 @@ SPRINGLS__FN springls_status springls__offset(springls_context *ctx, springls__p
     job->distance.balanced = true;
     job->distance.band = ctx->model.params.band_half_width + 1.0f + springls__fabs(job->offset);
     springls__grid_clear(ctx, &ctx->model.grid);
-    SPRINGLS__TRY(springls__set_from_distance(ctx, springls__parallel_distance, job));
+    SPRINGLS__TRY(springls__set_from_distance(ctx, springls__parallel_distance, job, &job->zero_level,
+                                              64.0f + springls__fabs(job->offset)));
     if (!springls__has_inside(&ctx->model.grid)) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: nothing is left");
     SPRINGLS__TRY(springls__offset_remove(ctx));
     SPRINGLS__TRY(springls__split_all(ctx));

@@ -371,101 +371,82 @@ SPRINGLS__FN springls_status springls__cl_reserve(springls_context *ctx, uint64_
     return springls__to_device(ctx, writes | SPRINGLS__BIT(COUNTS) | SPRINGLS__BIT(SUMS));
 }
 
-/* Reads what collectives have counted: the one place where the host waits for the device. */
+/* Reads the first `number` counts of collectives, and the late ones: the one place where the host waits for the device. */
 SPRINGLS__FN springls_status springls__cl_counted(springls_context *ctx, int number, uint32_t *counts)
 {
-    void *memory = ctx->memory[SPRINGLS__ARRAY_COUNTS].device;
-    return springls__cl_download(ctx, memory, (size_t)number * sizeof *counts, counts, "counts");
+    uint32_t all[SPRINGLS__COUNTS];
+    SPRINGLS__TRY(springls__cl_download(ctx, ctx->memory[SPRINGLS__ARRAY_COUNTS].device, sizeof all, all, "counts"));
+    memcpy(counts, all, (size_t)number * sizeof *counts);
+    springls__take_counts(ctx, all);
+    return SPRINGLS_OK;
 }
 
-/* Divides the first `count` elements of an array into chunks. */
-SPRINGLS__FN springls__arguments springls__cl_chunks(springls__array array, int count)
+SPRINGLS__FN springls_status springls__cl_read_counts(springls_context *ctx)
+{
+    uint32_t none;
+    return springls__cl_counted(ctx, 0, &none);
+}
+
+/* Divides the first `count` elements of an array into chunks. place: in COUNTS, of what they add up to. */
+SPRINGLS__FN springls__arguments springls__cl_chunks(springls__array array, int count, int place)
 {
     springls__arguments args;
     memset(&args, 0, sizeof args);
     args.chunk.array = (int)array;
     args.chunk.size = springls__imax((count + SPRINGLS__CHUNKS - 1) / SPRINGLS__CHUNKS, 64);
     args.chunk.count = count;
+    args.chunk.place = place;
     args.chunk.chunks = (count + args.chunk.size - 1) / args.chunk.size;
     return args;
 }
 
 SPRINGLS__FN springls_status springls__cl_count_of(springls_context *ctx, springls__array array, int count, uint8_t value,
-                                                   int *found)
+                                                   int place)
 {
-    springls__arguments args = springls__cl_chunks(array, count);
-    uint32_t sum;
+    springls__arguments args = springls__cl_chunks(array, count, place);
     args.chunk.value = value;
-    *found = 0;
-    if (count <= 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__cl_reserve(ctx, 0));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_count_chunk, args.chunk.chunks, &args));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_scan_sums, 1, &args));
-    SPRINGLS__TRY(springls__cl_counted(ctx, 1, &sum));
-    *found = (int)sum;
-    return SPRINGLS_OK;
-}
-
-SPRINGLS__FN springls_status springls__cl_largest(springls_context *ctx, springls__array array, int count, float limit,
-                                                  springls__largest *found)
-{
-    springls__arguments args = springls__cl_chunks(array, count);
-    uint32_t counts[2];
-    if (count <= 0) return SPRINGLS_OK;
-    args.chunk.limit = limit;
-    SPRINGLS__TRY(springls__cl_reserve(ctx, 0));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_largest_chunk, args.chunk.chunks, &args));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_largest_sums, 1, &args));
-    SPRINGLS__TRY(springls__cl_counted(ctx, 2, counts));
-    memcpy(&found->value, &counts[0], sizeof found->value);
-    found->more = (int)counts[1];
-    return SPRINGLS_OK;
-}
-
-/* Adds up numbers that are on the device, by chunks; the sum of all stays in counts[0]. */
-SPRINGLS__FN springls_status springls__cl_sums(springls_context *ctx, springls__array array, int count)
-{
-    springls__arguments args = springls__cl_chunks(array, count);
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_scan_chunk, args.chunk.chunks, &args));
     return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_scan_sums, 1, &args);
 }
 
-/* Replaces each of them by the sum of those before it, given the sums of the chunks. */
-SPRINGLS__FN springls_status springls__cl_apply(springls_context *ctx, springls__array array, int count)
+SPRINGLS__FN springls_status springls__cl_largest(springls_context *ctx, springls__array array, int count, float limit, int place)
 {
-    springls__arguments args = springls__cl_chunks(array, count);
-    return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_scan_apply, args.chunk.chunks, &args);
+    springls__arguments args = springls__cl_chunks(array, count, place);
+    args.chunk.limit = limit;
+    SPRINGLS__TRY(springls__cl_reserve(ctx, 0));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_largest_chunk, args.chunk.chunks, &args));
+    return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_largest_sums, 1, &args);
 }
 
-SPRINGLS__FN springls_status springls__cl_prefix(springls_context *ctx, springls__array array, int count)
+/* Replaces each of the first `count` numbers of an array that is on the device by the sum of those before it; the sum of all goes
+   to counts[place]. */
+SPRINGLS__FN springls_status springls__cl_prefix(springls_context *ctx, springls__array array, int count, int place)
 {
-    SPRINGLS__TRY(springls__cl_sums(ctx, array, count));
-    return springls__cl_apply(ctx, array, count);
+    springls__arguments args = springls__cl_chunks(array, count, place);
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_scan_chunk, args.chunk.chunks, &args));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_scan_sums, 1, &args));
+    return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_scan_apply, args.chunk.chunks, &args); /* alone changes the numbers */
 }
 
-SPRINGLS__FN springls_status springls__cl_scan(springls_context *ctx, springls__array array, int count, int *total)
+SPRINGLS__FN springls_status springls__cl_scan(springls_context *ctx, springls__array array, int count, int place)
 {
-    uint32_t sum;
-    *total = 0;
-    if (count <= 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__cl_reserve(ctx, (uint64_t)1 << array));
-    SPRINGLS__TRY(springls__cl_sums(ctx, array, count));
-    SPRINGLS__TRY(springls__cl_counted(ctx, 1, &sum));
-    SPRINGLS__TRY(springls__cl_apply(ctx, array, count)); /* the last: what fails before it has changed nothing */
-    if (sum > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "a count overflows");
-    *total = (int)sum;
-    return SPRINGLS_OK;
+    return springls__cl_prefix(ctx, array, count, place);
 }
 
 SPRINGLS__FN springls_status springls__cl_constellation_compact(springls_context *ctx)
 {
     int count = ctx->model.set.count, kept;
+    uint32_t counts[1];
     if (count == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, stay_number, count));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_SPARE, (size_t)count, 0));
     SPRINGLS__TRY(springls__cl_reserve(ctx, SPRINGLS__SET_BITS | SPRINGLS__ROLE_BIT(stay_number) | SPRINGLS__BIT(SPARE)));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_compact_flag, count, NULL));
-    SPRINGLS__TRY(springls__cl_scan(ctx, SPRINGLS__ROLE_ARRAY(stay_number), count, &kept));
+    SPRINGLS__TRY(springls__cl_prefix(ctx, SPRINGLS__ROLE_ARRAY(stay_number), count, 0));
+    SPRINGLS__TRY(springls__cl_counted(ctx, 1, counts));
+    kept = (int)counts[0];
     if (kept == count) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_compact_out, count, NULL));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_compact_in, kept, NULL));
@@ -474,9 +455,9 @@ SPRINGLS__FN springls_status springls__cl_constellation_compact(springls_context
 }
 
 /* Flags bricks by the kernel `mark` over `count` elements, and with `keep` the active ones; counts the bricks to drop, to add,
-   and active then. */
+   active then, and those that the top table has no room for. */
 SPRINGLS__FN springls_status springls__cl_flag_bricks(springls_context *ctx, springls__collective mark, int count, bool keep,
-                                                      const springls__arguments *chunks, uint32_t counts[3])
+                                                      const springls__arguments *chunks, uint32_t counts[4])
 {
     springls__arguments args;
     args.brick_flag.keep = keep;
@@ -486,17 +467,31 @@ SPRINGLS__FN springls_status springls__cl_flag_bricks(springls_context *ctx, spr
     SPRINGLS__TRY(springls__cl_collect(ctx, mark, count, NULL));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_count, chunks->chunk.chunks, chunks));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_bricks_sums, 3, chunks));
-    return springls__cl_counted(ctx, 3, counts);
+    return springls__cl_counted(ctx, 4, counts);
+}
+
+/* Makes the top table have all bricks that springls, and the bricks around active ones, can need; seldom, and so on the host. */
+SPRINGLS__FN springls_status springls__cl_widen_table(springls_context *ctx)
+{
+    const uint64_t reads = SPRINGLS__BIT(S) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(TOP);
+    SPRINGLS__TRY(springls__to_host(ctx, reads, 0));
+    if (!ctx->on_device) return SPRINGLS_DEVICE_FAILED; /* it has fallen back to the host */
+    return springls__table_cover(ctx, springls__box_of_model(&ctx->model, true));
 }
 
 /* Makes the flagged bricks the active ones. */
 SPRINGLS__FN springls_status springls__cl_bricks(springls_context *ctx, springls__collective mark, int count, bool keep)
 {
     springls__grid *g = &ctx->model.grid;
-    springls__arguments chunks = springls__cl_chunks(SPRINGLS__ARRAY_TOP, (int)springls__brick_count(g)), args;
-    uint32_t counts[3];
+    springls__arguments chunks = springls__cl_chunks(SPRINGLS__ARRAY_TOP, (int)springls__entry_count(g), 0), args;
+    uint32_t counts[4];
     int dropped, added;
     SPRINGLS__TRY(springls__cl_flag_bricks(ctx, mark, count, keep, &chunks, counts));
+    if (counts[3] > 0) {
+        SPRINGLS__TRY(springls__cl_widen_table(ctx));
+        chunks = springls__cl_chunks(SPRINGLS__ARRAY_TOP, (int)springls__entry_count(g), 0);
+        SPRINGLS__TRY(springls__cl_flag_bricks(ctx, mark, count, keep, &chunks, counts));
+    }
     dropped = (int)counts[0];
     added = (int)counts[1];
     if (dropped + added == 0) return SPRINGLS_OK;
@@ -539,7 +534,7 @@ SPRINGLS__FN springls_status springls__cl_resolve_regions(springls_context *ctx)
                                                     SPRINGLS__COLLECTIVE_region_vote, SPRINGLS__COLLECTIVE_region_resolve };
     const springls__grid *g = &ctx->model.grid;
     const uint64_t writes = SPRINGLS__ROLE_BIT(region_label) | SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI);
-    size_t bricks = springls__brick_count(g), nodes = (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS + bricks, i;
+    size_t bricks = springls__entry_count(g), nodes = (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS + bricks, i;
     int elements = g->active_count * SPRINGLS__ROWS + (int)bricks;
     if (nodes > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "opencl: too many voxels to be numbered");
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, region_label, nodes));
@@ -567,7 +562,7 @@ SPRINGLS__FN springls_status springls__cl_cells_fill(springls_context *ctx)
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, cell_count, bricks));
     SPRINGLS__TRY(springls__cl_reserve(ctx, SPRINGLS__ROLE_BIT(cell_count)));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_prefix, bricks, NULL));
-    SPRINGLS__TRY(springls__cl_prefix(ctx, SPRINGLS__ROLE_ARRAY(cell_count), bricks));
+    SPRINGLS__TRY(springls__cl_prefix(ctx, SPRINGLS__ROLE_ARRAY(cell_count), bricks, 0));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_base, bricks, NULL));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_scatter, springls, NULL));
     return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_sort, bricks, NULL);
@@ -590,7 +585,7 @@ SPRINGLS__FN springls_status springls__cl_cell_list_build(springls_context *ctx)
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, large_number, springls));
     SPRINGLS__TRY(springls__cl_reserve(ctx, SPRINGLS__ROLE_BIT(large_number)));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_large_flag, springls, NULL));
-    SPRINGLS__TRY(springls__cl_prefix(ctx, SPRINGLS__ROLE_ARRAY(large_number), springls));
+    SPRINGLS__TRY(springls__cl_prefix(ctx, SPRINGLS__ROLE_ARRAY(large_number), springls, 0));
     return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_large_scatter, springls, NULL);
 }
 
@@ -604,7 +599,7 @@ SPRINGLS__FN springls_status springls__cl_brick_lists_build(springls_context *ct
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_rank, bricks, NULL));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_clear, bricks + 2, NULL));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_count, springls, &args));
-    SPRINGLS__TRY(springls__cl_prefix(ctx, SPRINGLS__ARRAY_BRICK_LIST_FIRST, bricks + 2));
+    SPRINGLS__TRY(springls__cl_prefix(ctx, SPRINGLS__ARRAY_BRICK_LIST_FIRST, bricks + 2, 0));
     SPRINGLS__TRY(springls__cl_counted(ctx, 1, &total));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_IDS, (size_t)total + 1, 0));
     SPRINGLS__TRY(springls__cl_reserve(ctx, SPRINGLS__BIT(BRICK_LIST_IDS)));
@@ -831,6 +826,7 @@ SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, sp
     cl->base.count_of = springls__cl_count_of;
     cl->base.largest = springls__cl_largest;
     cl->base.scan = springls__cl_scan;
+    cl->base.read_counts = springls__cl_read_counts;
     cl->base.constellation_compact = springls__cl_constellation_compact;
     cl->base.cell_list_build = springls__cl_cell_list_build;
     cl->base.cell_list_cover_around = springls__cl_cell_list_cover_around;

@@ -88,6 +88,10 @@ for group; do
         need_command oclgrind oclgrind
         need_command clang clang
         echo 'int main(void) { return 0; }' | clang -x c -fsanitize=memory -o /dev/null - 2> /dev/null || need libclang-rt-dev ;;
+    fuzz)   # libFuzzer
+        need_command clang clang
+        echo 'int LLVMFuzzerTestOneInput(void); int LLVMFuzzerTestOneInput(void) { return 0; }' |
+            clang -x c -fsanitize=fuzzer -o /dev/null - 2> /dev/null || need libclang-rt-dev ;;
     display)   # a window that nobody needs to see: a virtual display, OpenGL drawn by the processor
         need_command Xvfb xvfb
         need_library libGL.so.1 libgl1

@@ -269,7 +269,7 @@ public:
 
     Report play()
     {
-        refresh(); // upload everything while the level loads
+        refresh_all(); // while the level loads
         report.whole_bytes = mesh.bytes();
         for (int frame = 0; frame < options.frames; ++frame) {
             const double begin = now(nullptr);
@@ -300,16 +300,15 @@ private:
     float radius() const { return 0.25f * static_cast<float>(options.grid); }
     [[noreturn]] void fail() const { throw std::string(springls_last_error(model)); }
 
-    // Runs one frame: physics and picking query the model; the step in progress gets the rest of the budget; when the step is done
-    // the changed chunks are uploaded, within a budget of their own.
+    // Runs one frame: physics and picking query the model; the step in progress gets the rest of the budget; when it is done the
+    // changed chunks are made, in as many frames as they take, and uploaded together.
     void update(int frame, double until)
     {
-        const double share = 0.3 * 1e-3 * options.budget;
         double changes = 0;
         size_t bytes = 0;
         roll();
         aim(frame);
-        if (!springls_step_in_progress(model)) {
+        if (!meshing && !springls_step_in_progress(model)) {
             if (report.steps % 4 == 0) remember();
             history.push_back(brush);
             if (springls_step_begin(model, &step) != SPRINGLS_OK) fail();
@@ -317,32 +316,50 @@ private:
         }
         ++frames_of_step;
         bool done = false;
-        if (springls_step_continue(model, std::max(until - share - now(nullptr), 0.0), &done) != SPRINGLS_OK) fail();
-        if (done) {
+        if (!meshing) {
+            if (springls_step_continue(model, std::max(until - now(nullptr), 0.0), &done) != SPRINGLS_OK) fail();
+            if (done) {
+                ++report.steps;
+                report.frames_a_step.push_back(frames_of_step);
+                if (springls_chunks_begin(model, chunks) != SPRINGLS_OK) fail();
+                meshing = true;
+            }
+        }
+        if (meshing) {
             const double begin = now(nullptr);
-            bytes = refresh();
+            bytes = refresh(std::max(until - begin, 0.0));
             changes = 1e3 * (now(nullptr) - begin);
-            ++report.steps;
-            report.frames_a_step.push_back(frames_of_step);
         }
         report.changes.push_back(changes);
         report.uploaded.push_back(static_cast<double>(bytes));
     }
 
-    size_t refresh()
+    // Continues the update of chunks, and uploads what has changed when it is done.
+    size_t refresh(double seconds)
     {
         const springls_chunk *changed;
         int count;
-        if (springls_chunks_update(model, chunks, &changed, &count) != SPRINGLS_OK) fail();
+        bool done = false;
+        if (springls_chunks_continue(model, chunks, seconds, &changed, &count, &done) != SPRINGLS_OK) fail();
+        meshing = !done;
+        if (meshing) return 0;
         const size_t bytes = mesh.upload(changed, count);
         mesh.flip();
         return bytes;
     }
 
+    // Brings the mesh up to date, however long that takes.
+    void refresh_all()
+    {
+        if (!meshing && springls_chunks_begin(model, chunks) != SPRINGLS_OK) fail();
+        meshing = true;
+        while (meshing) refresh(1);
+    }
+
     // Moves the mouse on a circle; a ray finds the place to push. The brush of a step in progress does not change.
     void aim(int frame)
     {
-        if (springls_step_in_progress(model)) return;
+        if (meshing || springls_step_in_progress(model)) return;
         const float turn = 0.01f * static_cast<float>(frame), middle = 0.5f * static_cast<float>(options.grid - 1);
         const float eye[3] = {middle + 2 * radius() * std::cos(turn), middle, middle + 2 * radius() * std::sin(turn)};
         const float look[3] = {middle - eye[0], middle - eye[1], middle - eye[2]};
@@ -397,15 +414,16 @@ private:
         undo.push_back(std::move(moment));
     }
 
-    // Completes the step in progress.
+    // Completes what is in progress.
     void finish()
     {
         bool done = false;
         const bool begun = springls_step_in_progress(model);
+        if (meshing) refresh_all();
         while (!done)
             if (springls_step_continue(model, 1, &done) != SPRINGLS_OK) fail();
         report.steps += begun;
-        refresh();
+        refresh_all();
     }
 
     // Restores the oldest snapshot and runs forward with the same inputs, which gives the same bits.
@@ -437,6 +455,7 @@ private:
     std::deque<Moment> undo;
     float marble[3] = {}, fall[3] = {0.03f, 0, 0.05f};
     int frames_of_step = 0;
+    bool meshing = false; // an update of chunks is in progress
     Report report;
 };
 

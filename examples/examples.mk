@@ -89,7 +89,7 @@ build/python/%.py: examples/python/%.py build/python/settings
 # The viewer's sources without window and files, for a browser; and for this machine without drawing, to print the hashes that the
 # page compares with. All is in one text, so that the page opens from a disk. Emscripten wants modules of Debian's Node. The SLP
 # vectorizer of clang 14 changes results for WebAssembly.
-WEB_SOURCES = examples/web/web.c $(patsubst %,examples/viewer/%.c,app camera file history model script solid tools) \
+WEB_SOURCES = examples/web/web.c examples/web/mesh_file.c $(patsubst %,examples/viewer/%.c,app camera file history model script solid tools) \
               $(patsubst %,examples/common/%.c,pictures/raycast_camera base/cli base/progress)
 WEB_PICTURE = examples/viewer/gl.c examples/viewer/scene.c
 WEB_FLAGS   = -std=c99 $(WARNINGS) $(EXACT) -O3 -I. -Iexamples -Iexamples/common
@@ -128,7 +128,7 @@ demo: deps-demo   ## from nothing to results: set-up, build, two programs run in
 	@$(MAKE) $(PARALLEL) leveque segment
 	@mkdir -p build/demo
 	build/leveque --grid 64 --period 1.25 --out build/demo
-	build/segment $(HEAD_SCAN) --level $(HEAD_LEVEL) --out build/demo/brain
+	build/segment $(HEAD_SCAN) --level $(HEAD_LEVEL) --grid 128 --out build/demo/brain
 	@echo "see build/demo/"
 
 -include $(wildcard build/examples/*.d build/examples/*/*.d build/examples/*/*/*.d)

@@ -71,6 +71,21 @@ ifeq ($(WITH_LIBRARIES),1)
 $(foreach t,$(notdir $(EXAMPLE_TESTS)),$(eval $(call example_test_rule,$(t))))
 endif
 
+# The fuzzers as tests: their seeds and some random inputs.
+FUZZERS           = $(patsubst tests/fuzz/fuzz_%.c,%,$(sort $(wildcard tests/fuzz/fuzz_*.c)))
+fuzz_volume_USES  = imaging
+fuzz_surface_USES = character
+fuzz_command_USES = base
+define fuzz_rule
+$(TEST_DIR)/fuzz/fuzz_$(1): tests/fuzz/fuzz_$(1).c tests/fuzz/replay.c $(call test_objects,fuzz_$(1)) $(TEST_DIR)/library.o $(TEST_DIR)/settings
+	@mkdir -p $$(@D)
+	$$(SAY)$$(CC) $$(EXAMPLE_TEST_FLAGS) -DFUZZ_NAME='"$(1)"' -o $$@ $$< tests/fuzz/replay.c $(call test_objects,fuzz_$(1)) $(TEST_DIR)/library.o \
+	  $(call folder_libs,$(fuzz_$(1)_USES))
+endef
+# Those that read files want the libraries of the examples.
+FUZZ_TESTS = $(patsubst %,fuzz/fuzz_%,$(if $(filter 1,$(WITH_LIBRARIES)),$(FUZZERS),$(filter-out volume surface,$(FUZZERS))))
+$(foreach f,$(FUZZERS),$(eval $(call fuzz_rule,$(f))))
+
 # C++: the engine's game loop with the code of docs/engine.md, and the program in OGRE, which have the library as their own; and OpenVDB
 # beside the library. OGRE and OpenVDB where they are installed.
 CXX_TEST_FLAGS = $(filter-out -std=c99,$(TEST_FLAGS)) -std=c++17
@@ -95,7 +110,7 @@ $(TEST_DIR)/examples/test_python: tests/examples/test_python.py $(wildcard examp
 
 # ---- running: every program leaves a log; as many run at a time as there are processors ----
 
-PLAIN_TESTS   = $(EXAMPLE_TESTS) examples/test_engine $(if $(VARIANT),,examples/test_ogre examples/test_python) $(UNIT_TESTS) unit/test_openvdb
+PLAIN_TESTS   = $(EXAMPLE_TESTS) $(FUZZ_TESTS) examples/test_engine $(if $(VARIANT),,examples/test_ogre examples/test_python) $(UNIT_TESTS) unit/test_openvdb
 # ThreadSanitizer takes twenty times the time, and finds nothing where there is one thread: without ALL=1 it gets the tests that start some.
 ifeq ($(VARIANT)$(ALL),tsan)
   PLAIN_TESTS = examples/test_engine $(patsubst tests/%.c,%,$(shell grep -l -e pthread -e fixture_tasks -e histories.h tests/unit/test_*.c))
@@ -153,6 +168,17 @@ msan: deps-oclgrind springls.h   ## models' lives under MemorySanitizer (values 
 	$(SAY)clang -std=c99 -O1 -g $(EXACT) -fsanitize=memory -fno-sanitize-recover=all -DSPRINGLS_NO_SIMD -I. -Itests -o build/lives-msan \
 	  tests/portability/hashes.c tests/library.c $(TEST_LIBS)
 	build/lives-msan
+
+# libFuzzer's inputs are kept in build/fuzz/corpus, and go on from there the next time. assimp's own mistakes end fuzz_surface's processes:
+# each input has one of its own.
+FUZZ_BUILD = clang -std=c99 -O1 -g $(EXACT) -fno-sanitize-recover=all -I. -Itests -Iexamples -Iexamples/common $(NIFTI)
+fuzz: deps-fuzz springls.h   ## random inputs for MINUTES=10 each, by libFuzzer (some: FUZZ="calls snapshot"); findings in build/fuzz
+	@mkdir -p build/fuzz
+	$(SAY)$(FUZZ_BUILD) -fsanitize=fuzzer-no-link,address,undefined -c -o build/fuzz/library.o tests/library.c
+	@$(foreach f,$(or $(FUZZ),$(FUZZERS)),$(MAKE) --no-print-directory build/fuzz/$(f) && tests/fuzz/fuzz.sh $(f) $(or $(MINUTES),10) &&) true
+build/fuzz/%: tests/fuzz/fuzz_%.c springls.h
+	$(SAY)$(FUZZ_BUILD) -fsanitize=fuzzer,address,undefined -o $@ $< build/fuzz/library.o \
+	  $(filter-out %/implementation.c,$(call folder_sources,$(fuzz_$*_USES))) $(call folder_libs,$(fuzz_$*_USES))
 
 oclgrind: deps-oclgrind springls.h   ## a tiny model on a simulated OpenCL device: memory errors, races, wrong calls
 	@mkdir -p build

@@ -3,6 +3,7 @@
  *   atlas build a.nii.gz b.nii.gz c.nii.gz --out hippocampus          # label maps: "a.nii.gz:1+2" for some labels only
  *   atlas build a.stl b.stl c.stl --landmarks marks --out tori
  *   atlas segment scan.nii.gz --atlas hippocampus/atlas.json --out result
+ *   atlas add --atlas hippocampus/atlas.json result/correspondence.ply --out larger
  *   atlas leave-one-out hippocampi                                    # how well that works: a table */
 #include "atlas/atlas.h"
 #include "springls/run_options.h"
@@ -47,6 +48,8 @@ static int build_main(int argc, char **argv)
         {"mirror", CLI_FLAG, &set->mirror, NULL, "the subjects' mirror images: a right side from left ones", 0, 0, NULL},
         {"templates", CLI_INT, &set->templates, "K",
          "with --images: subjects to whose images all are registered, for segmentation by votes", 0, FUSION_MAX_TEMPLATES, NULL},
+        {"same-vertices", CLI_FLAG, &set->same_vertices, NULL,
+         "vertex k of each mesh is the same place already, as in meshes of track4d: nothing is fitted", 0, 0, NULL},
         {"samples", CLI_INT, &set->samples, "K", "random shapes for the specificity", 1, 100000, NULL},
         {"set", CLI_STRING, &overrides, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
     };
@@ -76,10 +79,46 @@ static int build_main(int argc, char **argv)
     return status;
 }
 
+static int add_main(int argc, char **argv)
+{
+    static struct atlas_build build = {
+        .settings = {.orientation = "auto", .rounds = 1, .modes = ATLAS_MAX_MODES, .samples = 100, .same_vertices = true}};
+    struct atlas_build_settings *set = &build.settings;
+    set->common = cli_common_defaults();
+    const struct cli_option options[] = {
+        {"atlas", CLI_STRING, &set->extends, "FILE", "atlas.json of atlas build, with the folder subjects/ beside it", 0, 0, NULL},
+        {"modes", CLI_INT, &set->modes, "K", "modes kept at most", 1, ATLAS_MAX_MODES, NULL},
+        {"keep-scale", CLI_FLAG, &set->keep_scale, NULL, "sizes are part of the model: alignment does not scale", 0, 0, NULL},
+        {"samples", CLI_INT, &set->samples, "K", "random shapes for the specificity", 1, 100000, NULL},
+    };
+    const struct cli_positional rest = {"MESH...", set->names, "correspondence.ply of atlas segment with that atlas", true};
+    const struct cli_program program = {.name = "atlas add",
+                                        .summary = "takes segmented subjects into an atlas: a new mean and new modes",
+                                        .common = &set->common,
+                                        .options = options,
+                                        .option_count = (int)(sizeof options / sizeof *options),
+                                        .positionals = &rest,
+                                        .positional_count = 1,
+                                        .repeated = &set->count,
+                                        .max_repeated = ATLAS_MAX_SUBJECTS};
+    int status = cli_parse(&program, argc, argv);
+    if (status == CLI_CONTINUE && (!set->extends || !set->common.out)) {
+        status = cli_fail("atlas add", CLI_EXIT_USAGE, "--atlas FILE and --out DIR are needed");
+    }
+    if (status == CLI_CONTINUE) {
+        status = run_options("atlas add", &set->common, NULL, &build.params);
+    }
+    if (status == CLI_CONTINUE) {
+        status = atlas_add_run(&build) && atlas_build_output(&build) ? CLI_EXIT_OK : CLI_EXIT_FAILURE;
+    }
+    atlas_build_free(&build);
+    return status;
+}
+
 static int segment_main(int argc, char **argv)
 {
     static struct atlas_segment run = {.settings = {.level = (double)NAN, .gvf = 0.2, .curvature = 0.05, .modes = 10,
-                                                    .steps = 100, .fit = "auto"}};
+                                                    .steps = 100, .frame = -1, .fit = "auto"}};
     struct atlas_segment_settings *set = &run.settings;
     const char *overrides = NULL, *window = NULL;
     int labels[ATLAS_MAX_LABELS];
@@ -102,8 +141,8 @@ static int segment_main(int argc, char **argv)
         {"gvf", CLI_DOUBLE, &set->gvf, "W", "weight of gradient vector flow against the pressure", 0, 10, NULL},
         {"curvature", CLI_DOUBLE, &set->curvature, "W", "weight of the curvature against the pressure", 0, 1, NULL},
         {"steps", CLI_INT, &set->steps, "K", "steps of the springls at most", 0, 1e6, NULL},
-        {"frame", CLI_INT, &set->frame, "K", "which image of a 4-D file, from 0", 0, 1e9, NULL},
-        {"reference", CLI_STRING, &set->reference, "FILE", "label map to compare with", 0, 0, NULL},
+        {"frame", CLI_INT, &set->frame, "K", "which image of a 4-D file, from 0", -1, 1e9, NULL},
+        {"reference", CLI_STRING, &set->reference, "FILE", "label map to compare with, on the image's grid", 0, 0, NULL},
         {"label", CLI_STRING, &set->label_text, "K[+K2..]", "its labels; without: all but 0", 0, 0, NULL},
         {"beside", CLI_STRING, &set->beside, "FILE", "report.json of build/segment on the same image: without an atlas", 0, 0,
          NULL},
@@ -176,13 +215,16 @@ int main(int argc, char **argv)
     if (argc > 1 && strcmp(argv[1], "build") == 0) {
         return build_main(argc - 1, argv + 1);
     }
+    if (argc > 1 && strcmp(argv[1], "add") == 0) {
+        return add_main(argc - 1, argv + 1);
+    }
     if (argc > 1 && strcmp(argv[1], "leave-one-out") == 0) {
         return leave_one_out_main(argc - 1, argv + 1);
     }
     if (argc > 1 && strcmp(argv[1], "--help") == 0) {
-        puts("usage: atlas build|segment|leave-one-out [options] ...\n"
+        puts("usage: atlas build|segment|add|leave-one-out [options] ...\n"
              "point distribution models made and used by springls: see atlas build --help, atlas segment --help");
         return CLI_EXIT_OK;
     }
-    return cli_fail("atlas", CLI_EXIT_USAGE, "expected build, segment or leave-one-out (see --help)");
+    return cli_fail("atlas", CLI_EXIT_USAGE, "expected build, segment, add or leave-one-out (see --help)");
 }

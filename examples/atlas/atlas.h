@@ -55,6 +55,7 @@ struct atlas_subject {
     struct similarity pose; /* template -> subject */
     double cost;            /* of the registration, by warp_cost */
     float *shape;           /* the template's vertices on the subject, in the subject's coordinates */
+    float *particles;       /* of the template's springls on the subject; NULL: vertices were given */
     double mean_distance, largest_distance; /* of `shape` from the subject's surface */
     int steps;
 };
@@ -104,6 +105,8 @@ struct atlas_build_settings {
     const char *images, *landmarks, *orientation;
     int rounds, modes, samples, vertex_landmarks, templates;
     bool keep_scale, mirror;
+    bool same_vertices;  /* vertex k of each mesh is the same place: nothing is fitted */
+    const char *extends; /* atlas add: the atlas.json whose vertices these are */
 };
 
 /* Errors of the correspondences where the true ones are known, mm. */
@@ -140,6 +143,23 @@ bool atlas_model_make(struct atlas_build *build);
 bool atlas_templates_make(struct atlas_build *build);
 /* Chooses templates of different sizes: in order of volume, the subjects in the middle of equal parts. */
 void atlas_templates_choose(const struct atlas_build *build, int wanted, int *chosen);
+
+/* ---- correspondences on disk: points.c ---- */
+
+/* Write NAME.ply and NAME.csv: the atlas's vertices on a subject, or the particles of its springls, each with its place on the
+ * mean shape. */
+bool atlas_write_vertices(const char *folder, const char *name, const struct shape_mesh *mean, const float *shape);
+bool atlas_write_particles(const char *folder, const char *name, const struct shape_mesh *mean, const float *particles);
+/* Writes weights.csv: a line of mode weights, in deviations, for each aligned shape. */
+bool atlas_write_weights(const char *folder, const struct atlas *atlas, const char *const *names, float *const *shapes, int count);
+/* Makes a subject's name for files, such as 002_a from "scans/a.nii.gz:3". */
+void atlas_short_name(const char *name, int number, char *text, size_t size);
+
+/* ---- atlas add: add.c ---- */
+
+/* Puts the meshes that `atlas build` has written beside an atlas before those of build->settings, and runs: all have the atlas's
+ * vertices. Regions, intensities and votes stay those of the atlas. */
+bool atlas_add_run(struct atlas_build *build);
 
 /* ---- atlas leave-one-out: leave_one_out.c ---- */
 
@@ -238,6 +258,7 @@ struct atlas_segment {
     struct atlas_stage results[ATLAS_STAGES];
     struct atlas_stage without; /* another program's result for the same image; name NULL: none */
     int *regions; /* of the result's vertices, by their correspondences */
+    float *vertices; /* the atlas's vertices on the result */
     int steps, springls;
     bool at_rest;
     double seconds;

@@ -151,6 +151,33 @@ static bool make_correspondences(struct atlas_build *build)
     return good;
 }
 
+/* Takes the vertices of meshes as they are: the correspondences were made before. */
+static bool take_vertices(struct atlas_build *build)
+{
+    const struct shape_mesh *first = &build->subjects[0].mesh;
+    struct shape_mesh *mean = &build->atlas.mean;
+    struct atlas_template *template = &build->template;
+    double center[3];
+    if (build->settings.count < 2 || !atlas_same_triangles(build)) {
+        return atlas_fail("--same-vertices is for two or more meshes of the same triangles");
+    }
+    for (int s = 0; s < build->settings.count; ++s) {
+        struct atlas_subject *subject = &build->subjects[s];
+        const size_t size = 3 * (size_t)first->vertex_count * sizeof *subject->shape;
+        subject->pose = similarity_identity();
+        subject->shape = malloc(size);
+        if (!subject->shape) {
+            return atlas_no_memory();
+        }
+        memcpy(subject->shape, subject->mesh.positions, size);
+    }
+    shape_size(first->positions, (size_t)first->vertex_count, center, &template->size);
+    template->voxel = template->size / 16.0; /* of its own size: there was no grid */
+    template->open = build->subjects[0].target.open;
+    return atlas_mesh_copy(first->positions, first->vertex_count, first->triangles, first->triangle_count, &template->mesh)
+        && atlas_mesh_copy(first->positions, first->vertex_count, first->triangles, first->triangle_count, mean);
+}
+
 /* Gives each vertex the label that most subjects have half a voxel inside it. */
 static bool vote_regions(struct atlas_build *build)
 {
@@ -226,11 +253,11 @@ bool atlas_build_run(struct atlas_build *build)
         return false;
     }
     const double read = elapsed_seconds();
-    if (!make_correspondences(build)) {
+    if (!(set->same_vertices ? take_vertices(build) : make_correspondences(build))) {
         return false;
     }
     build->correspond_seconds = elapsed_seconds() - read;
-    bool good = atlas_model_make(build) && atlas_truth_measure(build) && atlas_templates_make(build), all[ATLAS_MAX_SUBJECTS];
+    bool good = atlas_model_make(build) && (set->same_vertices || atlas_truth_measure(build)) && atlas_templates_make(build), all[ATLAS_MAX_SUBJECTS];
     for (int s = 0; s < set->count; ++s) {
         all[s] = true;
     }

@@ -308,6 +308,22 @@ static bool set_template(struct atlas_template *template)
         || atlas_fail("template: %s", report.flipped ? "it is inside out" : "triangles without an area");
 }
 
+/* Copies the springls' particles to the subject's coordinates. */
+static bool copy_particles(const struct atlas_template *template, struct atlas_subject *subject)
+{
+    const springls_view particles = springls_view_particles(template->ctx);
+    const size_t count = (size_t)template->mesh.triangle_count;
+    free(subject->particles);
+    subject->particles = malloc((3 * count + 1) * sizeof *subject->particles);
+    for (size_t i = 0; subject->particles && i < count; ++i) {
+        springls_to_world(template->ctx, item(particles, (int)i), 1, subject->particles + 3 * i);
+    }
+    if (subject->particles) {
+        similarity_apply_all(&subject->pose, subject->particles, count, subject->particles);
+    }
+    return subject->particles || atlas_no_memory();
+}
+
 static void measure(const struct atlas_template *template, struct atlas_subject *subject)
 {
     double sum = 0.0, worst = 0.0;
@@ -343,7 +359,8 @@ bool atlas_correspond(struct atlas_template *template, struct atlas_subject *sub
     bool good = warp_create(source.points, source.count, source.landmarks, source.landmark_count, source.size, &motion.warp)
              || atlas_no_memory();
     good = good && set_template(template) && move_like_a_mesh(template, &motion)
-        && (template->open || run_to_rest(template, &motion, &subject->steps)) && weld(template, subject->shape);
+        && (template->open || run_to_rest(template, &motion, &subject->steps)) && weld(template, subject->shape)
+        && copy_particles(template, subject);
     if (good) {
         measure(template, subject);
         similarity_apply_all(&subject->pose, subject->shape, vertices, subject->shape);

@@ -209,7 +209,7 @@ static bool segment(const struct trial *trial, int subject, const char *fit, con
     snprintf(image, sizeof image, "%s%s", trial->images, strrchr(path, '/'));
     run.settings = (struct atlas_segment_settings){.common = trial->settings->common, .image = image, .reference = path,
                                                    .fit = fit, .level = (double)NAN, .gvf = 0.2, .curvature = 0.05,
-                                                   .modes = 10, .steps = 100};
+                                                   .modes = 10, .steps = 100, .frame = -1};
     run.settings.common.quiet = true;
     run.params = *trial->params;
     run.params.topology = SPRINGLS_TOPOLOGY_PRESERVED;

@@ -31,7 +31,9 @@ static void print_summary(const struct atlas_build *build)
     const struct atlas_truth *truth = &build->truth;
     printf("%d subjects, %d vertices, %d modes, voxels of %.3g mm, %.1f s\n", build->settings.count, atlas->mean.vertex_count,
            atlas->model.modes, atlas->voxel, build->seconds);
-    printf("model to subjects' surfaces: %.3f mm\n", mean_distance(build));
+    if (!build->settings.same_vertices) {
+        printf("model to subjects' surfaces: %.3f mm\n", mean_distance(build));
+    }
     if (build->curves.modes > 0) {
         printf("first mode holds %.1f %% of the variance; left out subjects are met within %.3f mm\n",
                100.0 * build->curves.compactness[0], build->curves.generalization[build->curves.modes - 1]);
@@ -96,7 +98,7 @@ static bool report(const struct atlas_build *build, const char *path)
     json_integer(&json, "landmarks", build->template.landmark_count);
     json_bool(&json, "scale_removed", !build->settings.keep_scale);
     json_bool(&json, "open", build->template.open);
-    json_number(&json, "mean_distance_mm", mean_distance(build));
+    json_number(&json, "mean_distance_mm", build->settings.same_vertices ? (double)NAN : mean_distance(build));
     json_numbers(&json, "deviations_mm", atlas->model.deviation, (size_t)atlas->model.modes);
     if (build->curves.modes > 0) {
         const size_t modes = (size_t)build->curves.modes;
@@ -209,6 +211,24 @@ static bool draw_curves(const struct atlas_build *build, const char *folder)
     return good && (pictures_write(pictures, captions, 3, 3, path) || atlas_fail("%s: cannot draw it", path));
 }
 
+/* Writes the corresponding points of all subjects: subjects/NNN_name, particles/NNN_name; and weights.csv. */
+static bool write_points(const struct atlas_build *build, const char *folder)
+{
+    const struct shape_mesh *mean = &build->atlas.mean;
+    char subjects[1024], particles[1024], name[150];
+    run_path(folder, "subjects", subjects, sizeof subjects);
+    run_path(folder, "particles", particles, sizeof particles);
+    bool good = run_make_folder("atlas", subjects) == CLI_CONTINUE
+             && (build->settings.same_vertices || run_make_folder("atlas", particles) == CLI_CONTINUE);
+    for (int s = 0; good && s < build->settings.count; ++s) {
+        const struct atlas_subject *subject = &build->subjects[s];
+        atlas_short_name(subject->name, s, name, sizeof name);
+        good = atlas_write_vertices(subjects, name, mean, subject->shape)
+            && (!subject->particles || atlas_write_particles(particles, name, mean, subject->particles));
+    }
+    return good && atlas_write_weights(folder, &build->atlas, build->settings.names, build->shapes, build->settings.count);
+}
+
 static bool write_all(const struct atlas_build *build)
 {
     const char *folder = build->settings.common.out;
@@ -222,7 +242,7 @@ static bool write_all(const struct atlas_build *build)
     const bool meshes = atlas_write(folder, &build->atlas) && write_mesh(folder, "mean.ply", mean, mean->positions, colors);
     free(colors);
     run_path(folder, "report.json", path, sizeof path);
-    return meshes && draw_modes(build, folder) && draw_subjects(build, folder)
+    return meshes && write_points(build, folder) && draw_modes(build, folder) && draw_subjects(build, folder)
         && (build->curves.modes == 0 || draw_curves(build, folder)) && report(build, path);
 }
 

@@ -14,6 +14,7 @@
  *          each springl's correspondence is its place on the atlas, which gives the result the atlas's regions */
 #include "atlas/atlas.h"
 
+#include "base/bvh.h"
 #include "base/progress.h"
 #include "base/vec3.h"
 #include "imaging/gvf.h"
@@ -203,6 +204,34 @@ static bool run_to_rest(struct atlas_segment *run, struct push *field)
     return good;
 }
 
+/* Takes the atlas's vertices from the shape that the springls started from to the surface: to the place whose correspondence is
+ * nearest. */
+static bool carry_vertices(struct atlas_segment *run, const springls_mesh *surface)
+{
+    const struct shape_mesh *shape = &run->stages[run->begin];
+    struct bvh bvh;
+    run->vertices = malloc((3 * (size_t)shape->vertex_count + 1) * sizeof *run->vertices);
+    if (!run->vertices || !bvh_build(&bvh, surface->correspondences, (const uint32_t *)(const void *)surface->triangles,
+                                     (size_t)surface->triangle_count)) {
+        return atlas_no_memory();
+    }
+    for (int v = 0; v < shape->vertex_count; ++v) {
+        float closest[3] = {0.0f, 0.0f, 0.0f}, weight[3];
+        uint32_t triangle = 0;
+        bvh_distance(&bvh, shape->positions + 3 * v, closest, &triangle);
+        const int *corner = surface->triangles + 3 * (size_t)triangle;
+        const float *a = surface->correspondences;
+        mesh_barycentric(a + 3 * corner[0], a + 3 * corner[1], a + 3 * corner[2], closest, weight);
+        for (int k = 0; k < 3; ++k) {
+            run->vertices[3 * v + k] = weight[0] * surface->positions[3 * corner[0] + k]
+                                     + weight[1] * surface->positions[3 * corner[1] + k]
+                                     + weight[2] * surface->positions[3 * corner[2] + k];
+        }
+    }
+    bvh_free(&bvh);
+    return true;
+}
+
 /* Extracts the springls' surface and the atlas region of each of its vertices. */
 static bool take_surface(struct atlas_segment *run)
 {
@@ -224,7 +253,7 @@ static bool take_surface(struct atlas_segment *run)
         target_nearest(&origin, &identity, surface.correspondences + 3 * v, &hit);
         run->regions[v] = run->atlas.regions[hit.vertex];
     }
-    good = good && (run->regions || atlas_no_memory());
+    good = good && (run->regions || atlas_no_memory()) && carry_vertices(run, &surface);
     run->springls = springls_count(run->ctx);
     springls_mesh_free(run->ctx, &surface);
     target_free(&origin);
@@ -352,27 +381,62 @@ bool atlas_segment_mask(const struct atlas_segment *run, int stage, const struct
     return fill_mask(grid, &run->params, &run->stages[stage], mask);
 }
 
+/* Reads one image of a file: the only one, or that of --frame. */
+static bool read_frame(const struct atlas_segment *run, const char *path, struct volume *volume)
+{
+    char error[VOLUME_TEXT];
+    const int frame = run->settings.frame;
+    bool good = volume_read(path, 0, volume, error);
+    if (good && volume->frame_count > 1 && frame < 0) {
+        return atlas_fail("%.200s: %d images in one file (4-D): choose one with --frame", path, volume->frame_count);
+    }
+    if (good && volume->frame_count > 1 && frame > 0) {
+        volume_free(volume);
+        good = volume_read(path, frame, volume, error);
+    }
+    return good || atlas_fail("%s", error);
+}
+
+/* Reads the reference before the run: what does not fit is refused at once. Its other labels become 0. */
+static bool read_reference(struct atlas_segment *run)
+{
+    const struct atlas_segment_settings *set = &run->settings;
+    struct volume *reference = &run->reference;
+    int labels[ATLAS_MAX_LABELS];
+    const int count = set->label_text ? atlas_read_labels(set->label_text, labels) : 0;
+    if (!read_frame(run, set->reference, reference)) {
+        return false;
+    }
+    if (!volume_same_grid(&run->image, reference)) {
+        return atlas_fail("%.200s: not on the grid of the image", set->reference);
+    }
+    const size_t voxels = volume_voxels(reference);
+    uint8_t *mask = malloc(voxels);
+    if (!mask) {
+        return atlas_no_memory();
+    }
+    const bool found = segment_mask(reference, labels, count, mask) > 0;
+    for (size_t n = 0; n < voxels; ++n) {
+        reference->data[n] = mask[n];
+    }
+    free(mask);
+    return found || atlas_fail("%.200s: no voxel has the label asked for%s", set->reference, count > 0 ? " (--label)" : "");
+}
+
 static bool compare(struct atlas_segment *run)
 {
     const struct atlas_segment_settings *set = &run->settings;
     int labels[ATLAS_MAX_LABELS];
-    char error[VOLUME_TEXT];
     struct volume part;
     const int count = set->label_text ? atlas_read_labels(set->label_text, labels) : 0;
     memset(&part, 0, sizeof part);
     bool good = atlas_label_surface(set->reference, labels, count, set->reference, &part, &run->truth);
     volume_free(&part);
-    if (!good || !volume_read(set->reference, 0, &run->reference, error)) {
-        return good && atlas_fail("%s", error);
-    }
     const size_t voxels = volume_voxels(&run->reference);
     uint8_t *truth = malloc(voxels), *mask = malloc(voxels);
-    good = (truth && mask) || atlas_no_memory();
-    if (good) {
-        segment_mask(&run->reference, labels, count, truth);
-        for (size_t n = 0; n < voxels; ++n) { /* leave out the labels that were not requested */
-            run->reference.data[n] = truth[n];
-        }
+    good = good && ((truth && mask) || atlas_no_memory());
+    for (size_t n = 0; good && n < voxels; ++n) {
+        truth[n] = run->reference.data[n] > 0.0f;
     }
     const struct surface reference = atlas_surface(&run->truth, NULL);
     for (int s = 0; good && s < ATLAS_STAGES; ++s) {
@@ -397,9 +461,8 @@ static bool compare(struct atlas_segment *run)
 bool atlas_segment_image(struct atlas_segment *run)
 {
     const struct atlas_segment_settings *set = &run->settings;
-    char error[VOLUME_TEXT];
-    if (!volume_read(set->image, set->frame, &run->image, error)) {
-        return atlas_fail("%s", error);
+    if (!read_frame(run, set->image, &run->image) || (set->reference && !read_reference(run))) {
+        return false;
     }
     choose_window(run);
     run->fused = run->atlas.template_count > 0 && isnan(set->level) && !set->windowed
@@ -435,4 +498,5 @@ void atlas_segment_free(struct atlas_segment *run)
     springls_cl_destroy(run->backend);
     free(run->placing.shape);
     free(run->regions);
+    free(run->vertices);
 }

@@ -221,6 +221,23 @@ static bool write_surface(const struct atlas_segment *run, const char *folder)
     return good || atlas_fail("%s", error);
 }
 
+/* Writes the atlas's vertices on the result, and the weights of the modes that are nearest to it. */
+static bool write_points(const struct atlas_segment *run, const char *folder)
+{
+    const struct shape_mesh *mean = &run->atlas.mean;
+    const size_t count = (size_t)mean->vertex_count;
+    const char *const name = run->settings.image;
+    struct similarity aligned;
+    float *shape = malloc(3 * count * sizeof *shape);
+    bool good = (shape || atlas_no_memory()) && atlas_write_vertices(folder, "correspondence", mean, run->vertices);
+    if (good && similarity_fit(run->vertices, mean->positions, NULL, count, true, &aligned)) {
+        similarity_apply_all(&aligned, run->vertices, count, shape);
+        good = atlas_write_weights(folder, &run->atlas, &name, &shape, 1);
+    }
+    free(shape);
+    return good;
+}
+
 bool atlas_segment_output(const struct atlas_segment *run)
 {
     const struct cli_common *common = &run->settings.common;
@@ -230,7 +247,7 @@ bool atlas_segment_output(const struct atlas_segment *run)
     }
     if (common->out) {
         run_path(common->out, "report.json", path, sizeof path);
-        if (!write_surface(run, common->out) || !draw_stages(run, common->out) || !write_volumes(run, common->out) ||
+        if (!write_surface(run, common->out) || !write_points(run, common->out) || !draw_stages(run, common->out) || !write_volumes(run, common->out) ||
             !report(run, path)) {
             return false;
         }

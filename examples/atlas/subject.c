@@ -387,5 +387,6 @@ void atlas_subject_free(struct atlas_subject *subject)
     volume_free(&subject->image);
     free(subject->landmarks);
     free(subject->shape);
+    free(subject->particles);
     memset(subject, 0, sizeof *subject);
 }

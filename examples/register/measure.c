@@ -115,9 +115,11 @@ static bool compare_labels(struct run *run)
         free(moved);
         return register_fail("%s", error);
     }
-    bool good = volume_same_grid(&fixed, &run->fixed);
-    if (!good) {
-        register_fail("%s: not on the grid of the fixed image", run->fixed_labels_path);
+    bool good = true;
+    if (!volume_same_grid(&fixed, &run->fixed)) {
+        good = register_fail("%s: not on the grid of the fixed image", run->fixed_labels_path);
+    } else if (!volume_same_grid(&moving, &run->moving)) {
+        good = register_fail("%s: not on the grid of the moving image", run->moving_labels_path);
     } else if (!has_label(run, &fixed, run->fixed_labels_path) || !has_label(run, &moving, run->moving_labels_path)) {
         good = false;
     } else if (!moved || !field_create(&run->fixed, &still)) {

@@ -16,6 +16,9 @@
 static const double usual_stay = 1.0;
 static const float mirror_around = 4.0f;
 
+/* Default radius of the ball around a seed, in cells of the grid. */
+static const float seed_cells = 2.5f;
+
 /* Reads the only image of a file, or the one selected by --frame. */
 static bool read_volume(const struct segment *run, const char *path, struct volume *volume)
 {
@@ -108,6 +111,7 @@ bool segment_read(struct segment *run)
     if (!volume_create_padded(&run->image, 0, &run->labels) || !(run->depth = calloc(run->voxels, sizeof *run->depth))) {
         return segment_no_memory();
     }
+    segment_choose_side(run);
     if (isnan(set->stay)) { /* a start at the object should stay there */
         const float *spacing = run->image.spacing;
         const bool near = strcmp(set->init, "mask") == 0 || strcmp(set->init, "mesh") == 0;
@@ -124,7 +128,8 @@ bool segment_begin(struct segment *run, int object)
     run->result->object = what;
     run->result->start_dice = (double)NAN;
     if (run->truth && segment_mask(&run->reference, what->labels, what->label_count, run->truth) == 0) {
-        return segment_fail("%.200s: no voxel has the label asked for", run->settings.reference);
+        return segment_fail("%.200s: no voxel has the label asked for%s", run->settings.reference,
+                            what->label_count ? " (--label)" : "");
     }
     return choose_window(run);
 }
@@ -204,7 +209,8 @@ static bool start_from_mask(struct segment *run)
     uint8_t *inside = malloc(volume_voxels(&mask));
     bool started = inside || segment_no_memory();
     if (started && segment_mask(&mask, &wanted, wanted < 0 ? 0 : 1, inside) == 0) {
-        started = segment_fail("%.200s: no voxel has the label asked for", run->settings.mask);
+        started = segment_fail("%.200s: no voxel has the label asked for%s", run->settings.mask,
+                               wanted < 0 ? "" : " (--mask-label)");
     }
     if (started) {
         for (size_t n = 0; n < volume_voxels(&mask); ++n) {
@@ -252,13 +258,47 @@ static bool start_from_shape(struct segment *run)
         memcpy(center, run->settings.center, sizeof center);
     }
     const float radius = run->settings.radius > 0.0 ? (float)run->settings.radius : shortest / 3.0f;
+    if (radius < run->side) {
+        return segment_fail("the starting %s has a radius of %.3g mm, less than a cell of the grid, %.3g mm: see --radius, --grid",
+                            run->settings.init, (double)radius, (double)run->side);
+    }
     return segment_check(run->ctx, segment_model_shape(run->ctx, run->settings.init, center, radius), "the starting shape");
+}
+
+/* Sets the model to balls around the seeds. */
+static bool start_from_seeds(struct segment *run)
+{
+    const struct segment_settings *set = &run->settings;
+    struct volume *grid = &run->grid;
+    const float radius = set->radius > 0.0 ? (float)set->radius / grid->spacing[0] : seed_cells;
+    for (size_t n = 0; n < volume_voxels(grid); ++n) {
+        grid->data[n] = INFINITY;
+    }
+    for (int s = 0; s < set->seed_count; ++s) {
+        float seed[3], at[3];
+        volume_world_to_index(&run->image, set->seeds[s], at);
+        for (int a = 0; a < 3; ++a) {
+            if (at[a] < -0.5f || at[a] > (float)run->image.dims[a] - 0.5f) {
+                return segment_fail("--seed %g,%g,%g lies outside the image", (double)set->seeds[s][0], (double)set->seeds[s][1],
+                                    (double)set->seeds[s][2]);
+            }
+        }
+        volume_world_to_index(grid, set->seeds[s], seed);
+        for (size_t n = 0; n < volume_voxels(grid); ++n) {
+            int place[3];
+            volume_place(grid->dims, n, place);
+            const float x = (float)place[0] - seed[0], y = (float)place[1] - seed[1], z = (float)place[2] - seed[2];
+            grid->data[n] = fminf(grid->data[n], sqrtf(x * x + y * y + z * z) - radius);
+        }
+    }
+    return segment_check(run->ctx, springls_set_level_set(run->ctx, grid->data), "--seed");
 }
 
 bool segment_starts_far(const struct segment *run)
 {
     const char *init = run->settings.init;
-    return strcmp(init, "mask") != 0 && strcmp(init, "mesh") != 0 && strcmp(init, "threshold") != 0;
+    return strcmp(init, "mask") != 0 && strcmp(init, "mesh") != 0 && strcmp(init, "threshold") != 0
+        && strcmp(init, "seeds") != 0;
 }
 
 /* Stores the present level set as a distance in mm. */
@@ -283,6 +323,7 @@ bool segment_start(struct segment *run)
     return (strcmp(init, "threshold") == 0 ? start_from_threshold(run)
             : strcmp(init, "mask") == 0    ? start_from_mask(run)
             : strcmp(init, "mesh") == 0    ? start_from_mesh(run)
+            : strcmp(init, "seeds") == 0   ? start_from_seeds(run)
                                            : start_from_shape(run))
         && (run->settings.stay <= 0.0 || remember_start(run));
 }

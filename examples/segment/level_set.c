@@ -67,18 +67,17 @@ static bool run_level_set_to_rest(struct segment *alone)
 static bool run_alone(struct segment *alone)
 {
     const int levels = segment_choose_levels(alone);
-    const float finest = segment_choose_side(alone);
     struct volume coarse;
     bool fine = true;
     for (int level = levels - 1; fine && level >= 0; --level) {
-        fine = segment_enter_level(alone, ldexpf(finest, level), &coarse)
+        fine = segment_enter_level(alone, ldexpf(alone->side, level), &coarse)
             && (level < levels - 1 ? segment_start_from(alone, &coarse, "level set alone") : segment_start(alone))
             && segment_check(alone->ctx, springls_copy_level_set(alone->ctx, alone->grid.data), "level set alone")
             && run_level_set_to_rest(alone);
         volume_free(&coarse);
     }
-    return fine /* and a model, to extract its surface */
-        && segment_check(alone->ctx, springls_set_level_set(alone->ctx, alone->grid.data), "level set alone")
+    fine = fine && segment_check(alone->ctx, springls_set_level_set(alone->ctx, alone->grid.data), "level set alone");
+    return fine && segment_remove_islands(alone) /* and a model, to extract its surface */
         && segment_check(alone->ctx, springls_extract_mesh(alone->ctx, &alone->surface), "level set alone");
 }
 
@@ -124,10 +123,10 @@ bool segment_compare_level_set(struct segment *run)
     fine = fine && run_alone(&alone);
     result->level_set_seconds = elapsed_seconds() - begin;
     if (fine) {
-        segment_map_back(&alone);
+        fine = segment_map_back(&alone);
         result->level_set_dice = overlap_masks(run->inside, alone.inside, run->voxels).dice;
-        fine = distances(&run->surface, &alone.surface, &result->level_set_mean, &result->level_set_deviation)
-            || segment_fail("the level set alone has vanished");
+        fine = fine && (distances(&run->surface, &alone.surface, &result->level_set_mean, &result->level_set_deviation)
+                        || segment_fail("the level set alone has vanished"));
     }
     segment_end_object(&alone);
     free(alone.distance);

@@ -106,7 +106,7 @@ bool segment_write_object(const struct segment *run)
                                  .vertex_count = (size_t)run->surface.vertex_count,
                                  .indices = (const uint32_t *)(const void *)run->surface.triangles,
                                  .triangle_count = (size_t)run->surface.triangle_count, /* omits what only coarser grids had */
-                                 .originals = run->result->levels == 1 ? run->surface.correspondences : NULL,
+                                 .originals = run->result->levels == 1 && !run->refitted ? run->surface.correspondences : NULL,
                                  .comment = "millimetres, RAS+"};
     const struct model_view film = {.direction = {0.35f, 1.0f, 0.25f}, /* from the front */
                                     .up = {0.0f, 0.0f, 1.0f}, .over_surface = true};
@@ -177,6 +177,9 @@ static void report_object(const struct segment *run, const struct segment_result
     json_number(json, "volume_ml", result->measures.volume / 1000.0);
     json_number(json, "area_mm2", result->measures.area);
     json_integer(json, "components", result->measures.components);
+    json_integer(json, "label_components", result->label_components);
+    json_integer(json, "islands_removed", result->islands);
+    json_number(json, "image_share", result->share);
     json_integer(json, "euler", result->measures.euler);
     json_number(json, "coverage_min", result->coverage.least.area);
     json_number(json, "coverage_mean", result->coverage.mean.area);
@@ -197,7 +200,11 @@ static void report_object(const struct segment *run, const struct segment_result
         json_number(json, "mean_distance_mm", result->has_distances ? d->assd : none);
         json_number(json, "mean_to_reference_mm", result->has_distances ? d->mean_ab : none);
         json_number(json, "mean_from_reference_mm", result->has_distances ? d->mean_ba : none);
+        json_string(json, "mean_distance_is", "mean of both directions weighted by area, from 100000 points on each surface");
         json_number(json, "hd95_mm", result->has_distances ? d->hd95 : none);
+        json_number(json, "hd95_to_reference_mm", result->has_distances ? d->hd95_ab : none);
+        json_number(json, "hd95_from_reference_mm", result->has_distances ? d->hd95_ba : none);
+        json_string(json, "hd95_is", "the larger of the two directions' 95th percentiles");
         json_number(json, "surface_dice", result->has_distances ? d->surface_dice : none);
         json_number(json, "tolerance_mm", result->has_distances ? d->tolerance : none);
         json_object_end(json);
@@ -261,15 +268,24 @@ void segment_print_summary(const struct segment *run)
     }
     printf("%s after %d steps, %.1f s; %.2f %% of %d springls still moving\n", how_it_ended(result), result->steps,
            result->seconds, 100.0 * (double)result->moving, result->springls);
-    printf("volume %.2f ml, area %.1f cm2, components %d\n", result->measures.volume / 1000.0, result->measures.area / 100.0,
-           result->measures.components);
+    printf("volume %.2f ml, area %.1f cm2, components: %d of the surface, %d in the label map", result->measures.volume / 1000.0,
+           result->measures.area / 100.0, result->measures.components, result->label_components);
+    if (result->islands > 0) {
+        printf(", %d removed", result->islands);
+    }
+    putchar('\n');
+    if (result->share > 0.5) {
+        printf("note: the object is %.0f %% of the image: is it the background?\n", 100.0 * result->share);
+    }
     if (run->truth) {
         if (isfinite(result->start_dice)) {
             printf("mask at the start: Dice %.4f\n", result->start_dice);
         }
         printf("reference %.2f ml: Dice %.4f", overlap_milliliters(result->overlap.b, run->image.spacing), result->overlap.dice);
         if (result->has_distances) {
-            printf(", mean surface distance %.3f mm, HD95 %.3f mm", result->distances.assd, result->distances.hd95);
+            const struct surface_distances *d = &result->distances;
+            printf("; surface distance %.3f mm (mean of both directions; %.3f to the reference, %.3f from it), HD95 %.3f mm (larger of "
+                   "%.3f to, %.3f from)", d->assd, d->mean_ab, d->mean_ba, d->hd95, d->hd95_ab, d->hd95_ba);
         }
         putchar('\n');
     }
@@ -285,6 +301,7 @@ void segment_end_object(struct segment *run)
         model_frame_free(run->ctx, &run->frames[f]);
     }
     run->frame_count = 0;
+    run->refitted = false;
     springls_mesh_free(run->truth_ctx, &run->truth_surface);
     springls_mesh_free(run->ctx, &run->surface);
     springls_destroy(run->truth_ctx);

@@ -11,7 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MARGIN = 3, MAX_CELLS = 128, MIN_CELLS = 24 };
+enum { MARGIN = 3 };
 
 /* Speed, as a part of the speed at full pressure, above which a springl still moves. */
 static const float rest_speed = 0.05f;
@@ -72,15 +72,26 @@ static bool look(struct segment *run, struct segment_watch *watch, double *volum
     if (!segment_check(run->ctx, springls_measure(run->ctx, &now), "measures")) {
         return false;
     }
-    if (!coverage_add(run->ctx, &result->coverage)) {
+    if ((run->settings.common.json || run->settings.common.out) && !coverage_add(run->ctx, &result->coverage)) {
         return segment_no_memory();
     }
     result->at_rest = segment_at_rest(result->moving, now.volume, volume);
     return true;
 }
 
-/* Takes steps on one grid until the springls are at rest. */
-static bool run_to_rest(struct segment *run, struct progress *bar)
+/* Returns the work of `steps` steps on a grid and of all coarser ones: a grid half as fine has a quarter of the springls. */
+static size_t progress_of(const struct segment *run, int level, int steps)
+{
+    const size_t most = (size_t)run->settings.steps;
+    size_t before = 0, weight = 1;
+    for (int l = run->result->levels - 1; l > level; --l, weight *= 4) {
+        before += weight * most;
+    }
+    return before + weight * (size_t)steps;
+}
+
+/* Takes steps on one grid, halved `level` times, until the springls are at rest. */
+static bool run_to_rest(struct segment *run, int level, struct progress *bar)
 {
     const struct segment_settings *set = &run->settings;
     struct segment_result *result = run->result;
@@ -112,40 +123,10 @@ static bool run_to_rest(struct segment *run, struct progress *bar)
             }
         }
         snprintf(note, sizeof note, "%d springls, %.1f %% moving", springls_count(run->ctx), 100.0 * (double)result->moving);
-        progress_update(bar, (size_t)result->steps, note);
+        progress_update(bar, progress_of(run, level, s), note);
     }
     segment_watch_free(&watch);
     return fine;
-}
-
-static float longest_side(const struct volume *image)
-{
-    const float *spacing = image->spacing;
-    const int *dims = image->dims;
-    return fmaxf(spacing[0] * (float)dims[0], fmaxf(spacing[1] * (float)dims[1], spacing[2] * (float)dims[2]));
-}
-
-/* Returns the side from --grid, or of the image's voxels, but large enough for at most MAX_CELLS of them. */
-float segment_choose_side(const struct segment *run)
-{
-    const float *spacing = run->image.spacing, longest = longest_side(&run->image);
-    const float own = cbrtf(spacing[0] * spacing[1] * spacing[2]);
-    const int grid = run->settings.common.grid;
-    return grid > 0 ? longest / (float)grid : fmaxf(own, longest / (float)MAX_CELLS);
-}
-
-/* Returns the number of grids, each half as fine as the next; a start at the object needs no coarser ones. */
-int segment_choose_levels(const struct segment *run)
-{
-    const float cells = longest_side(&run->image) / segment_choose_side(run);
-    int levels = 1;
-    if (run->settings.levels > 0 || !segment_starts_far(run)) {
-        return run->settings.levels > 0 ? run->settings.levels : 1;
-    }
-    while (levels < SEGMENT_MAX_LEVELS && ldexpf(cells, -levels) >= (float)MIN_CELLS) {
-        levels++;
-    }
-    return levels;
 }
 
 static bool evolve(struct segment *run)
@@ -158,17 +139,18 @@ static bool evolve(struct segment *run)
     if (!run->backend) {
         run->backend = run_backend("segment", &set->common);
     }
-    result->voxel = segment_choose_side(run);
+    result->voxel = run->side;
     result->levels = segment_choose_levels(run);
     const double begin = elapsed_seconds();
-    progress_begin(&bar, "segment", (size_t)set->steps * (size_t)result->levels, !cli_may_print(&run->settings.common));
+    progress_begin(&bar, "segment", progress_of(run, 0, set->steps), !cli_may_print(&set->common));
     for (int level = result->levels - 1; fine && level >= 0; --level) {
         fine = segment_enter_level(run, ldexpf(result->voxel, level), &coarse)
             && (started ? segment_start_from(run, &coarse, "from the coarser grid") : segment_start(run));
         volume_free(&coarse);
-        fine = fine && (level < result->levels - 1 || take_frame(run)) && run_to_rest(run, &bar)
+        fine = fine && (level < result->levels - 1 || take_frame(run)) && run_to_rest(run, level, &bar)
             && segment_check(run->ctx, springls_copy_level_set(run->ctx, run->grid.data), "level set");
         started = fine && springls_count(run->ctx) > 0; /* if not, the next grid starts again */
+        fine = fine && (!started || level > 0 || segment_remove_islands(run));
         fine = fine && (!started || take_frame(run));
     }
     progress_end(&bar);
@@ -176,23 +158,11 @@ static bool evolve(struct segment *run)
     result->springls_mean /= result->steps > 0 ? (double)result->steps : 1.0;
     result->springls = run->ctx ? springls_count(run->ctx) : 0;
     if (fine && !started) {
-        return segment_fail("the contour vanished after %d steps: start closer to the object", result->steps);
+        return segment_fail("the contour vanished after %d steps: start closer to the object; cells of the grid, %.3g mm, have to "
+                            "be smaller than it", result->steps, (double)result->voxel);
     }
     return fine && segment_check(run->ctx, springls_extract_mesh(run->ctx, &run->surface), "surface")
         && segment_check(run->ctx, springls_measure(run->ctx, &result->measures), "measures");
-}
-
-void segment_map_back(struct segment *run)
-{
-    const float size = run->grid.spacing[0];
-    segment_resample(&run->grid, run->grid.data, &run->image, run->distance);
-    for (size_t n = 0; n < run->voxels; ++n) {
-        run->distance[n] *= size;
-        run->inside[n] = run->distance[n] < 0.0f;
-    }
-    if (run->settings.common.out) {
-        segment_extend_distance(&run->image, 2.0f * size, run->distance);
-    }
 }
 
 bool segment_run(struct segment *run)
@@ -200,9 +170,8 @@ bool segment_run(struct segment *run)
     if (!evolve(run)) {
         return false;
     }
-    segment_map_back(run);
     segment_forces_free(run);
-    return true;
+    return segment_map_back(run);
 }
 
 /* Adds the result to the labels; a voxel in two contours belongs to the one in which it is deeper. */

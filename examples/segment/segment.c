@@ -2,6 +2,7 @@
  *
  *   segment scan.nii.gz --level 110 --out result
  *   segment scan.nrrd --window "100,300;-900,-500" --init threshold --out result     two objects, one label map
+ *   segment scan.nrrd --level 110 --seed 12,-30,45 --keep-largest          grown from a place in mm
  *   segment scan.mha --level 110 --init mask --mask left.nii.gz --mirror --reference labels.nii.gz --label 78
  *
  * Forces: pressure pushes outward where the intensity is inside the window and inward elsewhere; the region force pushes
@@ -117,11 +118,44 @@ static const char *read_all_objects(struct segment_settings *set)
     return NULL;
 }
 
+/* Reads "X,Y,Z;X,Y,Z;...". Returns NULL, or what is wrong. */
+static const char *read_seeds(struct segment_settings *set)
+{
+    const char *text = set->seed_text;
+    do {
+        char item[128];
+        const char *part = item;
+        const size_t length = next_item(text, ";", item, sizeof item);
+        double value[3];
+        if (set->seed_count == SEGMENT_MAX_SEEDS) {
+            return "--seed: there are at most 32 seeds";
+        }
+        for (int a = 0; a < 3; ++a) {
+            char number[48];
+            const size_t digits = length > 0 ? next_item(part, ",", number, sizeof number) : 0;
+            if (digits == 0 || (part[digits] == ',') != (a < 2) || !cli_read_double(number, &value[a]) || fabs(value[a]) > 1e6) {
+                return "--seed wants X,Y,Z in mm, more of them between semicolons";
+            }
+            set->seeds[set->seed_count][a] = (float)value[a];
+            part += digits + (a < 2 ? 1 : 0);
+        }
+        set->seed_count++;
+        text += length;
+    } while (*text++ == ';');
+    return NULL;
+}
+
 static int check_usage(struct segment_settings *set)
 {
     const char *wrong = NULL;
+    const bool seeded = set->seed_text != NULL, shaped = set->init != NULL;
+    set->init = shaped ? set->init : seeded ? "seeds" : "sphere";
     const bool from_mask = strcmp(set->init, "mask") == 0;
-    if (set->window_text && (!isnan(set->level) || set->dark)) {
+    if (seeded && (shaped || !isnan(set->center[0]))) {
+        wrong = "--seed goes without --init and --center";
+    } else if (seeded && (wrong = read_seeds(set)) != NULL) {
+        ;
+    } else if (set->window_text && (!isnan(set->level) || set->dark)) {
         wrong = "--window goes without --level and --dark";
     } else if (from_mask != (set->mask != NULL)) {
         wrong = "--init mask and --mask FILE go together";
@@ -170,11 +204,13 @@ static int read_command_line(struct segment_settings *set, int argc, char **argv
         {"curvature", CLI_DOUBLE, &set->curvature, "W", "weight of the curvature against the pressure", 0, 1, NULL},
 
         /* the start */
-        {"init", CLI_CHOICE, &set->init, NULL, "where the contour starts", 0, 0,
+        {"init", CLI_CHOICE, &set->init, NULL, "where the contour starts; without: a sphere, or balls at the seeds", 0, 0,
          "sphere|cube|torus|metasphere|mask|threshold|mesh"},
-        {"center", CLI_FLOAT3, set->center, "X,Y,Z", "centre of the starting shape, mm; without: of the image", 0, 0, NULL},
+        {"center", CLI_FLOAT3, set->center, "X,Y,Z",
+         "centre of the starting shape, mm in RAS+ axes: x to the right, y to the front, z up; without: of the image", 0, 0, NULL},
         {"radius", CLI_DOUBLE, &set->radius, "MM",
-         "its radius or half side; 0: a third of the image's shortest side", 0, 1e6, NULL},
+         "its radius or half side; 0: a third of the image's shortest side, or of a seed's ball 2.5 cells", 0, 1e6, NULL},
+        {"seed", CLI_STRING, &set->seed_text, "X,Y,Z[;..]", "grow from balls at these places instead, mm in RAS+ axes", 0, 0, NULL},
         {"mask", CLI_STRING, &set->mask, "FILE", "label map to start from", 0, 0, NULL},
         {"mask-label", CLI_STRING, &set->mask_label_text, "K[;K2..]",
          "its label, without: all but 0; more labels, more objects", 0, 0, NULL},
@@ -188,6 +224,9 @@ static int read_command_line(struct segment_settings *set, int argc, char **argv
          "start on every grid with the largest part only, its cavities filled", 0, 0, NULL},
 
         /* the run */
+        {"keep-largest", CLI_FLAG, &set->keep_largest, NULL, "of the result, keep only the largest part", 0, 0, NULL},
+        {"min-volume", CLI_DOUBLE, &set->min_volume, "MM3",
+         "of the result, keep parts of at least this volume; without: all that are more than a single voxel", 0, 1e12, NULL},
         {"levels", CLI_INT, &set->levels, "K",
          "grids, each twice as fine as the one before; 0: by the kind of start", 0, SEGMENT_MAX_LEVELS, NULL},
         {"steps", CLI_INT, &set->steps, "K", "steps at most on each grid", 0, 1e6, NULL},
@@ -237,9 +276,9 @@ static bool find_objects(struct segment *run)
 
 int main(int argc, char **argv)
 {
-    struct segment run = {.settings = {.init = "sphere", .region_means = "band", .level = (double)NAN, .pressure = 1.0,
+    struct segment run = {.settings = {.region_means = "band", .level = (double)NAN, .pressure = 1.0,
                                        .curvature = 0.06, .gvf_halvings = 1, .speed = 0.5, .stay = (double)NAN, .steps = 200,
-                                       .frame = -1, .center = {NAN, NAN, NAN}}};
+                                       .frame = -1, .min_volume = (double)NAN, .center = {NAN, NAN, NAN}}};
     const struct segment_settings *set = &run.settings;
     run.settings.common = cli_common_defaults();
     int status = read_command_line(&run.settings, argc, argv);

@@ -13,7 +13,7 @@
 #include "springls/model_pictures.h"
 #include "surface/surface_distances.h"
 
-enum { SEGMENT_MAX_LEVELS = 4, SEGMENT_LOOK_EVERY = 10, SEGMENT_MAX_LABELS = 64, SEGMENT_MAX_OBJECTS = 32 };
+enum { SEGMENT_MAX_LEVELS = 4, SEGMENT_LOOK_EVERY = 10, SEGMENT_MAX_LABELS = 64, SEGMENT_MAX_OBJECTS = 32, SEGMENT_MAX_SEEDS = 32 };
 
 /* An object to find, with a contour of its own. */
 struct segment_object {
@@ -36,8 +36,12 @@ struct segment_settings {
     double pressure, region, edge, gvf, curvature; /* weights of the forces */
     double speed, radius, ramp, stay;           /* stay NaN: depends on the kind of start */
     float center[3];
+    const char *seed_text;
+    float seeds[SEGMENT_MAX_SEEDS][3];          /* mm */
+    int seed_count;
+    double min_volume;                          /* mm^3 of a part that stays; NaN: more than a voxel */
     int frame, steps, levels, gvf_halvings;
-    bool dark, solid, largest, keep_topology, mirror, compare_level_set;
+    bool dark, solid, largest, keep_largest, keep_topology, mirror, compare_level_set;
 };
 
 /* Result of one contour. */
@@ -51,6 +55,9 @@ struct segment_result {
     bool at_rest;            /* false: the run ended at the limit of steps */
     float moving;            /* share of springls that still moved at the end */
     double seconds;
+    double share;            /* of the image that is inside */
+    int islands;             /* parts that were removed at the end */
+    int label_components;    /* of the label map, connected through faces */
     springls_measures measures;
     struct coverage_range coverage; /* at every tenth step */
     struct overlap overlap;
@@ -65,12 +72,14 @@ struct segment {
     springls_params params;
     struct volume image, reference;
     size_t voxels;           /* of the image */
+    float side;              /* of the finest grid's voxels, mm */
     struct segment_result results[SEGMENT_MAX_OBJECTS];
     struct volume labels;    /* of all objects; data: the label, and in another map how deep inside the voxel is */
     float *depth;
     /* The present object: */
     struct segment_result *result;
     struct volume grid;      /* of the model; data: its level set, voxels */
+    bool refitted;           /* made again without islands: correspondences are not on the start any more */
     springls_backend *backend; /* of ctx, for all objects */
     struct volume start;     /* the starting surface, as a distance in mm; empty if not needed */
     struct volume pressure;  /* of the window alone, on the image's grid with a margin */
@@ -102,13 +111,16 @@ springls_forces segment_forces(struct segment *run); /* with curvature */
 void segment_speed(struct segment *run, const float *points, const float *normals, int count, float *out);
 void segment_forces_free(struct segment *run);
 
+/* grid.c: the finest grid, and the end of a run. */
+void segment_choose_side(struct segment *run); /* by --grid, or the image's voxels and the machine's memory */
+int segment_choose_levels(const struct segment *run);
+bool segment_remove_islands(struct segment *run); /* from grid.data and the model */
+bool segment_map_back(struct segment *run); /* computes distances in mm and the mask on the image's grid, without islands */
+
 /* run.c: runs and measures a contour. */
 bool segment_run(struct segment *run);
 bool segment_compare(struct segment *run); /* with the reference, if there is one */
 void segment_keep(struct segment *run);    /* adds the result to the map of labels */
-int segment_choose_levels(const struct segment *run);
-float segment_choose_side(const struct segment *run); /* of the finest grid's voxels, mm */
-void segment_map_back(struct segment *run); /* computes distances in mm and the mask on the image's grid */
 float segment_fastest(const struct segment *run); /* voxels a unit of time */
 float segment_still(const struct segment *run); /* voxels in SEGMENT_LOOK_EVERY steps that count as rest */
 bool segment_enter_level(struct segment *run, float side, struct volume *coarse); /* `coarse` receives the previous grid */

@@ -109,6 +109,24 @@ static bool common_grid(const struct volume *reference, const struct volume *oth
     return good || track_no_memory();
 }
 
+static bool not_on_the_grid(const char *path) { return track_fail("%s: not on the grid of its image", path); }
+
+/* Returns true if a label map, if there is one, lies on the grid of its image. */
+static bool labels_fit(const char *path, const struct volume *image)
+{
+    char error[VOLUME_TEXT];
+    struct volume labels;
+    if (!path) {
+        return true;
+    }
+    if (!volume_read(path, 0, &labels, error)) {
+        return track_fail("%s", error);
+    }
+    const bool same = volume_same_grid(&labels, image);
+    volume_free(&labels);
+    return same || not_on_the_grid(path);
+}
+
 /* Reads two files; the first becomes the reference, on a grid that covers both. */
 static bool read_two(struct track *track)
 {
@@ -117,7 +135,8 @@ static bool read_two(struct track *track)
     if (!volume_read(track->settings.second, 0, &second, error)) {
         return track_fail("%s", error);
     }
-    bool good = common_grid(&track->image, &second, &grid);
+    bool good = labels_fit(track->settings.labels, &track->image) && labels_fit(track->settings.second_labels, &second)
+             && common_grid(&track->image, &second, &grid);
     volume_free(&second);
     if (good) {
         volume_free(&track->image);
@@ -154,7 +173,7 @@ bool track_frame_image(const struct track *track, int frame, struct volume *imag
     return true;
 }
 
-static bool mask_of(const struct track *track, const struct volume *labels, float **mask)
+static bool mask_of(const struct track *track, const char *path, const struct volume *labels, float **mask)
 {
     const size_t total = volume_voxels(labels);
     unsigned char *inside = malloc(total);
@@ -166,7 +185,7 @@ static bool mask_of(const struct track *track, const struct volume *labels, floa
     const int label = track->settings.label;
     if (segment_mask(labels, &label, label >= 0, inside) == 0) {
         free(inside);
-        return track_fail("%s: no voxel has the label", track->settings.labels);
+        return track_fail("%s: no voxel has the label asked for%s", path, label >= 0 ? " (--label)" : "");
     }
     for (size_t n = 0; n < total; ++n) {
         (*mask)[n] = inside[n];
@@ -194,8 +213,8 @@ bool track_frame_mask(const struct track *track, int frame, float **mask)
     struct volume labels;
     const char *const second = track->settings.second_labels;
     if (track->settings.second && (frame == 0 || second)) {
-        const bool good = read_onto(&track->image, frame == 0 ? track->settings.labels : second, true, &labels)
-            && mask_of(track, &labels, mask);
+        const char *const path = frame == 0 ? track->settings.labels : second;
+        const bool good = read_onto(&track->image, path, true, &labels) && mask_of(track, path, &labels, mask);
         volume_free(&labels);
         return good;
     }
@@ -205,8 +224,8 @@ bool track_frame_mask(const struct track *track, int frame, float **mask)
     if (!volume_read(track->settings.labels, track->labelled == 1 ? 0 : frame, &labels, error)) {
         return track_fail("%s", error);
     }
-    const bool good = (volume_same_grid(&labels, &track->image) || track_fail("the labels do not lie on the image's grid"))
-                      && mask_of(track, &labels, mask);
+    const bool good = (volume_same_grid(&labels, &track->image) || not_on_the_grid(track->settings.labels))
+                      && mask_of(track, track->settings.labels, &labels, mask);
     volume_free(&labels);
     return good;
 }

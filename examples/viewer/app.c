@@ -51,7 +51,9 @@ static void fit(struct viewer_app *app)
     float half[3];
     vec3_sub(app->model.upper, app->model.lower, half);
     const float side = app->model.voxel * (float)app->model.grid;
-    viewer_camera_fit(&app->camera, app->model.middle, 0.4f * vec3_length(half), 0.9f * side);
+    float middle[3];
+    viewer_model_middle(&app->model, middle);
+    viewer_camera_fit(&app->camera, middle, 0.4f * vec3_length(half), 0.9f * side);
     ++app->looks;
 }
 
@@ -146,7 +148,10 @@ static bool make_second(struct viewer_app *app)
 
 static bool place_second(struct viewer_app *app, const char *path)
 {
-    memcpy(app->second_place, app->hover ? app->brush.center : app->model.middle, sizeof app->second_place);
+    viewer_model_middle(&app->model, app->second_place);
+    if (app->hover) {
+        memcpy(app->second_place, app->brush.center, sizeof app->second_place);
+    }
     app->second_radius = (path ? 2.0f : 1.0f) * app->brush.radius;
     snprintf(app->second_path, sizeof app->second_path, "%s", path ? path : "");
     return make_second(app);
@@ -402,18 +407,39 @@ static bool use_tool(struct viewer_app *app, float seconds)
 
 bool viewer_app_busy(const struct viewer_app *app)
 {
-    return works(app) || !viewer_model_at_rest(&app->model) || (app->second.ctx && !viewer_model_at_rest(&app->second));
+    return works(app) || app->model.chunks_in_progress || !viewer_model_at_rest(&app->model)
+        || (app->second.ctx && !viewer_model_at_rest(&app->second));
 }
 
-void viewer_app_work(struct viewer_app *app, double seconds)
+/* Begins the next step that is due. */
+static void begin_step(struct viewer_app *app)
 {
     if (works(app)) {
+        const float seconds = app->seconds;
+        app->seconds = 0.0f;
         app->kept = app->kept || done(app, viewer_history_keep(&app->history, &app->model));
-        done(app, use_tool(app, (float)seconds));
+        done(app, use_tool(app, seconds));
     } else if (!viewer_model_at_rest(&app->model)) {
         done(app, viewer_model_rest_step(&app->model));
     } else if (app->second.ctx && !viewer_model_at_rest(&app->second)) {
         viewer_model_rest_step(&app->second);
         ++app->looks;
     }
+}
+
+void viewer_app_work(struct viewer_app *app, double seconds)
+{
+    app->model.budget = app->second.budget = app->budget;
+    app->seconds = works(app) ? fminf(app->seconds + (float)seconds, 0.1f) : 0.0f;
+    if (app->model.stepping) {
+        done(app, viewer_model_continue(&app->model));
+    } else if (app->model.chunks_in_progress) {
+        ++app->looks; /* the picture continues them */
+    } else if (app->second.stepping) {
+        viewer_model_continue(&app->second);
+        ++app->looks;
+    } else {
+        begin_step(app);
+    }
+    viewer_model_middle(&app->model, app->camera.middle); /* what is drawn is around the grid */
 }

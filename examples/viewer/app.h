@@ -19,6 +19,8 @@ enum viewer_key { VIEWER_ENTER = 257, VIEWER_ESCAPE = 256 };       /* letters, d
 extern const char *const viewer_tool_names[VIEWER_TOOLS], *const viewer_view_names[VIEWER_VIEWS];
 extern const char viewer_manual[]; /* keys and buttons, some lines */
 
+#define VIEWER_BUDGET 0.006 /* seconds a frame for the step, and for the mesh, where frames count */
+
 struct viewer_app {
     struct viewer_model model;
     struct viewer_model second; /* to be merged; it has no context while there is none */
@@ -41,6 +43,8 @@ struct viewer_app {
     bool holds_second;      /* merge: the pointer drags the second body */
     float stroke[4];        /* cut: x0 y0 x1 y1, while the stroke is drawn */
     const char *load, *save; /* file names of the command line; load NULL: a ball */
+    double budget; /* seconds a frame may take for the step, and as many for the mesh; 0: as long as they take */
+    float seconds; /* that have passed since the tool's last step began */
     bool help, quit;
     unsigned looks;         /* incremented when the picture changes */
     char message[VIEWER_TEXT];
@@ -57,7 +61,8 @@ void viewer_app_scroll(struct viewer_app *app, float notches, int modifiers);
 void viewer_app_key(struct viewer_app *app, int key, int modifiers);
 void viewer_app_drop(struct viewer_app *app, const char *path); /* the second body (tool merge) or a new model */
 
-/* Does a frame's work, one step at most: the active tool's for `seconds`, else a step to rest if one is due, else nothing. */
+/* Does a frame's work within the budget, and begins one step at most, when the one before is done and meshed: the active tool's
+ * for the `seconds` that have passed, else a step to rest if one is due, else nothing. */
 void viewer_app_work(struct viewer_app *app, double seconds);
 bool viewer_app_busy(const struct viewer_app *app); /* more work is due without a further event */
 

@@ -80,7 +80,7 @@ bool viewer_save(struct viewer_model *model, const char *path)
         snprintf(model->error, sizeof model->error, "%.200s: the name should end with .ply or .obj", path);
         return false;
     }
-    if (!viewer_model_check(model, springls_extract_mesh(model->ctx, &mesh))) {
+    if (!viewer_model_finish(model) || !viewer_model_check(model, springls_extract_mesh(model->ctx, &mesh))) {
         return false;
     }
     float *colors = viewer_model_colors(model, &mesh);

@@ -5,13 +5,11 @@
 
 #ifdef __EMSCRIPTEN__
   #include <GLES3/gl3.h>
-  #define GL_LINE 0
-  #define GL_FILL 0
-  #define glPolygonMode(faces, mode) ((void)0) /* WebGL has no wireframes; examples/web leaves that view out */
 #else
   #include <epoxy/gl.h>
 #endif
 
+#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -91,6 +89,35 @@ void viewer_gl_destroy(struct viewer_gl *gl)
 
 /* ---- surfaces ---- */
 
+/* Copies the corners of triangles to edges[2 m], the beginning and the end of each edge. */
+static void copy_edges(const unsigned char *triangles, size_t index_bytes, int triangle_count, unsigned char *edges)
+{
+    static const int ends[] = {0, 1, 1, 2, 2, 0};
+    for (int t = 0; t < triangle_count; ++t, triangles += 3 * index_bytes) {
+        for (int i = 0; i < 6; ++i, edges += index_bytes) {
+            memcpy(edges, triangles + (size_t)ends[i] * index_bytes, index_bytes);
+        }
+    }
+}
+
+/* Writes the indices of triangles into the bound buffer, and those of their edges after them: WebGL has no other wireframes.
+ * Without memory for them there are no edges. */
+static void set_indices(struct viewer_surface *surface, const void *triangles, size_t index_bytes, int triangle_count)
+{
+    const size_t bytes = 3 * (size_t)triangle_count * index_bytes;
+    unsigned char *edges = malloc(2 * bytes + 1);
+    surface->indices = 3 * triangle_count;
+    surface->edge_indices = edges ? 6 * triangle_count : 0;
+    surface->index_type = index_bytes == 2 ? GL_UNSIGNED_SHORT : GL_UNSIGNED_INT;
+    glBufferData(GL_ELEMENT_ARRAY_BUFFER, (GLsizeiptr)(edges ? 3 * bytes : bytes), NULL, GL_STREAM_DRAW);
+    glBufferSubData(GL_ELEMENT_ARRAY_BUFFER, 0, (GLsizeiptr)bytes, triangles);
+    if (edges) {
+        copy_edges(triangles, index_bytes, triangle_count, edges);
+        glBufferSubData(GL_ELEMENT_ARRAY_BUFFER, (GLintptr)bytes, (GLsizeiptr)(2 * bytes), edges);
+    }
+    free(edges);
+}
+
 void viewer_gl_set(struct viewer_surface *surface, const float *const arrays[VIEWER_GL_ARRAYS], int vertex_count,
                    const void *triangles, size_t index_bytes, int triangle_count)
 {
@@ -110,9 +137,7 @@ void viewer_gl_set(struct viewer_surface *surface, const float *const arrays[VIE
         glVertexAttribPointer(a, 3, GL_FLOAT, GL_FALSE, 0, NULL);
     }
     glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, surface->buffers[VIEWER_GL_ARRAYS]);
-    glBufferData(GL_ELEMENT_ARRAY_BUFFER, (GLsizeiptr)triangle_count * 3 * (GLsizeiptr)index_bytes, triangles, GL_STREAM_DRAW);
-    surface->indices = 3 * triangle_count;
-    surface->index_type = index_bytes == 2 ? GL_UNSIGNED_SHORT : GL_UNSIGNED_INT;
+    set_indices(surface, triangles, index_bytes, triangle_count);
     glBindVertexArray(0);
 }
 
@@ -213,6 +238,19 @@ static void draw_triangles(const struct viewer_surface *surfaces, int count)
     glBindVertexArray(0);
 }
 
+static void draw_edges(const struct viewer_surface *surfaces, int count)
+{
+    for (int i = 0; i < count; ++i) {
+        const struct viewer_surface *s = &surfaces[i];
+        if (s->edge_indices > 0) {
+            const size_t first = (size_t)s->indices * (s->index_type == GL_UNSIGNED_SHORT ? sizeof(uint16_t) : sizeof(uint32_t));
+            glBindVertexArray(s->vertex_array);
+            glDrawElements(GL_LINES, s->edge_indices, s->index_type, (const void *)first);
+        }
+    }
+    glBindVertexArray(0);
+}
+
 /* Draws edges over a surface that only hides the edges behind it. */
 static void draw_wires(const struct viewer_gl *gl, const struct viewer_surface *surfaces, int count)
 {
@@ -224,9 +262,7 @@ static void draw_wires(const struct viewer_gl *gl, const struct viewer_surface *
     draw_triangles(surfaces, count);
     glDisable(GL_POLYGON_OFFSET_FILL);
     set3(gl, "base", ink);
-    glPolygonMode(GL_FRONT_AND_BACK, GL_LINE);
-    draw_triangles(surfaces, count);
-    glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
+    draw_edges(surfaces, count);
 }
 
 void viewer_gl_draw(const struct viewer_gl *gl, const struct viewer_surface *surfaces, int count,

@@ -10,8 +10,8 @@
 enum { VIEWER_GL_ARRAYS = 4 }; /* positions, normals, originals, colors: 3 floats a vertex */
 
 struct viewer_surface {
-    unsigned vertex_array, buffers[VIEWER_GL_ARRAYS + 1]; /* the last one: indices */
-    int indices;
+    unsigned vertex_array, buffers[VIEWER_GL_ARRAYS + 1]; /* the last one: indices of triangles, then of their edges */
+    int indices, edge_indices;
     unsigned index_type;
 };
 

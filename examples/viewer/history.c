@@ -62,7 +62,7 @@ static bool append(struct viewer_history *history, struct viewer_model *model)
 bool viewer_history_keep(struct viewer_history *history, struct viewer_model *model)
 {
     truncate_to(history, history->at);
-    if (!append(history, model)) {
+    if (!viewer_model_finish(model) || !append(history, model)) {
         return false;
     }
     history->at = history->count;
@@ -83,7 +83,7 @@ static bool go_to(struct viewer_history *history, struct viewer_model *model, in
 bool viewer_history_undo(struct viewer_history *history, struct viewer_model *model)
 {
     model->error[0] = '\0';
-    if (history->at == 0 || (history->at == history->count && !append(history, model))) {
+    if (history->at == 0 || !viewer_model_finish(model) || (history->at == history->count && !append(history, model))) {
         return false;
     }
     return history->at > 0 && go_to(history, model, history->at - 1);
@@ -92,5 +92,5 @@ bool viewer_history_undo(struct viewer_history *history, struct viewer_model *mo
 bool viewer_history_redo(struct viewer_history *history, struct viewer_model *model)
 {
     model->error[0] = '\0';
-    return history->at + 1 < history->count && go_to(history, model, history->at + 1);
+    return history->at + 1 < history->count && viewer_model_finish(model) && go_to(history, model, history->at + 1);
 }

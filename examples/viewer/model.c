@@ -32,6 +32,8 @@ void viewer_model_free(struct viewer_model *model)
         springls_chunks_destroy(model->ctx, model->chunks);
     }
     springls_destroy(model->ctx);
+    free(model->force_user);
+    free(model->force_samples);
     memset(model, 0, sizeof *model);
 }
 
@@ -80,6 +82,7 @@ static bool replace(struct viewer_model *model, struct viewer_model *made, bool 
     if (good) {
         made->version = model->version + 1;
         made->chunk_generation = model->chunk_generation + 1;
+        made->budget = model->budget;
         viewer_model_free(model);
         *model = *made;
     } else {
@@ -185,11 +188,27 @@ bool viewer_model_file(struct viewer_model *model, const springls_desc *desc, co
     return good;
 }
 
+void viewer_model_middle(const struct viewer_model *model, float middle[3])
+{
+    int offset[3];
+    springls_window_offset(model->ctx, offset);
+    for (int a = 0; a < 3; ++a) {
+        middle[a] = model->middle[a] + model->voxel * (float)offset[a];
+    }
+}
+
+/* Creates the context of a second body: on the grid of `like`, in its window. */
+static bool create_beside(struct viewer_model *made, const struct viewer_model *like)
+{
+    springls_desc desc = like->desc;
+    springls_window_offset(like->ctx, desc.window);
+    return create_context(made, &desc, like->middle, like->desc.grid.spacing[0]);
+}
+
 bool viewer_model_second(struct viewer_model *second, const struct viewer_model *like, springls_implicit_fn fn, void *user)
 {
     struct viewer_model made;
-    const bool good = create_context(&made, &like->desc, like->middle, like->desc.grid.spacing[0])
-                   && set_implicit(&made, fn, user);
+    const bool good = create_beside(&made, like) && set_implicit(&made, fn, user);
     return replace(second, &made, good);
 }
 
@@ -212,7 +231,7 @@ bool viewer_model_second_file(struct viewer_model *second, const struct viewer_m
     for (size_t i = 0; i < 3 * mesh.vertex_count; ++i) {
         mesh.positions[i] = place[i % 3] + scale * (mesh.positions[i] - middle[i % 3]);
     }
-    const bool good = create_context(&made, &like->desc, like->middle, like->desc.grid.spacing[0]) && set_mesh(&made, &mesh);
+    const bool good = create_beside(&made, like) && set_mesh(&made, &mesh);
     mesh_free(&mesh);
     return replace(second, &made, good);
 }
@@ -235,6 +254,12 @@ static bool make_gray(struct viewer_model *model)
 
 bool viewer_model_combine(struct viewer_model *model, springls_operation operation, struct viewer_model *other)
 {
+    if (!viewer_model_finish(model)) {
+        return false;
+    }
+    if (!viewer_model_finish(other)) {
+        return refuse(model, other->error);
+    }
     if (model->colors < 0 && other->colors >= 0 && !make_gray(model)) {
         return false;
     }
@@ -246,34 +271,92 @@ bool viewer_model_combine(struct viewer_model *model, springls_operation operati
     return viewer_model_check(model, springls_combine(model->ctx, operation, other->ctx));
 }
 
-bool viewer_model_step(struct viewer_model *model, const springls_forces *forces)
+/* ---- steps, within a budget ---- */
+
+#define LONG 1e9 /* seconds: as long as it takes */
+
+static double budget_of(const struct viewer_model *model) { return model->budget > 0.0 ? model->budget : LONG; }
+
+/* Ends the step in progress: its forces are not called any more. */
+static void end_step(struct viewer_model *model)
 {
-    const springls_step_desc step = {.forces = forces, .dt = 1.0f, .max_displacement = 2.0f};
-    const double begin = elapsed_seconds();
-    const bool good = viewer_model_check(model, springls_step(model->ctx, &step));
-    model->step_seconds = elapsed_seconds() - begin;
-    model->rest_steps_due = springls_get_params(model->ctx).resample_period;
+    free(model->force_user);
+    free(model->force_samples);
+    model->force_user = NULL;
+    model->force_samples = NULL;
+    model->stepping = false;
     ++model->version;
+}
+
+bool viewer_model_continue(struct viewer_model *model)
+{
+    const double begin = elapsed_seconds();
+    bool is_done = true;
+    if (!model->stepping) {
+        return true;
+    }
+    const bool good = viewer_model_check(model, springls_step_continue(model->ctx, budget_of(model), &is_done));
+    model->step_seconds += elapsed_seconds() - begin;
+    if (is_done || !good) {
+        end_step(model);
+    }
     return good;
+}
+
+bool viewer_model_finish(struct viewer_model *model)
+{
+    const double budget = model->budget;
+    model->budget = 0.0;
+    const bool good = viewer_model_continue(model);
+    model->budget = budget;
+    return good;
+}
+
+bool viewer_model_step(struct viewer_model *model, const springls_forces *forces, size_t size, float *samples)
+{
+    springls_forces own = *forces;
+    const springls_step_desc step = {.forces = &own, .dt = 1.0f, .max_displacement = 2.0f};
+    if (!viewer_model_finish(model)) {
+        free(samples);
+        return false;
+    }
+    model->force_user = own.user = size ? malloc(size) : NULL;
+    model->force_samples = samples;
+    model->step_seconds = 0.0;
+    model->rest_steps_due = springls_get_params(model->ctx).resample_period;
+    springls_status status = size && !own.user ? SPRINGLS_OUT_OF_MEMORY : SPRINGLS_OK;
+    if (status == SPRINGLS_OK && size) {
+        memcpy(own.user, forces->user, size);
+    }
+    status = status == SPRINGLS_OK ? springls_step_begin(model->ctx, &step) : status;
+    model->stepping = true;
+    if (!viewer_model_check(model, status)) {
+        end_step(model);
+        return false;
+    }
+    return viewer_model_continue(model);
 }
 
 bool viewer_model_rest_step(struct viewer_model *model)
 {
     const springls_forces none = {0};
     const int due = model->rest_steps_due;
-    const bool good = viewer_model_step(model, &none);
+    const bool good = viewer_model_step(model, &none, 0, NULL);
     model->rest_steps_due = good && due > 0 ? due - 1 : 0;
     return good;
 }
 
-bool viewer_model_at_rest(const struct viewer_model *model) { return model->rest_steps_due == 0; }
+bool viewer_model_at_rest(const struct viewer_model *model) { return model->rest_steps_due == 0 && !model->stepping; }
 
 bool viewer_model_chunks(struct viewer_model *model, bool material, const springls_chunk **changed, int *count)
 {
     const springls_chunks_desc desc = {.correspondences = material};
+    bool is_done = false;
+    *count = 0;
     if (model->chunks && material != model->chunks_with_material) {
         springls_chunks_destroy(model->ctx, model->chunks);
         model->chunks = NULL;
+        model->chunks_in_progress = false;
     }
     if (!model->chunks) {
         ++model->chunk_generation;
@@ -282,7 +365,16 @@ bool viewer_model_chunks(struct viewer_model *model, bool material, const spring
             return false;
         }
     }
-    return viewer_model_check(model, springls_chunks_update(model->ctx, model->chunks, changed, count));
+    if (!model->chunks_in_progress) {
+        if (!viewer_model_finish(model) || !viewer_model_check(model, springls_chunks_begin(model->ctx, model->chunks))) {
+            return false;
+        }
+        model->chunks_in_progress = true;
+    }
+    const springls_status status =
+        springls_chunks_continue(model->ctx, model->chunks, budget_of(model), changed, count, &is_done);
+    model->chunks_in_progress = status == SPRINGLS_OK && !is_done;
+    return viewer_model_check(model, status);
 }
 
 void viewer_model_restored(struct viewer_model *model)

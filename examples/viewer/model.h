@@ -12,14 +12,19 @@ struct viewer_model {
     springls_desc desc; /* description of ctx */
     int grid;           /* voxels a side */
     float voxel;        /* world units */
-    float middle[3];    /* of the grid */
+    float middle[3];    /* of the grid, where it was made */
     float lower[3], upper[3]; /* box of the body at the start, for its texture */
     int colors;         /* the attribute with the mesh's colors; -1: none */
     int rest_steps_due;      /* steps without a force that are still due */
+    double budget;           /* seconds that a step's call, or one of its continuations, may take; 0: until it is done */
+    bool stepping;           /* a step is in progress */
+    void *force_user;        /* what its forces need: a copy of their user data; and samples; NULL: none */
+    float *force_samples;
     unsigned version;   /* incremented with every change */
-    double step_seconds; /* of the last step */
+    double step_seconds; /* of the last step, so far */
     springls_chunks *chunks;    /* the chunks returned by viewer_model_chunks; NULL: none yet */
     bool chunks_with_material;
+    bool chunks_in_progress;    /* some work of viewer_model_chunks is left */
     unsigned chunk_generation;           /* incremented when all chunks become invalid */
     char error[VIEWER_TEXT];
 };
@@ -30,7 +35,10 @@ bool viewer_model_ball(struct viewer_model *model, const springls_desc *desc);
 bool viewer_model_mesh(struct viewer_model *model, const springls_desc *desc, const struct mesh *mesh);
 bool viewer_model_file(struct viewer_model *model, const springls_desc *desc, const char *path);
 
-/* Make a second body in the grid of `like`: from a function, a ball around `place`, or a mesh there, scaled so that its
+/* Computes the middle of the grid where it is now: with springls_desc.follow it moves with the body. */
+void viewer_model_middle(const struct viewer_model *model, float middle[3]);
+
+/* Make a second body in the grid of `like`, where that is now: from a function, a ball around `place`, or a mesh there, scaled so that its
  * longest side is 2 * radius. */
 bool viewer_model_second(struct viewer_model *second, const struct viewer_model *like, springls_implicit_fn fn, void *user);
 bool viewer_model_second_ball(struct viewer_model *second, const struct viewer_model *like, const float place[3], float radius);
@@ -44,15 +52,24 @@ bool viewer_model_combine(struct viewer_model *model, springls_operation operati
 /* Returns true when status is OK; else puts a sentence in model->error. */
 bool viewer_model_check(struct viewer_model *model, springls_status status);
 
-/* Takes one step of Algorithm 2 of duration 1 with these forces; no particle moves farther than two voxels. */
-bool viewer_model_step(struct viewer_model *model, const springls_forces *forces);
+/* Takes one step of Algorithm 2 of duration 1 with these forces; no particle moves farther than two voxels. With a budget the
+ * step may still be in progress then. Copies the `size` bytes of the forces' user data; samples, from malloc or NULL, belong to
+ * the model from now on. Completes a step in progress first. */
+bool viewer_model_step(struct viewer_model *model, const springls_forces *forces, size_t size, float *samples);
+
+/* Continues the step in progress, if any, within the budget. */
+bool viewer_model_continue(struct viewer_model *model);
+
+/* Completes the step in progress, if any: whatever saves, changes or replaces the model, or reads all of it, begins with this. */
+bool viewer_model_finish(struct viewer_model *model);
 
 /* Takes one step without a force, in which moved springls come to rest and gaps are filled. */
 bool viewer_model_rest_step(struct viewer_model *model);
-bool viewer_model_at_rest(const struct viewer_model *model);
+bool viewer_model_at_rest(const struct viewer_model *model); /* no step is due or in progress */
 
-/* Returns the chunks of the surface that have changed since the last call. When model->chunk_generation changes, earlier
- * chunks are invalid: for another model, or when `material` (correspondences) changes. */
+/* Returns the chunks of the surface that have changed since the last call; none while model->chunks_in_progress, which the
+ * next call continues within the budget. When model->chunk_generation changes, earlier chunks are invalid: for another model,
+ * or when `material` (correspondences) changes. */
 bool viewer_model_chunks(struct viewer_model *model, bool material, const springls_chunk **changed, int *count);
 
 /* Updates the model after springls_restore; it is at rest. */

@@ -39,6 +39,9 @@ void viewer_scene_destroy(struct viewer_scene *scene)
 static bool send(struct viewer_surface *surface, struct viewer_model *model, enum viewer_view view)
 {
     springls_mesh mesh;
+    if (!viewer_model_finish(model)) {
+        return false;
+    }
     const springls_status status =
         view == VIEWER_SPRINGLS ? springls_extract_soup(model->ctx, &mesh) : springls_extract_mesh(model->ctx, &mesh);
     if (!viewer_model_check(model, status)) {
@@ -52,13 +55,27 @@ static bool send(struct viewer_surface *surface, struct viewer_model *model, enu
     return true;
 }
 
-/* Uploads the surface's chunks that have changed. */
+/* Returns the place of a brick of the lattice: each of the grid has its own, wherever the grid is (springls_desc.follow). */
+static int place_of_brick(const struct viewer_scene *scene, const int brick[3])
+{
+    const int side = scene->chunks_side;
+    int at[3];
+    for (int a = 0; a < 3; ++a) {
+        at[a] = (brick[a] % side + side) % side;
+    }
+    return (at[2] * side + at[1]) * side + at[0];
+}
+
+/* Uploads the surface's chunks that have changed, once all are made. */
 static bool send_chunks(struct viewer_scene *scene, struct viewer_model *model, bool material)
 {
     const springls_chunk *changed;
     int count;
     if (!viewer_model_chunks(model, material, &changed, &count)) {
         return false;
+    }
+    if (model->chunks_in_progress) { /* the chunks of before are drawn meanwhile */
+        return true;
     }
     if (!scene->chunks || scene->chunk_generation != model->chunk_generation) {
         forget_chunks(scene);
@@ -70,14 +87,16 @@ static bool send_chunks(struct viewer_scene *scene, struct viewer_model *model, 
             return viewer_model_check(model, SPRINGLS_OUT_OF_MEMORY);
         }
     }
+    for (const springls_chunk *c = changed; c < changed + count; ++c) { /* first: another one may take the place */
+        if (c->triangle_count == 0) {
+            viewer_gl_unset(&scene->chunks[place_of_brick(scene, c->brick)]);
+        }
+    }
     for (const springls_chunk *c = changed; c < changed + count; ++c) {
         const float *const arrays[VIEWER_GL_ARRAYS] = {c->positions, c->normals, c->correspondences, NULL};
-        const int side = scene->chunks_side, place = (c->brick[2] * side + c->brick[1]) * side + c->brick[0];
-        struct viewer_surface *chunk = &scene->chunks[place];
         if (c->triangle_count > 0) {
-            viewer_gl_set(chunk, arrays, c->vertex_count, c->triangles, sizeof *c->triangles, c->triangle_count);
-        } else {
-            viewer_gl_unset(chunk);
+            viewer_gl_set(&scene->chunks[place_of_brick(scene, c->brick)], arrays, c->vertex_count, c->triangles,
+                          sizeof *c->triangles, c->triangle_count);
         }
     }
     return true;
@@ -93,10 +112,13 @@ static bool in_chunks(const struct viewer_app *app)
 static bool refresh(struct viewer_scene *scene, struct viewer_app *app)
 {
     bool good = true;
-    if (scene->body_version != app->model.version || scene->body_view != app->view) {
+    if (app->model.chunks_in_progress || scene->body_version != app->model.version || scene->body_view != app->view) {
+        if (!app->model.chunks_in_progress) {
+            scene->body_version = app->model.version;
+        }
+        app->model.chunks_in_progress = app->model.chunks_in_progress && in_chunks(app); /* else nobody continues them */
         good = in_chunks(app) ? send_chunks(scene, &app->model, app->view == VIEWER_TEXTURE)
                               : send(&scene->body, &app->model, app->view);
-        scene->body_version = app->model.version;
     }
     scene->body_view = app->view;
     if (!app->second.ctx) {
@@ -114,12 +136,13 @@ static void draw_surfaces(const struct viewer_scene *scene, const struct viewer_
     const float brush[4] = {app->brush.center[0], app->brush.center[1], app->brush.center[2], app->brush.radius};
     const bool shows_brush = app->hover || (app->hand == VIEWER_WORK && app->tool == VIEWER_DRAG);
     const bool everywhere = app->hand == VIEWER_WORK && app->modifiers & VIEWER_CTRL;
+    const bool without_texture = in_chunks(app) && scene->chunk_generation != app->model.chunk_generation; /* not made yet */
     float middle[3];
     for (int a = 0; a < 3; ++a) {
         middle[a] = 0.5f * (app->model.lower[a] + app->model.upper[a]);
     }
     struct viewer_paint paint = {.base = clay,
-                                 .painting = app->view != VIEWER_TEXTURE ? 0 : app->model.colors < 0 ? 1 : 2,
+                                 .painting = app->view != VIEWER_TEXTURE || without_texture ? 0 : app->model.colors < 0 ? 1 : 2,
                                  .edges = app->view == VIEWER_SPRINGLS,
                                  .wires = app->view == VIEWER_WIREFRAME,
                                  .middle = middle,

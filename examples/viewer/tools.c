@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A brush in voxels and its effect in a step of duration 1, for force callbacks. */
+/* A brush in voxels of the lattice and its effect in a step of duration 1, for force callbacks. */
 struct stroke {
     float center[3], radius;
     float displacement[3];    /* drag */
@@ -23,11 +23,23 @@ static float fading(const float from_center[3], float radius)
     return q > 0.0f ? q * q : 0.0f;
 }
 
+/* Adds the place of the grid on the lattice to voxel coordinates, or takes it away: forces are on the lattice, which stays where
+ * it is when the grid moves (springls_desc.follow). */
+static void move_to_lattice(const struct viewer_model *model, float sign, float *points, size_t count)
+{
+    int offset[3];
+    springls_window_offset(model->ctx, offset);
+    for (size_t i = 0; i < 3 * count; ++i) {
+        points[i] += sign * (float)offset[i % 3];
+    }
+}
+
 static struct stroke in_voxels(const struct viewer_model *model, const struct viewer_brush *brush)
 {
     struct stroke stroke = {.everywhere = !brush};
     if (brush) {
         springls_to_voxel(model->ctx, brush->center, 1, stroke.center);
+        move_to_lattice(model, 1.0f, stroke.center, 1);
         stroke.radius = brush->radius / model->voxel;
     }
     return stroke;
@@ -78,8 +90,11 @@ bool viewer_drag(struct viewer_model *model, struct viewer_brush *brush, const f
     for (int a = 0; a < 3; ++a) {
         stroke.displacement[a] = displacement[a] / model->voxel;
     }
+    if (!viewer_model_finish(model)) {
+        return false;
+    }
     springls_set_time(model->ctx, 0.0);
-    if (!viewer_model_step(model, &forces)) {
+    if (!viewer_model_step(model, &forces, sizeof stroke, NULL)) {
         return false;
     }
     vec3_add_scaled(brush->center, 1.0f, displacement, brush->center);
@@ -112,7 +127,7 @@ bool viewer_inflate(struct viewer_model *model, const struct viewer_brush *brush
     struct stroke stroke = in_voxels(model, brush);
     const springls_forces forces = {.pressure = brush_pressure, .user = &stroke};
     stroke.amount = distance / model->voxel;
-    return viewer_model_step(model, &forces);
+    return viewer_model_step(model, &forces, sizeof stroke, NULL);
 }
 
 /* ---- smoothing ---- */
@@ -139,6 +154,7 @@ static bool read_distances(struct viewer_model *model, const int lo[3], const in
             }
         }
     }
+    move_to_lattice(model, -1.0f, points, n);
     springls_to_world(model->ctx, points, (int)n, points);
     return viewer_model_check(model, springls_sample_distance(model->ctx, points, (int)n, phi));
 }
@@ -169,17 +185,20 @@ static bool smooth_in_brush(struct viewer_model *model, struct stroke *stroke)
     voxels_of(stroke, lo, size);
     const size_t inner = (size_t)size[0] * (size_t)size[1] * (size_t)size[2];
     const size_t outer = (size_t)(size[0] + 2) * (size_t)(size[1] + 2) * (size_t)(size[2] + 2);
-    float *room = calloc(4 * outer + inner, sizeof *room);
-    bool good = room ? read_distances(model, lo, size, room + outer, room) : viewer_model_check(model, SPRINGLS_OUT_OF_MEMORY);
+    float *room = calloc(4 * outer, sizeof *room), *pressure = malloc(inner * sizeof *pressure);
+    bool good = room && pressure ? viewer_model_finish(model) && read_distances(model, lo, size, room + outer, room)
+                                 : viewer_model_check(model, SPRINGLS_OUT_OF_MEMORY);
     if (good) {
-        fill_pressure(stroke, lo, size, model->voxel, room, room + 4 * outer);
-        forces.pressure_grid.data = room + 4 * outer;
+        fill_pressure(stroke, lo, size, model->voxel, room, pressure);
+        forces.pressure_grid.data = pressure;
         forces.pressure_grid.grid = model->desc.grid;
         for (int a = 0; a < 3; ++a) {
             forces.pressure_grid.grid.size[a] = size[a];
             forces.pressure_grid.grid.origin[a] += model->desc.grid.spacing[a] * lo[a];
         }
-        good = viewer_model_step(model, &forces);
+        good = viewer_model_step(model, &forces, 0, pressure);
+    } else {
+        free(pressure);
     }
     free(room);
     return good;
@@ -190,5 +209,5 @@ bool viewer_smooth(struct viewer_model *model, const struct viewer_brush *brush,
     struct stroke stroke = in_voxels(model, brush);
     const springls_forces everywhere_forces = {.curvature_weight = MAX_SMOOTHING * amount};
     stroke.amount = MAX_SMOOTHING * amount;
-    return brush ? smooth_in_brush(model, &stroke) : viewer_model_step(model, &everywhere_forces);
+    return brush ? smooth_in_brush(model, &stroke) : viewer_model_step(model, &everywhere_forces, 0, NULL);
 }

@@ -1,4 +1,5 @@
-/* tools.h - the modeling tools, each call one step, by rays and brushes; they need no window and no pointer.
+/* tools.h - the modeling tools, each call one step, by rays and brushes; they need no window and no pointer. With a budget the
+ * step goes on in viewer_model_continue.
  *
  * A brush is a ball. Its effect fades smoothly from its center to its rim: w(x) = (1 - |x - c|^2 / R^2)^2. */
 #ifndef EXAMPLES_VIEWER_TOOLS_H

@@ -135,6 +135,7 @@ bool viewer_window_loop(struct viewer_window *window)
 {
     double before = elapsed_seconds();
     window->scene.show_times = true;
+    window->app->budget = VIEWER_BUDGET;
     while (!window->app->quit && !glfwWindowShouldClose(window->handle)) {
         if (viewer_app_busy(window->app)) {
             glfwPollEvents();

@@ -74,16 +74,6 @@ static bool play_strokes(const char *script)
     return begin(STROKES_GRID, 480, 360) && viewer_script_run(script, &app, NULL, NULL, app.message);
 }
 
-/* No mesh files: they would bring a library along. */
-bool mesh_read(const char *path, struct mesh *mesh, char error[MESH_TEXT])
-{
-    memset(mesh, 0, sizeof *mesh);
-    snprintf(error, MESH_TEXT, "%.200s: the page reads no files", path);
-    return false;
-}
-
-void mesh_free(struct mesh *mesh) { (void)mesh; }
-
 bool mesh_write_ply(const char *path, const struct mesh_ply *ply, char error[MESH_TEXT])
 {
     (void)ply;
@@ -146,6 +136,7 @@ EMSCRIPTEN_KEEPALIVE bool web_frame(double seconds, double pixels)
     if (flow_part < FLOW_PARTS) {
         flow_on();
     } else {
+        app.budget = VIEWER_BUDGET;
         viewer_app_work(&app, seconds < 0.1 ? seconds : 0.1);
     }
     if (shown != app.looks) {
@@ -164,12 +155,21 @@ EMSCRIPTEN_KEEPALIVE int web_view(void) { return (int)app.view; }
 EMSCRIPTEN_KEEPALIVE int web_count(void) { return springls_count(app.model.ctx); }
 EMSCRIPTEN_KEEPALIVE const char *web_message(void) { return app.message; }
 
-EMSCRIPTEN_KEEPALIVE void web_key(int key, int modifiers)
+EMSCRIPTEN_KEEPALIVE void web_key(int key, int modifiers) { viewer_app_key(&app, key, modifiers); }
+
+/* Shows the wireframe, or the surface again. */
+EMSCRIPTEN_KEEPALIVE void web_wires(void)
 {
-    viewer_app_key(&app, key, modifiers);
-    if (app.view == VIEWER_WIREFRAME) {
-        viewer_app_key(&app, key, modifiers);
-    }
+    app.view = app.view == VIEWER_WIREFRAME ? VIEWER_SURFACE : VIEWER_WIREFRAME;
+    ++app.looks;
+}
+
+/* Opens a mesh file; in the tool merge it is the second body. */
+EMSCRIPTEN_KEEPALIVE void web_drop(const char *path)
+{
+    flow_part = FLOW_PARTS;
+    app.message[0] = '\0';
+    viewer_app_drop(&app, path);
 }
 
 EMSCRIPTEN_KEEPALIVE const char *web_hash(void)

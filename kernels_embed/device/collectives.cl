@@ -36,7 +36,7 @@ SPRINGLS__MATHS void springls__scan_chunk_element(const springls__model *model, 
     model->work.sums[i] = sum;
 }
 
-/* Replaces the sum of each chunk by that of the chunks before it; writes the sum of all to counts[0]. */
+/* Replaces the sum of each chunk by that of the chunks before it; writes the sum of all to counts[args.chunk.place]. */
 SPRINGLS__MATHS void springls__scan_sums_element(const springls__model *model, springls__arguments args, int i)
 {
     uint sum = 0, one;
@@ -46,7 +46,7 @@ SPRINGLS__MATHS void springls__scan_sums_element(const springls__model *model, s
         model->work.sums[k] = sum;
         sum += one;
     }
-    model->work.counts[i] = sum;
+    model->work.counts[args.chunk.place + i] = sum;
 }
 
 /* Replaces each number of chunk i by the sum of those before it. */
@@ -97,8 +97,8 @@ SPRINGLS__MATHS void springls__largest_sums_element(const springls__model *model
         largest = springls__max(largest, ((__global const float *)model->work.sums)[2 * k]);
         more += model->work.sums[2 * k + 1];
     }
-    ((__global float *)model->work.counts)[i] = largest;
-    model->work.counts[i + 1] = more;
+    ((__global float *)model->work.counts)[args.chunk.place + i] = largest;
+    model->work.counts[args.chunk.place + i + 1] = more;
 }
 
 SPRINGLS__MATHS void springls__counts_clear_element(const springls__model *model, springls__arguments args, int i)
@@ -187,14 +187,19 @@ SPRINGLS__MATHS void springls__large_scatter_element(const springls__model *mode
 
 /* ---- bricks come and go: those flagged become the active ones (springls__cl_bricks) ---- */
 
+/* Flags the bricks that are active, or none; nothing is counted yet of those that the top table has no room for. */
 SPRINGLS__MATHS void springls__bricks_begin_element(const springls__model *model, springls__arguments args, int i)
 {
+    if (i == 0) model->work.counts[3] = 0u;
     model->work.brick_flag[i] = args.brick_flag.keep && model->grid.top[i] >= SPRINGLS__FIRST_SLOT ? 1u : 0u;
 }
 
-SPRINGLS__MATHS void springls__mark(const springls__model *model, int brick)
+/* Flags a brick; counts it in counts[3] when the top table does not have it. */
+SPRINGLS__MATHS void springls__mark(const springls__model *model, const int origin[3])
 {
-    atomic_or((volatile __global uint *)(model->work.brick_flag + brick), 1u);
+    const springls__grid *g = &model->grid;
+    if (!springls__table_contains(g, origin[0], origin[1], origin[2])) SPRINGLS__NEXT(model->work.counts + 3);
+    else atomic_or((volatile __global uint *)(model->work.brick_flag + springls__entry_at(g, origin[0], origin[1], origin[2])), 1u);
 }
 
 /* Marks bricks around the one at `origin`. */
@@ -203,7 +208,7 @@ SPRINGLS__MATHS void springls__mark_around(const springls__model *model, const i
     int d, at[3];
     for (d = 0; d < 27 && mask; d++)
         if ((mask >> d & 1u) && springls__brick_around(&model->grid, origin, d, at))
-            springls__mark(model, springls__brick_at(&model->grid, at[0], at[1], at[2]));
+            springls__mark(model, at);
 }
 
 /* Marks the brick that particle i has come to. */
@@ -213,7 +218,7 @@ SPRINGLS__MATHS void springls__mark_missing_element(const springls__model *model
     (void)args;
     if (model->cells.key[i] != SPRINGLS__MISSING_KEY) return;
     springls__origin_of_place(&model->grid, model->set.s[i].p, origin);
-    springls__mark(model, springls__brick_at(&model->grid, origin[0], origin[1], origin[2]));
+    springls__mark(model, origin);
 }
 
 SPRINGLS__MATHS void springls__mark_cover_element(const springls__model *model, springls__arguments args, int i)
@@ -236,13 +241,31 @@ SPRINGLS__MATHS void springls__mark_band_element(const springls__model *model, s
 /* Marks the bricks within the band of springl i. */
 SPRINGLS__MATHS void springls__mark_near_element(const springls__model *model, springls__arguments args, int i)
 {
-    springls__brick_walk walk = springls__brick_walk_begin(&model->grid, model->set.s[i], model->params.band_half_width + 1.0f);
-    int brick;
+    springls__v3 lower, upper;
+    int lo[3], hi[3], at[3];
     (void)args;
-    while ((brick = springls__brick_walk_next(&model->grid, &walk)) >= 0) springls__mark(model, brick);
+    springls__box_around(model->set.s[i], model->params.band_half_width + 1.0f, &lower, &upper);
+    springls__origin_of_place(&model->grid, lower, lo);
+    springls__origin_of_place(&model->grid, upper, hi);
+    for (at[2] = lo[2]; at[2] <= hi[2]; at[2] += SPRINGLS__BRICK)
+        for (at[1] = lo[1]; at[1] <= hi[1]; at[1] += SPRINGLS__BRICK)
+            for (at[0] = lo[0]; at[0] <= hi[0]; at[0] += SPRINGLS__BRICK) springls__mark(model, at);
 }
 
-/* Counts, in chunk i of the top table, the bricks to drop, those to add and those that are active then: three sums a chunk. */
+/* Returns whether the brick of an entry is at an end of the top table that is none of the domain. */
+SPRINGLS__MATHS bool springls__at_table_end(const springls__grid *g, int entry)
+{
+    int origin[3], axis;
+    bool at_end = false;
+    springls__entry_origin(g, entry, origin);
+    for (axis = 0; axis < 3; axis++)
+        at_end = at_end || (origin[axis] == g->table.lower[axis] && origin[axis] > 0)
+                 || (origin[axis] + SPRINGLS__BRICK >= g->table.upper[axis] && g->table.upper[axis] < g->size[axis]);
+    return at_end;
+}
+
+/* Counts, in chunk i of the top table, the bricks to drop, those to add and those that are active then: three sums a chunk. Counts
+   those to add at an end of the table in counts[3]. */
 SPRINGLS__MATHS void springls__bricks_count_element(const springls__model *model, springls__arguments args, int i)
 {
     uint dropped = 0, added = 0, active = 0;
@@ -252,6 +275,7 @@ SPRINGLS__MATHS void springls__bricks_count_element(const springls__model *model
         dropped += there && !wanted ? 1u : 0u;
         added += wanted && !there ? 1u : 0u;
         active += wanted ? 1u : 0u;
+        if (wanted && !there && springls__at_table_end(&model->grid, b)) SPRINGLS__NEXT(model->work.counts + 3);
     }
     model->work.sums[3 * i] = dropped;
     model->work.sums[3 * i + 1] = added;

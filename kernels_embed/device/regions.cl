@@ -9,8 +9,8 @@ typedef struct springls__regions {
     const springls__model *model;
     __global int *label;
     __global int *votes; /* of a root: voxels around its region that are outside less those inside (in the memory of phi_next) */
-    int voxels;          /* numbers of voxels; bricks have those from here on                                                  */
-    int rows;            /* of eight voxels, in all active bricks: elements are these rows and then the bricks of the top table */
+    int voxels;          /* numbers of voxels; entries of the top table have those from here on                                */
+    int rows;            /* of eight voxels, in all active bricks: elements are these rows and then the entries of the table */   
 } springls__regions;
 
 SPRINGLS__MATHS springls__regions springls__regions_of(const springls__model *model)
@@ -34,9 +34,9 @@ SPRINGLS__MATHS int springls__row_at(const springls__grid *g, int row, int at[3]
     return slot * SPRINGLS__BRICK_VOXELS + row % SPRINGLS__ROWS * 8;
 }
 
-SPRINGLS__MATHS bool springls__open_brick(const springls__model *model, int brick)
+SPRINGLS__MATHS bool springls__open_brick(const springls__model *model, int entry)
 {
-    return model->grid.top[brick] < SPRINGLS__FIRST_SLOT && springls__brick_state(model)[brick] == SPRINGLS__OPEN;
+    return model->grid.top[entry] < SPRINGLS__FIRST_SLOT && springls__brick_state(model)[entry] == SPRINGLS__OPEN;
 }
 
 /* ---- begin: every node has its own label, but neighbours along a row share one ---- */
@@ -87,24 +87,24 @@ SPRINGLS__MATHS void springls__region_unite(__global int *label, int a, int b)
 SPRINGLS__MATHS int springls__region_node(const springls__regions *r, int x, int y, int z)
 {
     const springls__grid *g = &r->model->grid;
-    int brick, v;
-    if (!springls__grid_contains(g, x, y, z)) return -1;
-    brick = springls__brick_at(g, x, y, z);
-    if (g->top[brick] < SPRINGLS__FIRST_SLOT) return springls__open_brick(r->model, brick) ? r->voxels + brick : -1;
-    v = g->top[brick] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
+    int entry, v;
+    if (!springls__table_contains(g, x, y, z)) return -1;
+    entry = springls__entry_at(g, x, y, z);
+    if (g->top[entry] < SPRINGLS__FIRST_SLOT) return springls__open_brick(r->model, entry) ? r->voxels + entry : -1;
+    v = g->top[entry] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
     return springls__in_region(r->model, (size_t)v) ? v : -1;
 }
 
 /* Joins an open constant brick with those before it along each axis. */
-SPRINGLS__MATHS void springls__join_brick(const springls__regions *r, int brick)
+SPRINGLS__MATHS void springls__join_brick(const springls__regions *r, int entry)
 {
-    const springls__grid *g = &r->model->grid;
-    int axis, stride = 1, node = r->voxels + brick;
-    if (!springls__open_brick(r->model, brick)) return;
+    const springls__table *t = &r->model->grid.table;
+    int axis, stride = 1, node = r->voxels + entry;
+    if (!springls__open_brick(r->model, entry)) return;
     for (axis = 0; axis < 3; axis++) {
-        bool first = brick / stride % g->bricks[axis] == 0;
-        if (!first && springls__open_brick(r->model, brick - stride)) springls__region_unite(r->label, node, node - stride);
-        stride *= g->bricks[axis];
+        bool first = entry / stride % t->bricks[axis] == 0;
+        if (!first && springls__open_brick(r->model, entry - stride)) springls__region_unite(r->label, node, node - stride);
+        stride *= t->bricks[axis];
     }
 }
 
@@ -144,7 +144,7 @@ SPRINGLS__MATHS int springls__vote_at(const springls__model *model, int x, int y
 {
     const springls__grid *g = &model->grid;
     int slot;
-    if (!springls__grid_contains(g, x, y, z)) return 0;
+    if (!springls__table_contains(g, x, y, z)) return 0;
     slot = springls__slot_at(g, x, y, z);
     if (slot < SPRINGLS__FIRST_SLOT) return 0;
     return springls__vote_of_voxel(model, (size_t)slot * SPRINGLS__BRICK_VOXELS + (size_t)springls__voxel_in_brick(x, y, z));
@@ -156,17 +156,17 @@ SPRINGLS__MATHS void springls__add_votes(const springls__regions *r, int root, i
     if (root >= 0 && root < r->voxels && votes != 0) atomic_add(&r->votes[root], votes);
 }
 
-SPRINGLS__MATHS void springls__vote_of_brick(const springls__regions *r, int brick)
+SPRINGLS__MATHS void springls__vote_of_brick(const springls__regions *r, int entry)
 {
     int at[3], to[3], d, k, votes = 0;
-    if (!springls__open_brick(r->model, brick)) return;
-    springls__brick_origin(&r->model->grid, brick, at);
+    if (!springls__open_brick(r->model, entry)) return;
+    springls__entry_origin(&r->model->grid, entry, at);
     for (d = 0; d < 6; d++)
         for (k = 0; k < 64; k++) {
             springls__voxel_at_face(at, 8, d, k % 8, k / 8, to);
             votes += springls__vote_at(r->model, to[0], to[1], to[2]);
         }
-    springls__add_votes(r, springls__region_root(r->label, r->voxels + brick), votes);
+    springls__add_votes(r, springls__region_root(r->label, r->voxels + entry), votes);
 }
 
 /* Adds up a row run by run of members: they have one root. */

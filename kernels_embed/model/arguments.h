@@ -61,8 +61,8 @@ typedef struct springls__grow_arguments { int block; } springls__grow_arguments;
 typedef struct springls__surface_arguments { int triangles; } springls__surface_arguments;
 
 /* Collectives over chunks of an array: `size` elements each, `count` in all, `chunks` of them. value: the byte to count; limit:
-   floats above it are counted. */
-typedef struct springls__chunk_arguments { int array, size, count, chunks, value; float limit; } springls__chunk_arguments;
+   floats above it are counted; place: in counts, of the result. */
+typedef struct springls__chunk_arguments { int array, size, count, chunks, value, place; float limit; } springls__chunk_arguments;
 
 /* bricks_begin. keep: 1 flags the bricks that are active. */
 typedef struct springls__brick_flag_arguments { int keep; } springls__brick_flag_arguments;

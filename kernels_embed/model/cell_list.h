@@ -29,15 +29,11 @@ SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__mo
     const springls__grid *g = &model->grid;
     walk.g = g;
     walk.cells = &model->cells;
-    walk.lo[0] = springls__cell_coordinate(lower.x, g->size[0]) & -SPRINGLS__CELL;
-    walk.lo[1] = springls__cell_coordinate(lower.y, g->size[1]) & -SPRINGLS__CELL;
-    walk.lo[2] = springls__cell_coordinate(lower.z, g->size[2]) & -SPRINGLS__CELL;
-    walk.hi[0] = springls__cell_coordinate(upper.x, g->size[0]);
-    walk.hi[1] = springls__cell_coordinate(upper.y, g->size[1]);
-    walk.hi[2] = springls__cell_coordinate(upper.z, g->size[2]);
-    walk.x = walk.lo[0];
-    walk.y = walk.lo[1];
-    walk.z = walk.lo[2];
+    springls__voxel_of_place(g, lower, walk.lo);
+    springls__voxel_of_place(g, upper, walk.hi);
+    walk.x = walk.lo[0] &= -SPRINGLS__CELL;
+    walk.y = walk.lo[1] &= -SPRINGLS__CELL;
+    walk.z = walk.lo[2] &= -SPRINGLS__CELL;
     walk.slot = walk.first = walk.last = 0;
     walk.ids = model->cells.ids;
     walk.next = walk.end = 0;
@@ -112,10 +108,12 @@ SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, sp
     const float largest = 2.5f; /* voxels: twice the bounding radius of a springl about to be split */
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
-    int x = springls__cell_coordinate(s->p.x, g->size[0]), y = springls__cell_coordinate(s->p.y, g->size[1]);
-    int z = springls__cell_coordinate(s->p.z, g->size[2]), slot = springls__slot_at(g, x, y, z);
-    uint32_t key = (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(x, y, z) + 1u;
+    int at[3], slot;
+    uint32_t key;
     (void)args;
+    springls__voxel_of_place(g, s->p, at);
+    slot = springls__slot_at(g, at[0], at[1], at[2]);
+    key = (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(at[0], at[1], at[2]) + 1u;
     if (s->bounding_radius > largest) key = SPRINGLS__LARGE_KEY;
     model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : key;
 }
@@ -152,9 +150,9 @@ SPRINGLS__MATHS void springls__count_in_brick_lists(const springls__model *model
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const uint32_t *rank = springls__brick_rank(model);
     springls__brick_walk walk = springls__brick_walk_begin(g, model->set.s[i], margin);
-    int brick;
-    while ((brick = springls__brick_walk_next(g, &walk)) >= 0)
-        if (g->top[brick] >= SPRINGLS__FIRST_SLOT) SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[brick]] + 1);
+    int entry;
+    while ((entry = springls__brick_walk_next(g, &walk)) >= 0)
+        if (g->top[entry] >= SPRINGLS__FIRST_SLOT) SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[entry]] + 1);
 }
 
 /* Puts springl i into the lists that springls__count_in_brick_lists has counted it for; entry r + 1 moves on to where the list
@@ -164,10 +162,10 @@ SPRINGLS__MATHS void springls__put_in_brick_lists(const springls__model *model, 
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const uint32_t *rank = springls__brick_rank(model);
     springls__brick_walk walk = springls__brick_walk_begin(g, model->set.s[i], margin);
-    int brick;
-    while ((brick = springls__brick_walk_next(g, &walk)) >= 0)
-        if (g->top[brick] >= SPRINGLS__FIRST_SLOT)
-            model->cells.brick_list_ids[SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[brick]] + 1)] = (uint32_t)i;
+    int entry;
+    while ((entry = springls__brick_walk_next(g, &walk)) >= 0)
+        if (g->top[entry] >= SPRINGLS__FIRST_SLOT)
+            model->cells.brick_list_ids[SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[entry]] + 1)] = (uint32_t)i;
 }
 
 /* Finds the bricks that the particles of a brick are within one cell of, given its cells: a mask as springls__brick_around

@@ -98,7 +98,7 @@ SPRINGLS__MATHS float springls__error_at_birth(const springls__model *model, spr
     sums = springls__sum_residuals(model, &span, known);
     for (i = 0; i < SPRINGLS__FIT_TERMS; i++) unit[i] = i == 0 ? 1.0f : 0.0f;
     springls__fit_substitute(span.solution.l, span.solution.terms, unit);
-    spare = springls__imax(span.fit.count - span.solution.terms, 1);
+    spare = springls__imax((int)span.fit.count - span.solution.terms, 1);
     variance = standard_errors * standard_errors * unit[0] / (float)spare;
     thinner = SPRINGLS__FIT_RADIUS / (span.original_length[0] * span.original_length[1]);
     height = span.solution.x[0][0] * thinner;

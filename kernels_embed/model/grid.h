@@ -9,22 +9,52 @@
 
 SPRINGLS__MATHS int springls__voxel_in_brick(int x, int y, int z) { return (x & 7) + 8 * (y & 7) + 64 * (z & 7); }
 
+/* Returns the brick of a voxel of the domain. */
 SPRINGLS__MATHS int springls__brick_at(const springls__grid *g, int x, int y, int z)
 {
     return (x >> 3) + g->bricks[0] * ((y >> 3) + g->bricks[1] * (z >> 3));
 }
 
+/* Returns the entry of a voxel that the top table has. */
+SPRINGLS__MATHS int springls__entry_at(const springls__grid *g, int x, int y, int z)
+{
+    return (x >> 3) + g->table.bricks[0] * ((y >> 3) + g->table.bricks[1] * (z >> 3)) - g->table.first;
+}
+
+/* Returns the slot of a voxel that the top table has. */
 SPRINGLS__MATHS int springls__slot_at(const springls__grid *g, int x, int y, int z)
 {
-    return g->top[springls__brick_at(g, x, y, z)];
+    return g->top[springls__entry_at(g, x, y, z)];
 }
 
-SPRINGLS__MATHS int springls__cell_coordinate(float x, int size)
+/* Returns whether the top table has a voxel. */
+SPRINGLS__MATHS bool springls__table_contains(const springls__grid *g, int x, int y, int z)
 {
-    return springls__iclamp((int)springls__floor(springls__clamp(x, 0.0f, (float)size)), 0, size - 1);
+    const springls__table *t = &g->table;
+    return x >= t->lower[0] && y >= t->lower[1] && z >= t->lower[2] && x < t->upper[0] && y < t->upper[1] && z < t->upper[2];
 }
 
-/* Finds the place of a brick in the top table, counted in bricks. */
+/* Returns the slot of any voxel of the domain. */
+SPRINGLS__MATHS int springls__slot_of_voxel(const springls__grid *g, int x, int y, int z)
+{
+    return springls__table_contains(g, x, y, z) ? springls__slot_at(g, x, y, z) : SPRINGLS__OUTSIDE;
+}
+
+/* Returns the voxel along an axis that x lies in, the nearest one of [lower, upper). */
+SPRINGLS__MATHS int springls__cell_coordinate(float x, int lower, int upper)
+{
+    return springls__iclamp((int)springls__floor(springls__clamp(x, (float)lower, (float)upper)), lower, upper - 1);
+}
+
+/* Finds the voxel that x lies in, the nearest one of those that the top table has. */
+SPRINGLS__MATHS void springls__voxel_of_place(const springls__grid *g, springls__v3 x, int voxel[3])
+{
+    voxel[0] = springls__cell_coordinate(x.x, g->table.lower[0], g->table.upper[0]);
+    voxel[1] = springls__cell_coordinate(x.y, g->table.lower[1], g->table.upper[1]);
+    voxel[2] = springls__cell_coordinate(x.z, g->table.lower[2], g->table.upper[2]);
+}
+
+/* Finds the place of a brick in the domain, counted in bricks. */
 SPRINGLS__MATHS void springls__brick_place(const springls__grid *g, int brick, int place[3])
 {
     place[0] = brick % g->bricks[0];
@@ -32,12 +62,45 @@ SPRINGLS__MATHS void springls__brick_place(const springls__grid *g, int brick, i
     place[2] = brick / (g->bricks[0] * g->bricks[1]);
 }
 
-/* Finds the first voxel of a brick of the top table. */
+/* Finds the first voxel of a brick. */
 SPRINGLS__MATHS void springls__brick_origin(const springls__grid *g, int brick, int origin[3])
 {
     int axis;
     springls__brick_place(g, brick, origin);
     for (axis = 0; axis < 3; axis++) origin[axis] *= SPRINGLS__BRICK;
+}
+
+/* Finds the first voxel of the brick of an entry of the top table. */
+SPRINGLS__MATHS void springls__entry_origin(const springls__grid *g, int entry, int origin[3])
+{
+    const springls__table *t = &g->table;
+    origin[0] = t->lower[0] + SPRINGLS__BRICK * (entry % t->bricks[0]);
+    origin[1] = t->lower[1] + SPRINGLS__BRICK * (entry / t->bricks[0] % t->bricks[1]);
+    origin[2] = t->lower[2] + SPRINGLS__BRICK * (entry / (t->bricks[0] * t->bricks[1]));
+}
+
+/* Returns the brick of an entry. Bricks ascend as entries do. */
+SPRINGLS__MATHS int springls__brick_of_entry(const springls__grid *g, int entry)
+{
+    int origin[3];
+    springls__entry_origin(g, entry, origin);
+    return springls__brick_at(g, origin[0], origin[1], origin[2]);
+}
+
+/* Returns the entry of a brick; -1: the top table does not have it. */
+SPRINGLS__MATHS int springls__entry_of_brick(const springls__grid *g, int brick)
+{
+    int origin[3];
+    springls__brick_origin(g, brick, origin);
+    if (!springls__table_contains(g, origin[0], origin[1], origin[2])) return -1;
+    return springls__entry_at(g, origin[0], origin[1], origin[2]);
+}
+
+/* Returns the slot of any brick of the domain. */
+SPRINGLS__MATHS int springls__slot_of_brick(const springls__grid *g, int brick)
+{
+    int entry = springls__entry_of_brick(g, brick);
+    return entry < 0 ? SPRINGLS__OUTSIDE : g->top[entry];
 }
 
 SPRINGLS__MATHS void springls__slot_origin(const springls__grid *g, int slot, int origin[3])
@@ -48,9 +111,9 @@ SPRINGLS__MATHS void springls__slot_origin(const springls__grid *g, int slot, in
 /* Finds the first voxel of the brick that x lies in, in voxels; places outside the domain are in the nearest brick. */
 SPRINGLS__MATHS void springls__origin_of_place(const springls__grid *g, springls__v3 x, int origin[3])
 {
-    origin[0] = springls__cell_coordinate(x.x, g->size[0]) & ~7;
-    origin[1] = springls__cell_coordinate(x.y, g->size[1]) & ~7;
-    origin[2] = springls__cell_coordinate(x.z, g->size[2]) & ~7;
+    origin[0] = springls__cell_coordinate(x.x, 0, g->size[0]) & ~7;
+    origin[1] = springls__cell_coordinate(x.y, 0, g->size[1]) & ~7;
+    origin[2] = springls__cell_coordinate(x.z, 0, g->size[2]) & ~7;
 }
 
 /* Returns the bricks next to a row of voxels (or cells) along x, given the faces of its own brick that it touches, as a mask: bit
@@ -63,7 +126,7 @@ SPRINGLS__MATHS uint32_t springls__neighbor_mask_of_row(bool first_x, bool last_
     return xy << 9 | (first_z ? xy : 0u) | (last_z ? xy << 18 : 0u);
 }
 
-/* Returns the value at a voxel of the domain. */
+/* Returns the value at a voxel that the top table has. */
 SPRINGLS__MATHS float springls__grid_voxel(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int x, int y, int z)
 {
     return field[(size_t)springls__slot_at(g, x, y, z) * SPRINGLS__BRICK_VOXELS + (size_t)springls__voxel_in_brick(x, y, z)];
@@ -74,27 +137,37 @@ SPRINGLS__MATHS bool springls__grid_contains(const springls__grid *g, int x, int
     return x >= 0 && y >= 0 && z >= 0 && x < g->size[0] && y < g->size[1] && z < g->size[2];
 }
 
-/* Returns phi at any voxel, by the border rule beyond the domain. */
+/* Returns phi at any voxel, by the border rule beyond the domain. It holds beyond the top table too, where phi is far outside. */
 SPRINGLS__MATHS float springls__grid_phi(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)
 {
-    float v = springls__grid_voxel(g, phi, springls__iclamp(x, 0, g->size[0] - 1), springls__iclamp(y, 0, g->size[1] - 1),
-                                   springls__iclamp(z, 0, g->size[2] - 1));
-    return springls__grid_contains(g, x, y, z) ? v : springls__fabs(v);
+    const springls__table *t = &g->table;
+    float v = springls__grid_voxel(g, phi, springls__iclamp(x, t->lower[0], t->upper[0] - 1),
+                                   springls__iclamp(y, t->lower[1], t->upper[1] - 1),
+                                   springls__iclamp(z, t->lower[2], t->upper[2] - 1));
+    return springls__table_contains(g, x, y, z) ? v : springls__fabs(v);
 }
 
 /* Reads phi at the eight corners of the cube at any voxel (i, j, k), by the border rule beyond the domain. */
 SPRINGLS__MATHS void springls__grid_corners(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int i, int j, int k,
                                             float corner[8])
 {
+    const springls__table *t = &g->table;
     int c;
-    bool inner = springls__grid_contains(g, i, j, k) && springls__grid_contains(g, i + 1, j + 1, k + 1);
+    bool inner = i >= t->lower[0] && j >= t->lower[1] && k >= t->lower[2] && i + 1 < t->upper[0] && j + 1 < t->upper[1]
+                 && k + 1 < t->upper[2];
     if (inner && (i & 7) != 7 && (j & 7) != 7 && (k & 7) != 7) { /* all eight in one brick */
         SPRINGLS__GLOBAL const float *b = phi + (size_t)springls__slot_at(g, i, j, k) * SPRINGLS__BRICK_VOXELS
                                           + springls__voxel_in_brick(i, j, k);
         corner[0] = b[0];  corner[1] = b[1];  corner[2] = b[8];  corner[3] = b[9];
         corner[4] = b[64]; corner[5] = b[65]; corner[6] = b[72]; corner[7] = b[73];
     } else if (inner) {
-        for (c = 0; c < 8; c++) corner[c] = springls__grid_voxel(g, phi, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));
+        SPRINGLS__GLOBAL const int *top = g->top + springls__entry_at(g, i, j, k);
+        const int x = (i & 7) == 7, y = (j & 7) == 7 ? t->bricks[0] : 0, z = (k & 7) == 7 ? t->bricks[0] * t->bricks[1] : 0;
+        for (c = 0; c < 8; c++) {
+            size_t slot = (size_t)top[(c & 1 ? x : 0) + (c & 2 ? y : 0) + (c & 4 ? z : 0)];
+            corner[c] = phi[slot * SPRINGLS__BRICK_VOXELS
+                            + (size_t)springls__voxel_in_brick(i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2))];
+        }
     } else {
         for (c = 0; c < 8; c++) corner[c] = springls__grid_phi(g, phi, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));
     }
@@ -138,7 +211,8 @@ SPRINGLS__MATHS float springls__grid_sample_spline(const springls__grid *g, SPRI
     for (axis = 0; axis < 3; axis++) {
         float nearest = springls__floor(at[axis] + 0.5f), t = at[axis] - nearest;
         first[axis] = (int)nearest - 1;
-        one_brick = one_brick && first[axis] >= 0 && first[axis] + 2 < g->size[axis] && (first[axis] & 7) < 6;
+        one_brick = one_brick && first[axis] >= g->table.lower[axis] && first[axis] + 2 < g->table.upper[axis]
+                    && (first[axis] & 7) < 6;
         w[3 * axis] = 0.5f * (0.5f - t) * (0.5f - t);
         w[3 * axis + 2] = 0.5f * (0.5f + t) * (0.5f + t);
         w[3 * axis + 1] = 1.0f - w[3 * axis] - w[3 * axis + 2];
@@ -217,7 +291,7 @@ SPRINGLS__MATHS void springls__load_tile_row(const springls__grid *g, SPRINGLS__
         for (x = -margin; x < SPRINGLS__BRICK + margin; x++)
             *out++ = springls__grid_phi(g, field, origin[0] + x, origin[1] + y, origin[2] + z);
     } else {
-        SPRINGLS__GLOBAL const int *top = g->top + springls__brick_at(g, origin[0], origin[1] + y, origin[2] + z);
+        SPRINGLS__GLOBAL const int *top = g->top + springls__entry_at(g, origin[0], origin[1] + y, origin[2] + z);
         SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);
         SPRINGLS__GLOBAL const float *before = in + (size_t)top[-1] * SPRINGLS__BRICK_VOXELS + SPRINGLS__BRICK - margin;
         SPRINGLS__GLOBAL const float *behind = in + (size_t)top[1] * SPRINGLS__BRICK_VOXELS;
@@ -354,9 +428,16 @@ SPRINGLS__MATHS float springls__wide_tile_sample(const springls__wide_tile *tile
     return springls__trilinear(corner, x.x - i, x.y - j, x.z - k);
 }
 
+/* Returns how many bricks the domain has. */
 SPRINGLS__MATHS size_t springls__brick_count(const springls__grid *g)
 {
     return (size_t)g->bricks[0] * (size_t)g->bricks[1] * (size_t)g->bricks[2];
+}
+
+/* Returns how many entries the top table has. */
+SPRINGLS__MATHS size_t springls__entry_count(const springls__grid *g)
+{
+    return (size_t)g->table.bricks[0] * (size_t)g->table.bricks[1] * (size_t)g->table.bricks[2];
 }
 
 /* Finds the first voxel of one of the 27 bricks around (and including) the one at `origin`, d = 0..26, bits of the masks of
@@ -383,34 +464,44 @@ SPRINGLS__MATHS void springls__voxel_at_face(const int at[3], int size, int d, i
 /* A walk over the bricks that a springl comes near. */
 typedef struct springls__brick_walk { int lo[3], hi[3], at[3]; } springls__brick_walk;
 
-/* Begins at the bricks within `margin` voxels of the box around a triangle. */
-SPRINGLS__MATHS springls__brick_walk springls__brick_walk_begin(const springls__grid *g, springls__springl s, float margin)
+/* Finds the box within `margin` voxels of a triangle. */
+SPRINGLS__MATHS void springls__box_around(springls__springl s, float margin, springls__v3 *lower, springls__v3 *upper)
 {
-    springls__brick_walk walk;
-    springls__v3 lower = s.q[0], upper = s.q[0];
+    springls__v3 lo = s.q[0], hi = s.q[0];
     int m;
     for (m = 1; m < 3; m++) {
         springls__v3 q = s.q[m];
-        lower = springls__v3_make(springls__min(lower.x, q.x), springls__min(lower.y, q.y), springls__min(lower.z, q.z));
-        upper = springls__v3_make(springls__max(upper.x, q.x), springls__max(upper.y, q.y), springls__max(upper.z, q.z));
+        lo = springls__v3_make(springls__min(lo.x, q.x), springls__min(lo.y, q.y), springls__min(lo.z, q.z));
+        hi = springls__v3_make(springls__max(hi.x, q.x), springls__max(hi.y, q.y), springls__max(hi.z, q.z));
     }
-    springls__origin_of_place(g, springls__v3_make(lower.x - margin, lower.y - margin, lower.z - margin), walk.lo);
-    springls__origin_of_place(g, springls__v3_make(upper.x + margin, upper.y + margin, upper.z + margin), walk.hi);
-    for (m = 0; m < 3; m++) walk.at[m] = walk.lo[m];
+    *lower = springls__v3_make(lo.x - margin, lo.y - margin, lo.z - margin);
+    *upper = springls__v3_make(hi.x + margin, hi.y + margin, hi.z + margin);
+}
+
+/* Begins at the bricks of the top table within `margin` voxels of the box around a triangle. */
+SPRINGLS__MATHS springls__brick_walk springls__brick_walk_begin(const springls__grid *g, springls__springl s, float margin)
+{
+    springls__brick_walk walk;
+    springls__v3 lower, upper;
+    int m;
+    springls__box_around(s, margin, &lower, &upper);
+    springls__voxel_of_place(g, lower, walk.lo);
+    springls__voxel_of_place(g, upper, walk.hi);
+    for (m = 0; m < 3; m++) walk.at[m] = walk.lo[m] &= ~7;
     return walk;
 }
 
-/* Returns the next brick of the top table; -1 at the end. */
+/* Returns the entry of the next brick; -1 at the end. */
 SPRINGLS__MATHS int springls__brick_walk_next(const springls__grid *g, springls__brick_walk *walk)
 {
-    int brick = springls__brick_at(g, walk->at[0], walk->at[1], walk->at[2]), axis;
+    int entry = springls__entry_at(g, walk->at[0], walk->at[1], walk->at[2]), axis;
     if (walk->at[2] > walk->hi[2]) return -1;
     for (axis = 0; axis < 3; axis++) {
         walk->at[axis] += 8;
         if (walk->at[axis] <= walk->hi[axis] || axis == 2) break;
         walk->at[axis] = walk->lo[axis];
     }
-    return brick;
+    return entry;
 }
 
 /* ---- bricks come and go ---- */
@@ -419,7 +510,7 @@ SPRINGLS__MATHS int springls__brick_walk_next(const springls__grid *g, springls_
 SPRINGLS__MATHS void springls__drop_brick(const springls__grid *g, int slot, int place)
 {
     bool inside = g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
-    g->top[g->slot_brick[slot]] = inside ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
+    g->top[springls__entry_of_brick(g, g->slot_brick[slot])] = inside ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
     g->slot_brick[slot] = -1;
     g->awake[slot] = 0;
     g->free_slots[place] = slot;
@@ -431,12 +522,12 @@ SPRINGLS__MATHS int springls__slot_of_new(const springls__grid *g, int free_coun
     return n < free_count ? g->free_slots[free_count - 1 - n] : g->slot_count + n - free_count;
 }
 
-/* Makes a constant brick active; the slot's first voxel gets the constant. */
-SPRINGLS__MATHS void springls__add_brick(const springls__grid *g, int brick, int slot)
+/* Makes the constant brick of an entry active; the slot's first voxel gets the constant. */
+SPRINGLS__MATHS void springls__add_brick(const springls__grid *g, int entry, int slot)
 {
-    g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] = g->top[brick] == SPRINGLS__INSIDE ? -g->far_value : g->far_value;
-    g->slot_brick[slot] = brick;
-    g->top[brick] = slot;
+    g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] = g->top[entry] == SPRINGLS__INSIDE ? -g->far_value : g->far_value;
+    g->slot_brick[slot] = springls__brick_of_entry(g, entry);
+    g->top[entry] = slot;
 }
 
 SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__cells_of(const springls__grid *g, int slot)
@@ -453,8 +544,9 @@ SPRINGLS__MATHS void springls__clear_cells(SPRINGLS__GLOBAL uint32_t *cell)
 /* Returns the slot of the brick that a place lies in. */
 SPRINGLS__MATHS int springls__slot_of_place(const springls__grid *g, springls__v3 x)
 {
-    return springls__slot_at(g, springls__cell_coordinate(x.x, g->size[0]), springls__cell_coordinate(x.y, g->size[1]),
-                             springls__cell_coordinate(x.z, g->size[2]));
+    int voxel[3];
+    springls__voxel_of_place(g, x, voxel);
+    return springls__slot_at(g, voxel[0], voxel[1], voxel[2]);
 }
 
 /* Returns true when springl i is asleep, as its brick is: stages leave it as it is. */

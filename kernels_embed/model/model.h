@@ -48,7 +48,7 @@
     X(CELL, uint32_t, SPRINGLS__CELLS, grid, cell)  /* springls of cell c: cells.ids[cell[c]] .. cells.ids[cell[c + 1] - 1]   */
 
 /* Lists what a grid has. */
-#define SPRINGLS__GRID_ARRAYS(X) X(TOP, int, 1, grid, top) /* brick -> slot */ SPRINGLS__SLOT_ARRAYS(X)
+#define SPRINGLS__GRID_ARRAYS(X) X(TOP, int, 1, grid, top) /* entry of the top table -> slot */ SPRINGLS__SLOT_ARRAYS(X)
 
 /* Lists what is found for the springls when it is needed: one element a springl, then lists of their own length. */
 #define SPRINGLS__SEARCH_ARRAYS(X)                                                                                               \
@@ -122,8 +122,9 @@ typedef struct springls__record {
 #define SPRINGLS__RESHAPE 2
 #define SPRINGLS__UNDECIDED 3
 
-/* The sparse grid: bricks of 8x8x8 voxels in a pool of slots, found through a dense top table. Slots 0 and 1 are constant bricks,
-   far outside and far inside, so that every brick of the top table can be read without a test. */
+/* The sparse grid: bricks of 8x8x8 voxels in a pool of slots, found through a top table. Slots 0 and 1 are constant bricks, far
+   outside and far inside, so that every brick of the top table can be read without a test. Bricks are numbered through the whole
+   domain, x fastest; the top table has entries for a box of them only (top_table.h). */
 #define SPRINGLS__BRICK 8
 #define SPRINGLS__BRICK_VOXELS 512
 #define SPRINGLS__OUTSIDE 0
@@ -132,9 +133,18 @@ typedef struct springls__record {
 #define SPRINGLS__CELL 2   /* voxels: width of a cell of springls                          */
 #define SPRINGLS__CELLS 65 /* 64 cells a brick, and where the next brick begins          */
 
+/* The box of bricks that a top table has. All bricks beyond it are outside, and so are its outermost ones, except at the border of
+   the domain: reading beyond it is reading its nearest brick, and what is beside an active brick is in it. */
+typedef struct springls__table {
+    int lower[3], upper[3]; /* the first voxel, and the first one beyond, along each axis           */
+    int bricks[3];
+    int first;              /* what the entry of brick (0, 0, 0) of the domain would be, negated    */
+} springls__table;
+
 typedef struct springls__grid {
     int size[3];            /* voxels                                                                */
-    int bricks[3];          /* of the top table                                                      */
+    int bricks[3];          /* of the domain                                                         */
+    springls__table table;
     SPRINGLS__GRID_ARRAYS(SPRINGLS__ARRAY_MEMBER)
     int active_count, free_count, slot_count;
     float far_value;        /* |phi| in the constant bricks and the clamp everywhere                 */
@@ -316,6 +326,7 @@ SPRINGLS__MATHS void springls__displacement_element(const springls__model *model
 
 typedef struct springls__shape {
     int size[3], bricks[3];
+    springls__table table, reference_table;
 #define SPRINGLS__NUMBER_MEMBER(type, name, place) type name;
     SPRINGLS__MODEL_NUMBERS(SPRINGLS__NUMBER_MEMBER)
 #undef SPRINGLS__NUMBER_MEMBER
@@ -329,6 +340,8 @@ SPRINGLS__MATHS springls__shape springls__shape_of(const springls__model *model)
         shape.size[axis] = model->grid.size[axis];
         shape.bricks[axis] = model->grid.bricks[axis];
     }
+    shape.table = model->grid.table;
+    shape.reference_table = model->reference.table;
 #define SPRINGLS__READ_NUMBER(type, name, place) shape.name = model->place;
     SPRINGLS__MODEL_NUMBERS(SPRINGLS__READ_NUMBER)
 #undef SPRINGLS__READ_NUMBER
@@ -342,6 +355,8 @@ SPRINGLS__MATHS void springls__shape_set(springls__model *model, springls__shape
         model->grid.size[axis] = model->reference.size[axis] = shape.size[axis];
         model->grid.bricks[axis] = model->reference.bricks[axis] = shape.bricks[axis];
     }
+    model->grid.table = shape.table;
+    model->reference.table = shape.reference_table;
 #define SPRINGLS__WRITE_NUMBER(type, name, place) model->place = shape.name;
     SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)
 #undef SPRINGLS__WRITE_NUMBER

@@ -17,23 +17,31 @@ SPRINGLS__MATHS int springls__across_gap(springls__v3 d, springls__v3 n, springl
     return springls__dot(n, m) < SPRINGLS__FACING_AGAINST && springls__dot(d, n) > -touching && springls__dot(d, m) < touching;
 }
 
+/* Returns how far a triangle may be that could be nearer than the one at squared distance best2, or as near: more by all rounding
+   errors, at most `radius`. */
+SPRINGLS__MATHS float springls__nearest_limit(float best2, float radius)
+{
+    return springls__min(springls__sqrt(best2) + 1e-3f, radius);
+}
+
 /* Returns the springl whose triangle is closest to x, within `radius`, of those that do not face away from n (0: of all); -1 if
    there is none. */
 SPRINGLS__MATHS int springls__nearest_springl_facing(const springls__model *model, springls__v3 x, springls__v3 n, float radius)
 {
     springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
-    float best = radius * radius;
+    float best = radius * radius, limit = radius;
     int i, nearest = -1;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
         springls__tri_plan plan;
-        float d2, within = radius + s->bounding_radius;
+        float d2, within = limit + s->bounding_radius;
         if (springls__length2(springls__sub(s->p, x)) > within * within) continue;
         plan = springls__tri_plan_make(springls__springl_tri(*s));
         if (springls__dot(plan.n, n) < 0.0f) continue;
         d2 = springls__tri_distance2(&plan, x);
         if (d2 < best || (d2 == best && i < nearest)) {
             best = d2;
+            limit = springls__nearest_limit(best, radius);
             nearest = i;
         }
     }

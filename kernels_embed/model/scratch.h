@@ -46,12 +46,12 @@
     /* project */                                                                                                                \
     X(oriented_springls, struct springls__oriented, 0) /* in the order of the cells, then the large ones                      */ \
     X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where the side of some voxels is unknown             */ \
-    X(has_opposed, uint8_t, 2)                  /* of an active brick: 1 where springls face against each other               */ \
+    X(has_opposed, uint8_t, 2)                  /* of an active brick: 1 where springls face against each other, 2 asleep     */ \
     X(has_joint_candidates, uint8_t, 1)         /* of an active brick: 1 where voxels may join others                         */ \
     /* rebuild */                                                                                                                \
     X(band_mask, uint32_t, 0)                   /* of an active brick: the bricks around it that the band reaches             */ \
     /* unsigned_to_signed */                                                                                                     \
-    X(brick_state, uint8_t, 2)                  /* of a brick of the top table: OPEN, BLOCKED or BACKGROUND                   */ \
+    X(brick_state, uint8_t, 2)                  /* of an entry of the top table: OPEN, BLOCKED or BACKGROUND                  */ \
     X(has_grown, uint8_t, 1)                    /* of an active brick, or a line of bricks                                    */ \
     X(region_label, int, 1)                     /* on a device: see regions.cl                                                */ \
     /* the isosurface */                                                                                                         \
@@ -69,7 +69,6 @@
 /* Lists the roles that only host code uses. */
 #define SPRINGLS__HOST_ROLES(X)                                                                                                  \
     X(missing_bricks, int, 0)                   /* bricks to add for the cell list                                            */ \
-    X(bvh_items, struct springls__bvh_item, 7)                                                                                   \
     X(lane_memory, float, 6)                    /* of the lanes of advect and project (launch.h)                                */ \
     X(region_springls, int, 5)                  /* springls in the region of the forces                                       */ \
     /* rebuild, moving the band */                                                                                               \
@@ -77,7 +76,7 @@
     X(band_bricks, int, 2)                      /* bricks to add                                                              */ \
     X(band_rank, int, 3)                        /* of a slot: its place among the active ones                                 */ \
     /* input, combine, unsigned_to_signed: bricks to add */                                                                      \
-    X(brick_wanted, uint8_t, 1)                 /* of a brick of the top table                                                */ \
+    X(brick_wanted, uint8_t, 1)                 /* of an entry of the top table; of a brick of dense voxels                   */ \
     X(brick_list, int, 2)                       /* the bricks wanted                                                          */ \
     X(brick_centers, float, 1)                  /* the distance at the center of a brick                                      */ \
     X(region_members, int64_t, 1)               /* see springls__region                                                       */ \

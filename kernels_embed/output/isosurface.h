@@ -36,8 +36,8 @@ SPRINGLS__MATHS SPRINGLS__GLOBAL uint32_t *springls__triangles_of_rows(const spr
     return springls__row_triangles(model) + (size_t)i * SPRINGLS__CUBE_ROWS;
 }
 
-/* The cube that a vertex belongs to, its brick, and the edge that carries the vertex there. */
-typedef struct springls__vertex_owner { int cube[3], brick, edge; } springls__vertex_owner;
+/* The cube that a vertex belongs to, the entry of its brick, and the edge that carries the vertex there. */
+typedef struct springls__vertex_owner { int cube[3], entry, edge; } springls__vertex_owner;
 
 /* Finds the owner of the vertex on an edge of the cube whose corner 0 is voxel (x, y, z): of the four cubes around the edge the
    first in the brick of the lowest number. Cubes that begin before the domain belong to the bricks at its border. */
@@ -52,14 +52,14 @@ SPRINGLS__MATHS springls__vertex_owner springls__owner_of(const springls__grid *
     at_b = at[b] + (edge & 1);
     at_c = at[c] + (edge >> 1 & 1);
     owner.cube[axis] = at[axis];
-    owner.brick = -1;
+    owner.entry = -1;
     for (k = 3; k >= 0; k--) {
-        int brick;
+        int entry;
         at[b] = at_b - (k & 1);
         at[c] = at_c - (k >> 1);
-        brick = springls__brick_at(g, springls__imax(at[0], 0), springls__imax(at[1], 0), springls__imax(at[2], 0));
-        if ((owner.brick >= 0 && brick >= owner.brick) || g->top[brick] < SPRINGLS__FIRST_SLOT) continue;
-        owner.brick = brick;
+        entry = springls__entry_at(g, springls__imax(at[0], 0), springls__imax(at[1], 0), springls__imax(at[2], 0));
+        if ((owner.entry >= 0 && entry >= owner.entry) || g->top[entry] < SPRINGLS__FIRST_SLOT) continue;
+        owner.entry = entry;
         owner.edge = 4 * axis + k;
         owner.cube[b] = at[b];
         owner.cube[c] = at[c];
@@ -179,7 +179,7 @@ SPRINGLS__MATHS void springls__surface_count_element(const springls__model *mode
 SPRINGLS__MATHS int springls__vertex_elsewhere(const springls__model *model, int x, int y, int z, int edge)
 {
     springls__vertex_owner owner = springls__owner_of(&model->grid, x, y, z, edge);
-    int i = springls__surface_rank(model)[model->grid.top[owner.brick]], axis, k, other, number;
+    int i = springls__surface_rank(model)[model->grid.top[owner.entry]], axis, k, other, number;
     uint32_t seen = 0u;
     springls__cube cube;
     for (axis = 0; axis < 3; axis++) owner.cube[axis] -= springls__imax(owner.cube[axis], 0) & ~7;

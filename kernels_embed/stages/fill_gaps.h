@@ -129,7 +129,7 @@ SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *m
             a = fit.a;
         }
     }
-    model->set.s[n] = s;
+    model->set.s[n] = springls__springl_finished(s);
     model->set.a[n] = springls__project_on_original(model, a);
     model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);
     model->set.synced_position[n] = s.p;

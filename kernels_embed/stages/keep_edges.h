@@ -319,8 +319,8 @@ SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_s
     int i;
     for (i = 0; i < samples->count; i++)
         if (side_of[i] == side) springls__fit_add(&fit, samples->p[i], samples->n[i], samples->a[i]);
-    result = springls__fit_highest(fit);
-    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, n) < 0.7f) result.ok = 0;
+    result = springls__fit_highest(&fit);
+    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, n) < 0.7f) result.ok = false;
     return result;
 }
 
@@ -332,7 +332,7 @@ SPRINGLS__MATHS int springls__fit_sides(const springls__sample_set *samples, spr
     for (i = 0; i < samples->count; i++) side_of[i] = samples->id[i] == self ? -1 : springls__side_of(sides, samples->n[i]);
     for (side = 0; side < sides.count; side++) {
         fit[side] = springls__fit_side(samples, side_of, side, sides.normal[side], x, a0);
-        good += fit[side].ok != 0;
+        good += fit[side].ok;
     }
     return good;
 }
@@ -374,7 +374,7 @@ SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__sample_se
         float beyond;
         if (side == best || !fit[side].ok) continue;
         convex = springls__is_convex(sides.middle[best], sides.normal[best], sides.middle[side], sides.normal[side]);
-        if (!(kinds & (convex ? SPRINGLS__CONVEX : SPRINGLS__CONCAVE))) result.ok = 0;
+        if (!(kinds & (convex ? SPRINGLS__CONVEX : SPRINGLS__CONCAVE))) result.ok = false;
         beyond = springls__dot(springls__sub(result.point, fit[side].point), fit[side].normal);
         if ((beyond > 0.0f) == (convex != 0)) result.point = springls__mad(result.point, fit[side].normal, -beyond);
     }
@@ -395,7 +395,7 @@ SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, sprin
     sides = springls__sample_set_sides(&samples, SPRINGLS__NARROW, false);
     if (sides.count < 2) return false;
     *result = springls__side_at(&samples, sides, x, n, a0, -1, SPRINGLS__CONVEX | SPRINGLS__CONCAVE, 2);
-    return result->ok != 0;
+    return result->ok;
 }
 
 /* Returns the mean distance of x over one side, and the middle of that side. */

@@ -408,6 +408,9 @@ SPRINGLS__MATHS bool springls__projects_row(const springls__model *model, bool s
     return false;
 }
 
+/* What has_opposed has of a brick that is asleep, in which nothing is found. */
+#define SPRINGLS__OPPOSED_ASLEEP 2
+
 /* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry
    springls carry phi along. Finds too whether springls that face against each other are near one voxel: a thin sheet or gap. */
 SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__arguments args, int i,
@@ -425,7 +428,10 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     int row, v, o[3];
     tile.value = memory + SPRINGLS__SUMS_FLOATS;
     springls__slot_origin(g, g->active[i], o);
-    if (model->group.item == 0) *side_unknown = *opposed = 0;
+    if (model->group.item == 0) {
+        *side_unknown = 0;
+        *opposed = springls__keeps_phi(model, i) ? SPRINGLS__OPPOSED_ASLEEP : 0;
+    }
     if (springls__keeps_phi(model, i)) return;
     SPRINGLS__BARRIER; /* both are cleared before an item sets one */
     near_by = springls__near_brick(model, o);

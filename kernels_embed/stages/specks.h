@@ -105,12 +105,14 @@ SPRINGLS__MATHS void springls__part_begin(springls__part *part, const int at[3])
     springls__part_add(part, at);
 }
 
-/* Finds the part of its side that a voxel is of, through faces; returns false when it has more than `largest` voxels. */
-SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const int at[3], int largest, springls__part *part)
+/* Adds all voxels of the side of its first one that a part of one voxel reaches through faces; returns false when it has more than
+   `largest`. */
+SPRINGLS__MATHS bool springls__part_grow(const springls__grid *g, int largest, springls__part *part)
 {
-    bool inside = springls__phi_of(g, at) < 0.0f;
+    bool inside;
     int i, d, from[3], to[3];
-    springls__part_begin(part, at);
+    springls__part_place(part, 0, from);
+    inside = springls__phi_of(g, from) < 0.0f;
     for (i = 0; i < part->count; i++)
         for (d = 0; d < 6; d++) {
             springls__part_place(part, i, from);
@@ -119,6 +121,29 @@ SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const in
             if (!springls__part_add(part, to) || part->count > largest) return false;
         }
     return true;
+}
+
+/* Finds the part of its side that a voxel is of; returns false when it has more than `largest` voxels. */
+SPRINGLS__MATHS bool springls__find_small_part(const springls__grid *g, const int at[3], int largest, springls__part *part)
+{
+    springls__part_begin(part, at);
+    return springls__part_grow(g, largest, part);
+}
+
+/* Returns true when voxel `at`, outside, is the only way out of a small part of the outside. */
+SPRINGLS__MATHS bool springls__is_mouth(const springls__grid *g, const int at[3])
+{
+    springls__part part;
+    int d, to[3], word;
+    uint32_t bit;
+    for (d = 0; d < 6; d++) {
+        springls__neighbor_voxel(at, d, to);
+        if (springls__phi_of(g, to) < 0.0f) continue;
+        springls__part_begin(&part, to);
+        if (springls__part_bit(&part, at, &word, &bit)) part.found[word] |= bit; /* closed: it is not passed through */
+        if (springls__part_grow(g, SPRINGLS__LARGEST_SPECK, &part)) return true;
+    }
+    return false;
 }
 
 /* ---- joining ---- */
@@ -299,7 +324,8 @@ SPRINGLS__MATHS bool springls__is_puncture(const springls__grid *g, const int at
     return springls__punctures(phi, springls__inside_mask(g, g->phi, at[0], at[1], at[2]));
 }
 
-/* Returns true when a puncture is to be filled: none around is nearer to the surface, so that each is filled once. */
+/* Returns true when a puncture is to be filled: none around is nearer to the surface, so that each is filled once, and no bubble
+   is left behind it. */
 SPRINGLS__MATHS bool springls__fills_puncture(const springls__grid *g, const int at[3])
 {
     springls__joint here, there;
@@ -314,7 +340,7 @@ SPRINGLS__MATHS bool springls__fills_puncture(const springls__grid *g, const int
         there.phi = springls__phi_of(g, there.at);
         if (springls__better_joint(there, here) && springls__is_puncture(g, there.at)) return false;
     }
-    return true;
+    return !springls__is_mouth(g, at);
 }
 
 /* ---- removal ---- */

@@ -83,28 +83,18 @@ SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *mod
 {
     const float r = SPRINGLS__FIT_RADIUS;
     springls__fit fit = springls__fit_begin(x, n, a0);
+    springls__fit_box box = springls__fit_box_begin();
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
     springls__fit_result result;
-    springls__v3 lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX), upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
     int other;
     if (model->params.keep_edges && springls__place_at_edge(model, x, n, a0, known, &result)) return result;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
-        springls__v3 a = model->set.a[other];
         if (other >= known || springls__length2(springls__sub(o->p, x)) >= r * r) continue;
         if (springls__of_two_contact_bodies(model, of, other)) continue;
-        if (!springls__fit_add(&fit, o->p, springls__springl_normal(*o), a)) continue;
-        lower = springls__v3_make(springls__min(lower.x, a.x), springls__min(lower.y, a.y), springls__min(lower.z, a.z));
-        upper = springls__v3_make(springls__max(upper.x, a.x), springls__max(upper.y, a.y), springls__max(upper.z, a.z));
+        springls__fit_add_in_box(&fit, &box, o->p, springls__springl_normal(*o), model->set.a[other]);
     }
-    result = springls__fit_end(fit);
-    if (!result.ok) return result;
-    /* clamp to a voxel beyond the range of the neighbors, and beyond the tangent plane */
-    result.a = springls__v3_make(springls__clamp(result.a.x, lower.x - 1.0f, upper.x + 1.0f),
-                                 springls__clamp(result.a.y, lower.y - 1.0f, upper.y + 1.0f),
-                                 springls__clamp(result.a.z, lower.z - 1.0f, upper.z + 1.0f));
-    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, n) < 0.3f) result.ok = 0;
-    return result;
+    return springls__fit_end_in_box(&fit, &box);
 }
 
 SPRINGLS__MATHS void springls__track_element(const springls__model *model, springls__arguments args, int i)

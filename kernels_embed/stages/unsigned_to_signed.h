@@ -15,7 +15,7 @@
 #define SPRINGLS__BLOCKED 1
 #define SPRINGLS__BACKGROUND 2
 
-/* Finds whether brick i of the top table is blocked: a voxel of it is closer than SHELL to a springl. */
+/* Finds whether the brick of entry i is blocked: a voxel of it is closer than SHELL to a springl. */
 SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model, springls__arguments args, int i,
                                                    SPRINGLS__LOCAL float *nearest)
 {
@@ -35,53 +35,53 @@ SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model,
         springls__brick_state(model)[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
 }
 
-/* Makes a block of step^3 bricks background; false when one of them is blocked. */
-SPRINGLS__MATHS bool springls__take_block(const springls__grid *g, SPRINGLS__GLOBAL uint8_t *state, const int at[3], int step)
+/* Makes a block of step^3 entries background; false when one of them is blocked. */
+SPRINGLS__MATHS bool springls__take_block(const springls__table *t, SPRINGLS__GLOBAL uint8_t *state, const int at[3], int step)
 {
     int hi[3], x, y, z, axis;
-    for (axis = 0; axis < 3; axis++) hi[axis] = springls__imin(at[axis] + step, g->bricks[axis]);
+    for (axis = 0; axis < 3; axis++) hi[axis] = springls__imin(at[axis] + step, t->bricks[axis]);
     for (z = at[2]; z < hi[2]; z++)
         for (y = at[1]; y < hi[1]; y++)
             for (x = at[0]; x < hi[0]; x++)
-                if (state[x + g->bricks[0] * (y + g->bricks[1] * z)] == SPRINGLS__BLOCKED) return false;
+                if (state[x + t->bricks[0] * (y + t->bricks[1] * z)] == SPRINGLS__BLOCKED) return false;
     for (z = at[2]; z < hi[2]; z++)
         for (y = at[1]; y < hi[1]; y++)
-            for (x = at[0]; x < hi[0]; x++) state[x + g->bricks[0] * (y + g->bricks[1] * z)] = SPRINGLS__BACKGROUND;
+            for (x = at[0]; x < hi[0]; x++) state[x + t->bricks[0] * (y + t->bricks[1] * z)] = SPRINGLS__BACKGROUND;
     return true;
 }
 
-/* Returns how many lines along an axis there are, of blocks of step^3 bricks. */
-SPRINGLS__MATHS int springls__lines_along(const springls__grid *g, int axis, int step)
+/* Returns how many lines along an axis there are, of blocks of step^3 entries. */
+SPRINGLS__MATHS int springls__lines_along(const springls__table *t, int axis, int step)
 {
-    return (g->bricks[(axis + 1) % 3] + step - 1) / step * ((g->bricks[(axis + 2) % 3] + step - 1) / step);
+    return (t->bricks[(axis + 1) % 3] + step - 1) / step * ((t->bricks[(axis + 2) % 3] + step - 1) / step);
 }
 
-/* Grows the background along line i of blocks, forwards and backwards; beyond the border is background. A block is uniform, so
-   one of its bricks stands for it. Notes whether the line has grown. Lines do not read each other, so growth ends in the same
+/* Grows the background along line i of blocks, forwards and backwards; beyond the top table is background. A block is uniform, so
+   one of its entries stands for it. Notes whether the line has grown. Lines do not read each other, so growth ends in the same
    state in any order. */
 SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, springls__arguments args, int i)
 {
-    const springls__grid *g = &model->grid;
+    const springls__table *t = &model->grid.table;
     SPRINGLS__GLOBAL uint8_t *state = springls__brick_state(model);
     const int axis = args.grow_line.axis, step = args.grow_line.step, b = (axis + 1) % 3, c = (axis + 2) % 3;
-    const int across = (g->bricks[b] + step - 1) / step, along = (g->bricks[axis] + step - 1) / step;
+    const int across = (t->bricks[b] + step - 1) / step, along = (t->bricks[axis] + step - 1) / step;
     int at[3], k;
     bool at_border, before = true, grew = false;
     at[b] = i % across * step;
     at[c] = i / across * step;
-    at_border = at[b] == 0 || at[c] == 0 || at[b] + step >= g->bricks[b] || at[c] + step >= g->bricks[c];
+    at_border = at[b] == 0 || at[c] == 0 || at[b] + step >= t->bricks[b] || at[c] + step >= t->bricks[c];
     for (k = 0; k < 2 * along; k++) {
         bool background;
         if (k == along) before = true;
         at[axis] = (k < along ? k : 2 * along - 1 - k) * step;
-        background = state[at[0] + g->bricks[0] * (at[1] + g->bricks[1] * at[2])] == SPRINGLS__BACKGROUND;
-        if (!background && (before || at_border) && springls__take_block(g, state, at, step)) background = grew = true;
+        background = state[at[0] + t->bricks[0] * (at[1] + t->bricks[1] * at[2])] == SPRINGLS__BACKGROUND;
+        if (!background && (before || at_border) && springls__take_block(t, state, at, step)) background = grew = true;
         before = background;
     }
     springls__has_grown(model)[args.grow_line.first_flag + i] = grew;
 }
 
-/* Sets the side of brick i from its state: a constant brick is outside or inside, in an active one phi is 1 (background) or
+/* Sets the side of the brick of entry i from its state: a constant brick is outside or inside, in an active one phi is 1 (background) or
    -1. */
 SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__arguments args, int i,
                                                   SPRINGLS__LOCAL float *memory)
@@ -100,7 +100,7 @@ SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, 
 
 SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int y, int z)
 {
-    return !springls__grid_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;
+    return !springls__table_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;
 }
 
 /* Returns true when the background is beside a block of b^3 voxels. */

@@ -51,8 +51,12 @@ typedef struct springls__distance_job {
     springls_context *ctx;
     springls__distance_fn fn;
     void *arg;
-    float *centers;    /* [brick] distance at its center                       */
-    const int *active; /* the slots that this call of springls__parallel fills */
+    const springls__surface *surface; /* NULL, or what is inside lies within `reach` of its bounds; voxels */
+    float reach;
+    springls__brick_box block; /* the bricks that are looked at                         */
+    float *centers;    /* [brick of the block, x fastest] distance at its center        */
+    int listed;        /* bricks near the surface                                       */
+    const int *active; /* the slots that this call of springls__parallel fills          */
 } springls__distance_job;
 
 /* Evaluates the distance at the points, cut off at the border of the domain: outside of it nothing is inside. */
@@ -65,18 +69,26 @@ SPRINGLS__FN void springls__evaluate_distances(const springls__distance_job *job
         out[i] = springls__max(-springls__border_distance(&job->ctx->model.grid, points[i]), out[i]);
 }
 
-/* Evaluates the distance at the centers of bricks. */
+/* Finds the place in the domain of brick i of the block. */
+SPRINGLS__FN void springls__place_in_block(const springls__brick_box *block, int i, int place[3])
+{
+    const int x = block->upper[0] - block->lower[0], y = block->upper[1] - block->lower[1];
+    place[0] = block->lower[0] + i % x;
+    place[1] = block->lower[1] + i / x % y;
+    place[2] = block->lower[2] + i / (x * y);
+}
+
+/* Evaluates the distance at the centers of bricks of the block. */
 SPRINGLS__FN void springls__center_task(void *arg, int begin, int end)
 {
     const springls__distance_job *job = (const springls__distance_job *)arg;
-    const springls__grid *g = &job->ctx->model.grid;
     springls__v3 points[64];
     while (begin < end) {
         int count = springls__imin(64, end - begin), i;
         for (i = 0; i < count; i++) {
-            int origin[3];
-            springls__brick_origin(g, begin + i, origin);
-            points[i] = springls__v3_make((float)origin[0] + 3.5f, (float)origin[1] + 3.5f, (float)origin[2] + 3.5f);
+            int at[3];
+            springls__place_in_block(&job->block, begin + i, at);
+            points[i] = springls__v3_make((float)(8 * at[0]) + 3.5f, (float)(8 * at[1]) + 3.5f, (float)(8 * at[2]) + 3.5f);
         }
         springls__evaluate_distances(job, points, count, job->centers + begin);
         begin += count;
@@ -102,26 +114,81 @@ SPRINGLS__FN void springls__voxel_task(void *arg, int begin, int end)
     }
 }
 
-/* Finds the bricks whose center is so near to the surface that the band may pass through them, and makes them active; all
-   others become inside or outside. */
-SPRINGLS__FN springls_status springls__bricks_near_surface(springls_context *ctx, springls__distance_job *job)
+enum { SPRINGLS__DISTANCE_BLOCK = 32 }; /* bricks along a side of a block */
+
+/* Returns whether a block is near to the bounds of the surface. */
+SPRINGLS__FN bool springls__block_is_near(const springls__distance_job *job)
+{
+    const springls__bvh_node *bounds = &job->surface->nodes[0];
+    int axis;
+    for (axis = 0; axis < 3; axis++)
+        if ((float)(SPRINGLS__BRICK * job->block.lower[axis]) > bounds->upper[axis] + job->reach
+            || (float)(SPRINGLS__BRICK * job->block.upper[axis]) < bounds->lower[axis] - job->reach) return false;
+    return true;
+}
+
+/* Returns false where all of a block is outside and far from the surface: by the distance at its center, where that is a distance
+   everywhere. */
+SPRINGLS__FN bool springls__may_have_surface(const springls__distance_job *job)
+{
+    const float half_diagonal = 0.8661f * (float)(SPRINGLS__BRICK * SPRINGLS__DISTANCE_BLOCK); /* rounded up */
+    const springls__brick_box *block = &job->block;
+    springls__v3 center = springls__v3_make(4.0f * (float)(block->lower[0] + block->upper[0]) - 0.5f,
+                                            4.0f * (float)(block->lower[1] + block->upper[1]) - 0.5f,
+                                            4.0f * (float)(block->lower[2] + block->upper[2]) - 0.5f);
+    float d;
+    if (job->surface) return springls__block_is_near(job);
+    springls__evaluate_distances(job, &center, 1, &d);
+    return !(d > half_diagonal + job->ctx->model.grid.far_value);
+}
+
+/* Evaluates the distance at the centers of the bricks of the block; adds to brick_list those so near to the surface that the band
+   may pass through them, and makes the rest inside or outside. */
+SPRINGLS__FN springls_status springls__look_at_block(springls_context *ctx, springls__distance_job *job)
 {
     springls__grid *g = &ctx->model.grid;
     const float half_diagonal = 6.1f; /* of a brick, voxels, rounded up */
     const float near_band = ctx->model.params.band_half_width + 1.0f + half_diagonal;
-    int bricks = (int)springls__brick_count(g), i, n = 0, *list;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_centers, bricks));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_list, bricks));
+    springls__brick_box inside = springls__empty_box();
+    int count = 1, place[3], i, brick;
+    for (i = 0; i < 3; i++) count *= job->block.upper[i] - job->block.lower[i];
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_centers, count));
+    SPRINGLS__TRY(springls__array_grow(ctx, SPRINGLS__ROLE_ARRAY(brick_list), (size_t)(job->listed + count), sizeof(int),
+                                       (size_t)job->listed));
     job->centers = springls__brick_centers(&ctx->model);
-    list = springls__brick_list(&ctx->model);
-    springls__parallel(ctx, bricks, 512, springls__center_task, job);
-    for (i = 0; i < bricks; i++) {
+    springls__parallel(ctx, count, 512, springls__center_task, job);
+    for (i = 0; i < count; i++) {
         float d = job->centers[i];
-        if (d != d) return springls__fail(ctx, SPRINGLS_NON_FINITE, "the signed distance is NaN at brick %d", i);
-        g->top[i] = d < 0.0f ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
-        if (springls__fabs(d) <= near_band) list[n++] = i;
+        springls__place_in_block(&job->block, i, place);
+        brick = springls__brick_at(g, 8 * place[0], 8 * place[1], 8 * place[2]);
+        if (d != d) return springls__fail(ctx, SPRINGLS_NON_FINITE, "the signed distance is NaN at brick %d", brick);
+        if (d < 0.0f) springls__box_add(&inside, place, 0);
+        if (springls__fabs(d) <= near_band) springls__brick_list(&ctx->model)[job->listed++] = brick;
     }
-    return springls__grid_add_bricks(ctx, list, n);
+    SPRINGLS__TRY(springls__table_cover(ctx, inside));
+    for (i = 0; i < count; i++) {
+        springls__place_in_block(&job->block, i, place);
+        if (job->centers[i] < 0.0f) g->top[springls__entry_at(g, 8 * place[0], 8 * place[1], 8 * place[2])] = SPRINGLS__INSIDE;
+    }
+    return SPRINGLS_OK;
+}
+
+/* Finds the bricks near to the surface, block by block, and makes them active; all others become inside or outside. */
+SPRINGLS__FN springls_status springls__bricks_near_surface(springls_context *ctx, springls__distance_job *job)
+{
+    const int *bricks = ctx->model.grid.bricks;
+    const bool single = springls__imax(bricks[0], springls__imax(bricks[1], bricks[2])) <= SPRINGLS__DISTANCE_BLOCK;
+    int at[3], axis;
+    for (at[2] = 0; at[2] < bricks[2]; at[2] += SPRINGLS__DISTANCE_BLOCK)
+        for (at[1] = 0; at[1] < bricks[1]; at[1] += SPRINGLS__DISTANCE_BLOCK)
+            for (at[0] = 0; at[0] < bricks[0]; at[0] += SPRINGLS__DISTANCE_BLOCK) {
+                for (axis = 0; axis < 3; axis++) {
+                    job->block.lower[axis] = at[axis];
+                    job->block.upper[axis] = springls__imin(at[axis] + SPRINGLS__DISTANCE_BLOCK, bricks[axis]);
+                }
+                if (single || springls__may_have_surface(job)) SPRINGLS__TRY(springls__look_at_block(ctx, job));
+            }
+    return springls__grid_add_bricks(ctx, springls__brick_list(&ctx->model), job->listed);
 }
 
 /* Evaluates the distance at the voxels of all active bricks, in sixteen pieces, and reports progress after each. */
@@ -147,14 +214,19 @@ SPRINGLS__FN springls_status springls__fill_active_bricks(springls_context *ctx,
     return SPRINGLS_OK;
 }
 
-/* Fills an empty grid with the narrow band of a signed distance. Beyond the band a lower bound of its size is enough. On
-   failure (NaN, cancelled, out of memory) the grid is left unfinished. */
-SPRINGLS__FN springls_status springls__set_from_distance(springls_context *ctx, springls__distance_fn fn, void *arg)
+/* Fills an empty grid with the narrow band of a signed distance. Beyond the band a lower bound of its size is enough. surface:
+   NULL, or what is inside lies within `reach` of its bounds (voxels), and far distances are cut short. On failure (NaN, cancelled,
+   out of memory) the grid is left unfinished. */
+SPRINGLS__FN springls_status springls__set_from_distance(springls_context *ctx, springls__distance_fn fn, void *arg,
+                                                         const springls__surface *surface, float reach)
 {
     springls__distance_job job;
     job.ctx = ctx;
     job.fn = fn;
     job.arg = arg;
+    job.surface = surface;
+    job.reach = reach;
+    job.listed = 0;
     SPRINGLS__TRY(springls__bricks_near_surface(ctx, &job));
     SPRINGLS__TRY(springls__fill_active_bricks(ctx, &job));
     return springls__band_move(ctx);
@@ -194,6 +266,8 @@ SPRINGLS__FN springls_status springls__count_inside(springls_context *ctx, sprin
     return SPRINGLS_OK;
 }
 
+enum { SPRINGLS__WANTED = 1, SPRINGLS__SOLID = 2 }; /* of a brick: becomes active; has nothing but inside voxels around */
+
 /* Marks a brick and those of its 26 neighbors that exist. */
 SPRINGLS__FN void springls__mark_neighborhood(const int bricks[3], const int brick[3], uint8_t *wanted)
 {
@@ -201,7 +275,7 @@ SPRINGLS__FN void springls__mark_neighborhood(const int bricks[3], const int bri
     for (d = 0; d < 27; d++) {
         int i = brick[0] + d % 3 - 1, j = brick[1] + d / 3 % 3 - 1, k = brick[2] + d / 9 - 1;
         if (i >= 0 && j >= 0 && k >= 0 && i < bricks[0] && j < bricks[1] && k < bricks[2])
-            wanted[i + bricks[0] * (j + bricks[1] * k)] = 1;
+            wanted[i + bricks[0] * (j + bricks[1] * k)] |= SPRINGLS__WANTED;
     }
 }
 
@@ -211,6 +285,7 @@ SPRINGLS__FN springls_status springls__bricks_of_voxels(springls_context *ctx, s
 {
     springls__grid *g = &ctx->model.grid;
     const int *b = g->bricks, bricks = b[0] * b[1] * b[2];
+    springls__brick_box solid = springls__empty_box();
     int n = 0, brick, *list, d;
     uint8_t *wanted;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_wanted, bricks));
@@ -223,13 +298,19 @@ SPRINGLS__FN springls_status springls__bricks_of_voxels(springls_context *ctx, s
         bool at_border = false;
         springls__brick_place(g, brick, at);
         SPRINGLS__TRY(springls__count_inside(ctx, value, arg, at, &inside, &total));
-        g->top[brick] = inside == total ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
+        if (inside == total) {
+            springls__box_add(&solid, at, 0);
+            wanted[brick] |= SPRINGLS__SOLID;
+        }
         for (d = 0; d < 3; d++) at_border = at_border || at[d] == 0 || at[d] + 1 == b[d];
         if (inside == 0 || (inside == total && !at_border)) continue;
         springls__mark_neighborhood(b, at, wanted);
     }
-    for (brick = 0; brick < bricks; brick++)
-        if (wanted[brick]) list[n++] = brick;
+    SPRINGLS__TRY(springls__table_cover(ctx, solid));
+    for (brick = 0; brick < bricks; brick++) {
+        if (wanted[brick] & SPRINGLS__SOLID) g->top[springls__entry_of_brick(g, brick)] = SPRINGLS__INSIDE;
+        if (wanted[brick] & SPRINGLS__WANTED) list[n++] = brick;
+    }
     return springls__grid_add_bricks(ctx, list, n);
 }
 
@@ -418,7 +499,7 @@ SPRINGLS_API springls_status springls_set_implicit(springls_context *ctx, spring
     job.fn = fn;
     job.user = user;
     springls__clear_model(ctx);
-    status = springls__set_from_distance(ctx, springls__implicit_distance, &job);
+    status = springls__set_from_distance(ctx, springls__implicit_distance, &job, NULL, 0.0f);
     if (status == SPRINGLS_OK && ctx->smallest_spacing != ctx->largest_spacing) {
         status = springls__run_to_completion(ctx, springls__rebuild);
         springls__redistance_sweeps(ctx, 8);

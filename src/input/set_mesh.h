@@ -27,6 +27,7 @@
 #include "../stages/keep_edges.h"
 #include "../stages/project.h"
 #include "../stages/rebuild.h"
+#include "../stages/sleep.h"
 #include "set_level_set.h"
 #include "split_input.h"
 
@@ -501,7 +502,7 @@ SPRINGLS__FN springls_status springls__mesh_fill_grid(springls_context *ctx, boo
         SPRINGLS__TRY(springls__surface_build(ctx, outer, ctx->model.set.s, ctx->model.set.count));
         distance.nearest = outer;
     }
-    return springls__set_from_distance(ctx, springls__mesh_signed_distance, &distance);
+    return springls__set_from_distance(ctx, springls__mesh_signed_distance, &distance, &ctx->original, 64.0f);
 }
 
 /* Makes the springls and the level set from the original surface. parts: the mesh is balanced, but no simple surface. */
@@ -564,7 +565,9 @@ SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx,
     if (ctx->model.params.keep_edges) SPRINGLS__TRY(springls__find_edges(ctx));
     SPRINGLS__TRY(springls__make_reference(ctx));
     SPRINGLS__TRY(springls__mesh_store_sources(ctx, m, given));
-    return balanced ? SPRINGLS_OK : springls__mesh_fill_holes(ctx);
+    if (!balanced) return springls__mesh_fill_holes(ctx);
+    springls__rest_all(ctx);
+    return SPRINGLS_OK;
 }
 
 /* Compares the mesh's bounds with the grid's, in voxels. Fails when they do not meet. *beyond: a part lies outside. */

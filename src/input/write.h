@@ -79,7 +79,7 @@ SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, in
     SPRINGLS__TRY(springls__change_level_set(ctx));
     springls__use_device(ctx);
     ctx->calls++;
-    ctx->lag = FLT_MAX;
+    ctx->lag = ctx->away = FLT_MAX;
     status = springls__write(ctx, first, count, vertices, particles);
     if (status == SPRINGLS_OK) springls__stir(ctx, SPRINGLS__STIR_ALL, first, count);
     ctx->calls--;

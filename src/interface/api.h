@@ -171,6 +171,10 @@ typedef struct springls_desc {
     springls_backend *backend;     /* NULL: stages run as scalar code, on `tasks`                                   */
     bool follow;                   /* the grid is a window that moves with the model, by whole bricks of 8^3 voxels
                                       (manual, A WORLD WITHOUT WALLS); grid.size has to be multiples of 8           */
+    int window[3];                 /* voxels from the place of `grid` to where the window is after an input and
+                                      springls_reset, multiples of 8 up to 2^30; 0: at its place. Not 0: grid.size
+                                      has to be multiples of 8. With springls_window_offset of another model it makes
+                                      one beside that, on the same lattice, as springls_combine needs                */
 } springls_desc;
 
 /* Returns a description with all defaults filled in but grid.size. A zeroed one with grid.size means the same. */

@@ -361,6 +361,7 @@
 
    Work follows motion. A springl stirs when a point of it moves by more than 0.001 voxel, when it comes, and when it goes.
    Bricks of 8 x 8 x 8 voxels fall asleep when none has stirred in them, or in the 26 around, for resample_period + 1 steps.
+   Those of a closed mesh are asleep from the start.
    Steps of SPRINGLS_MODE_FLUID leave the springls in bricks that are asleep, and phi there, as they are, to the bit; when all
    sleep and nothing moves, a step ends after advect. Awake, springls at rest would go on turning as they relax, by which phi
    moves to and fro by about 0.02 voxel: so far does a model asleep differ from one kept awake.
@@ -419,15 +420,18 @@
      - Forces that should grow or shrink the model have no effect on its volume: the switch is not for active contours.
      - It hides a loss of volume and improves nothing else. It is off in every figure that we report.
      - springls_component.correction is the distance that each needed, springls_stats.volume_correction the largest.
-     - It takes 12 bytes a voxel of active bricks and 4 bytes a brick of the grid.
+     - It takes 12 bytes a voxel of active bricks and 4 bytes a brick of the box around the model.
 
 
    MEMORY
 
    All memory comes from desc.allocator, or malloc, and is allocated only on the thread that called the library. phi and
    omega live in bricks of 8 x 8 x 8 voxels that exist only near the surface, so memory grows with the area of the surface;
-   two tables have one int a brick of the grid: together 1 GiB at 4096^3, 256 KiB at 256^3. springls_memory_used returns the
-   bytes held. Buffers grow and are reused; springls_reset keeps them, springls_destroy returns them.
+   two tables have one int a brick of the box around the model, and of the one around the original. The size of the grid
+   costs nothing: a small ball takes as much in 4096^3 voxels as in 256^3. A box that is 2000 voxels wide along each axis
+   takes 64 MiB a table, also when all that is in it is two small balls at its corners. Dense inputs need a byte and an int
+   for each brick of the grid while they are set, snapshots a bit. springls_memory_used returns the bytes held. Buffers grow
+   and are reused; springls_reset keeps them, springls_destroy returns them.
 
    Views (springls_view_*, springls_ids) belong to the context, until the next call that changes the model. A springls_mesh
    belongs to the caller, who frees it by springls_mesh_free. Arrays that are passed in are borrowed during the call.
@@ -445,7 +449,7 @@
        Regions and samples of the model's own grid are on the lattice too.
      - Chunks are named by bricks of the lattice. All are meshed again after a move.
      - Correspondences and the original surface stay in the window that they were set in: where the model has come from.
-     - Snapshots hold the place of the window. An input and springls_reset put it back.
+     - Snapshots hold the place of the window. An input and springls_reset put it back, to springls_desc.window.
      - springls_combine takes models in different windows of one lattice.
 
    Rounding: a coordinate that a move makes smaller keeps all its bits. One that becomes larger is rounded to a float of that

@@ -19,6 +19,7 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
     int i;
     springls__surface_free(ctx, &ctx->original);
     springls__surface_free(ctx, &ctx->springl_surface);
+    springls__buffer_free(ctx, &ctx->bvh_memory);
     springls__buffer_free(ctx, &ctx->component_memory);
     springls__buffer_free(ctx, &ctx->next_component_memory);
     springls__buffer_free(ctx, &ctx->label_rank);
@@ -54,6 +55,12 @@ SPRINGLS__FN const char *springls__desc_fault(const springls_desc *desc, double 
     if (fault) return fault;
     for (axis = 0; axis < 3; axis++)
         if (desc->follow && desc->grid.size[axis] % SPRINGLS__BRICK) return "grid.size is no multiple of 8, but follow is set";
+    for (axis = 0; axis < 3; axis++) {
+        if (desc->window[axis] % SPRINGLS__BRICK) return "window is no multiple of 8";
+        if (desc->window[axis] > 1 << 30 || desc->window[axis] < -(1 << 30)) return "window is out of range: it may be -2^30 to 2^30";
+        if (desc->window[axis] && (desc->grid.size[0] | desc->grid.size[1] | desc->grid.size[2]) % SPRINGLS__BRICK)
+            return "grid.size is no multiple of 8, but window is set";
+    }
     *params = desc->params ? *desc->params : springls_default_params();
     fault = springls__params_fault(params);
     if (fault) return fault;
@@ -135,6 +142,7 @@ SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls
     fault = springls__desc_fault(desc, made.lattice_to_world, made.window.to_voxel, &made.model.params);
     if (fault) return springls__create_fail(desc, SPRINGLS_INVALID_ARGUMENT, fault);
     made.original_window = made.window;
+    memcpy(made.home, desc->window, sizeof made.home);
     springls__windows_reset(&made);
     springls__copy_desc(&made, desc);
     ctx = (springls_context *)springls__allocate(&made, sizeof *ctx);

@@ -55,15 +55,30 @@ SPRINGLS__FN void springls__mark_phi_synced(springls_context *ctx)
 {
     springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, NULL);
     ctx->lag = 0.0f;
+    ctx->away = SPRINGLS__REST; /* of springls that are asleep */
+}
+
+/* Finds the largest displacement of a particle since phi was last synced, for springls__displacement_found. */
+SPRINGLS__FN springls_status springls__find_displacement(springls_context *ctx)
+{
+    const int count = ctx->model.set.count;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, count));
+    springls__run(ctx, SPRINGLS__KERNEL_displacement, count, NULL);
+    springls__largest_later(ctx, SPRINGLS__COUNT_DISPLACEMENT, SPRINGLS__ROLE_ARRAY(synced_distance2), count, 0.0f);
+    return SPRINGLS_OK;
+}
+
+/* Returns it, voxels. */
+SPRINGLS__FN float springls__displacement_found(springls_context *ctx)
+{
+    return springls__sqrt(springls__largest_found(ctx, SPRINGLS__COUNT_DISPLACEMENT).value);
 }
 
 /* Finds the largest displacement of a particle since phi was last synced, voxels. */
 SPRINGLS__FN springls_status springls__displacement_since_phi(springls_context *ctx, float *displacement)
 {
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, ctx->model.set.count));
-    springls__run(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, NULL);
-    *displacement =
-        springls__sqrt(springls__find_largest(ctx, SPRINGLS__ROLE_ARRAY(synced_distance2), ctx->model.set.count, 0.0f).value);
+    SPRINGLS__TRY(springls__find_displacement(ctx));
+    *displacement = springls__displacement_found(ctx);
     return SPRINGLS_OK;
 }
 

@@ -6,6 +6,7 @@
 #include "../runtime/arrays.h"
 #include "../runtime/launch.h"
 #include "../runtime/residency.h"
+#include "top_table.h"
 
 /* Makes phi_next the new phi. */
 SPRINGLS__FN void springls__swap_phi(springls_context *ctx)
@@ -70,8 +71,7 @@ SPRINGLS__FN void springls__wake_all(springls_context *ctx)
 /* Makes all of a grid outside; keeps memory. */
 SPRINGLS__FN void springls__grid_clear(springls_context *ctx, springls__grid *g)
 {
-    size_t i, bricks = springls__brick_count(g);
-    for (i = 0; i < bricks; i++) g->top[i] = SPRINGLS__OUTSIDE;
+    springls__table_clear(g);
     g->active_count = g->free_count = 0;
     g->slot_count = SPRINGLS__FIRST_SLOT;
     g->some_asleep = 0;
@@ -99,8 +99,8 @@ SPRINGLS__FN springls_status springls__grids_create(springls_context *ctx)
     }
     ctx->model.reference = *g;
     ctx->model.group = springls__alone();
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_TOP, springls__brick_count(g), 0));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_TOP, springls__brick_count(g), 0));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_TOP, 1, 0));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_TOP, 1, 0));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, SPRINGLS__FIRST_SLOT, 0));
     SPRINGLS__TRY(springls__grid_reserve(ctx, SPRINGLS__FIRST_SLOT));
     springls__grids_clear(ctx);
@@ -120,12 +120,15 @@ SPRINGLS__FN void springls__take_slots(springls__grid *g, int n)
 SPRINGLS__FN springls_status springls__grid_add_bricks(springls_context *ctx, int *list, int count)
 {
     springls__grid *g = &ctx->model.grid;
+    springls__brick_box box = springls__empty_box();
     int i, n = 0, write, read;
     SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__GRID_BITS));
     qsort(list, (size_t)count, sizeof *list, springls__compare_int);
     for (i = 0; i < count; i++)
-        if (g->top[list[i]] < SPRINGLS__FIRST_SLOT && (n == 0 || list[n - 1] != list[i])) list[n++] = list[i];
+        if (springls__slot_of_brick(g, list[i]) < SPRINGLS__FIRST_SLOT && (n == 0 || list[n - 1] != list[i])) list[n++] = list[i];
     if (n == 0) return SPRINGLS_OK;
+    for (i = 0; i < n; i++) springls__box_add_brick(g, &box, list[i], 0);
+    SPRINGLS__TRY(springls__table_cover(ctx, box));
     SPRINGLS__TRY(springls__grid_reserve(ctx, g->slot_count + n));
     write = g->active_count + n - 1;
     read = g->active_count - 1;
@@ -133,7 +136,7 @@ SPRINGLS__FN springls_status springls__grid_add_bricks(springls_context *ctx, in
         int slot = springls__slot_of_new(g, g->free_count, i);
         while (read >= 0 && g->slot_brick[g->active[read]] > list[i]) g->active[write--] = g->active[read--];
         g->active[write--] = slot;
-        springls__add_brick(g, list[i], slot);
+        springls__add_brick(g, springls__entry_of_brick(g, list[i]), slot);
         springls__fill_new_brick(g, slot);
     }
     springls__take_slots(g, n);
@@ -161,10 +164,13 @@ SPRINGLS__FN springls_status springls__reference_copy(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.grid;
     springls__grid *reference = &ctx->model.reference;
+    const size_t kept = springls__entry_count(reference);
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_TOP, springls__entry_count(g), kept));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, (size_t)g->slot_count, 0));
     reference->far_value = g->far_value;
     reference->slot_count = g->slot_count;
-    memcpy(reference->top, g->top, springls__brick_count(g) * sizeof *g->top);
+    reference->table = g->table;
+    memcpy(reference->top, g->top, springls__entry_count(g) * sizeof *g->top);
     memcpy(reference->phi, g->phi, (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS * sizeof *g->phi);
     return SPRINGLS_OK;
 }
@@ -172,9 +178,9 @@ SPRINGLS__FN springls_status springls__reference_copy(springls_context *ctx)
 /* Returns whether any voxel is inside. */
 SPRINGLS__FN bool springls__has_inside(const springls__grid *g)
 {
-    size_t i, bricks = springls__brick_count(g);
+    size_t i, entries = springls__entry_count(g);
     int k, v;
-    for (i = 0; i < bricks; i++)
+    for (i = 0; i < entries; i++)
         if (g->top[i] == SPRINGLS__INSIDE) return true;
     for (k = 0; k < g->active_count; k++)
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)

@@ -16,6 +16,7 @@
 #include "../model/transform.h"
 #include "../solver/step.h"
 #include "../stages/window.h"
+#include "chunk_material.h"
 
 /* Holds sums over the springls with their particle in a brick: hashes of ids, particles p, correspondences a. A change shows
    that correspondences have moved along the surface. */
@@ -37,11 +38,11 @@ typedef struct springls__lattice_brick { int at[3]; } springls__lattice_brick;
 
 struct springls_chunks {
     springls_chunks_desc desc;
-    springls__grid published;              /* its top, slot_brick, free_slots and phi; the rest is not used            */
+    springls__grid published;              /* its table, top, slot_brick, free_slots and phi; the rest is not used     */
     springls__brick_signature *signature;  /* [published slot] when the brick was last meshed                          */
-    uint8_t *dirty, *has_mesh;             /* [brick] 1: mesh it again; 1: its last mesh had triangles                 */
+    uint8_t *dirty, *has_mesh;             /* [published entry] 1: mesh it again; 1: its last mesh had triangles       */
     uint32_t *affected;                    /* [list entry] mask of the bricks around it whose mesh a change affects    */
-    int *list;                             /* bricks whose values may differ from the published ones                   */
+    int *list;                             /* entries of bricks whose values may differ from the published ones        */
     springls_chunk *chunk;                 /* those that have changed                                                  */
     int window[3];                         /* voxels: where the window was at the last update                          */
     springls__lattice_brick *left;         /* [left_count] bricks with a mesh that the window has left behind          */
@@ -80,56 +81,40 @@ SPRINGLS__FN springls_status springls__chunks_reserve(springls_context *ctx, spr
     return SPRINGLS_OK;
 }
 
-/* Allocates an empty published level set: the first update lists every chunk. */
-SPRINGLS__FN springls_status springls__chunks_make(springls_context *ctx, springls_chunks *c)
-{
-    const springls__grid *g = &ctx->model.grid;
-    size_t bricks = springls__brick_count(g), i;
-    memcpy(c->published.size, g->size, sizeof g->size);
-    memcpy(c->published.bricks, g->bricks, sizeof g->bricks);
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->top_memory, bricks, sizeof(int), 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->dirty_memory, bricks, 1, 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &c->has_mesh_memory, bricks, 1, 0));
-    SPRINGLS__TRY(springls__chunks_reserve(ctx, c, SPRINGLS__FIRST_SLOT));
-    c->published.top = (int *)c->top_memory.data;
-    c->dirty = (uint8_t *)c->dirty_memory.data;
-    c->has_mesh = (uint8_t *)c->has_mesh_memory.data;
-    for (i = 0; i < bricks; i++) c->published.top[i] = SPRINGLS__OUTSIDE;
-    memset(c->dirty, 0, bricks);
-    memset(c->has_mesh, 0, bricks);
-    c->published.slot_count = SPRINGLS__FIRST_SLOT;
-    return SPRINGLS_OK;
-}
+/* ---- a top table or a window that has moved ---- */
 
-/* ---- a window that has moved ---- */
-
-/* Returns the place on the lattice of a brick of the published level set. */
-SPRINGLS__FN springls__lattice_brick springls__lattice_place(const springls_chunks *c, int brick)
+/* Returns the place on the lattice of the brick of a published entry. */
+SPRINGLS__FN springls__lattice_brick springls__lattice_place(const springls_chunks *c, int entry)
 {
     springls__lattice_brick place;
     int axis;
-    springls__brick_place(&c->published, brick, place.at);
-    for (axis = 0; axis < 3; axis++) place.at[axis] += c->window[axis] / SPRINGLS__BRICK;
+    springls__entry_origin(&c->published, entry, place.at);
+    for (axis = 0; axis < 3; axis++) place.at[axis] = (place.at[axis] + c->window[axis]) / SPRINGLS__BRICK;
     return place;
 }
 
-/* Returns the brick of the published level set at a place on the lattice; -1: none. */
-SPRINGLS__FN int springls__published_brick(const springls_chunks *c, const springls__lattice_brick *place)
+/* Finds the place in a window of a brick of the lattice, counted in bricks; false: it is beyond. */
+SPRINGLS__FN bool springls__place_in_window(const springls__grid *g, const int window[3], const springls__lattice_brick *brick,
+                                            int place[3])
 {
-    int at[3], axis;
-    for (axis = 0; axis < 3; axis++) at[axis] = place->at[axis] * SPRINGLS__BRICK - c->window[axis];
-    return springls__grid_contains(&c->published, at[0], at[1], at[2]) ? springls__brick_at(&c->published, at[0], at[1], at[2]) : -1;
+    int axis;
+    bool within = true;
+    for (axis = 0; axis < 3; axis++) {
+        place[axis] = brick->at[axis] - window[axis] / SPRINGLS__BRICK;
+        within = within && place[axis] >= 0 && place[axis] < g->bricks[axis];
+    }
+    return within;
 }
 
 /* Drops the published bricks that the window leaves behind, notes those with a mesh, and gives the others their new numbers. They
-   are meshed again: vertices may differ in the last bit, and neighbours repeat them. */
+   are meshed again: vertices may differ in the last bit, and neighbours repeat them. The top table is as before the move. */
 SPRINGLS__FN void springls__move_published(springls_chunks *c, const int bricks[3])
 {
     springls__grid *g = &c->published;
     float moved[3];
-    int count = (int)springls__brick_count(g), i, k;
+    int count = (int)springls__entry_count(g), i, k;
     for (i = 0; i < count; i++) {
-        const int to = springls__brick_after_move(g, i, bricks), slot = g->top[i];
+        const int to = springls__brick_after_move(g, springls__brick_of_entry(g, i), bricks), slot = g->top[i];
         if (to < 0 && c->has_mesh[i]) c->left[c->left_count++] = springls__lattice_place(c, i);
         if (slot < SPRINGLS__FIRST_SLOT) continue;
         g->slot_brick[slot] = to;
@@ -138,37 +123,99 @@ SPRINGLS__FN void springls__move_published(springls_chunks *c, const int bricks[
         for (k = 0; k < 3; k++) moved[k] = -(float)(SPRINGLS__BRICK * bricks[k]) * (float)c->signature[slot].count;
         c->signature[slot].particles = springls__add(c->signature[slot].particles, springls__v3_make(moved[0], moved[1], moved[2]));
     }
-    springls__move_table(g, g->top, sizeof *g->top, bricks);
-    springls__move_table(g, c->dirty, 1, bricks);
-    springls__move_table(g, c->has_mesh, 1, bricks);
+}
+
+/* Replaces the top table of the published level set and what it has for each entry, after its bricks have moved by `bricks`. Nothing
+   has changed on failure. */
+SPRINGLS__FN springls_status springls__change_published(springls_context *ctx, springls_chunks *c, const springls__table *to,
+                                                        const int bricks[3])
+{
+    static const size_t size[3] = { sizeof(int), 1, 1 };
+    springls__buffer *const memory[3] = { &c->top_memory, &c->dirty_memory, &c->has_mesh_memory };
+    springls__buffer moved[3];
+    springls_status status = SPRINGLS_OK;
+    int i;
+    memset(moved, 0, sizeof moved);
+    for (i = 0; i < 3 && status == SPRINGLS_OK; i++)
+        status = springls__buffer_grow(ctx, &moved[i], springls__entries_of(to), size[i], 0);
+    if (status != SPRINGLS_OK) {
+        for (i = 0; i < 3; i++) springls__buffer_free(ctx, &moved[i]);
+        return status;
+    }
+    if (bricks[0] || bricks[1] || bricks[2]) springls__move_published(c, bricks);
+    for (i = 0; i < 3; i++) {
+        springls__copy_entries(&c->published.table, memory[i]->data, to, moved[i].data, size[i], bricks);
+        springls__buffer_free(ctx, memory[i]);
+        *memory[i] = moved[i];
+    }
+    c->published.table = *to;
+    c->published.top = (int *)c->top_memory.data;
+    c->dirty = (uint8_t *)c->dirty_memory.data;
+    c->has_mesh = (uint8_t *)c->has_mesh_memory.data;
+    return SPRINGLS_OK;
 }
 
 /* Takes from the list of bricks left behind those that are in the window again: the consumer has a mesh of them. */
 SPRINGLS__FN void springls__take_back_bricks(springls_chunks *c)
 {
-    int i, n = 0, brick;
+    int i, n = 0, place[3], entry;
     for (i = 0; i < c->left_count; i++) {
-        brick = springls__published_brick(c, &c->left[i]);
-        if (brick < 0) c->left[n++] = c->left[i];
-        else c->dirty[brick] = c->has_mesh[brick] = 1;
+        if (!springls__place_in_window(&c->published, c->window, &c->left[i], place)) {
+            c->left[n++] = c->left[i];
+            continue;
+        }
+        entry = springls__entry_at(&c->published, 8 * place[0], 8 * place[1], 8 * place[2]);
+        c->dirty[entry] = c->has_mesh[entry] = 1;
     }
     c->left_count = n;
 }
 
-/* Moves what is published to where the model's window is now. Nothing has changed on failure. */
+/* Returns the table that has the bricks of a box, those that are published or have a mesh, and those that were left behind and are
+   in the window again, after the published ones have moved by `bricks`. */
+SPRINGLS__FN springls__table springls__table_to_publish(const springls_context *ctx, const springls_chunks *c,
+                                                        springls__brick_box box, const int bricks[3])
+{
+    const springls__grid *g = &c->published;
+    int i, place[3], count = (int)springls__entry_count(g);
+    for (i = 0; i < count; i++)
+        if (g->top[i] != SPRINGLS__OUTSIDE || c->dirty[i] || c->has_mesh[i]) springls__box_add_entry(g, &box, i, bricks);
+    for (i = 0; i < c->left_count; i++)
+        if (springls__place_in_window(g, ctx->window.offset, &c->left[i], place)) springls__box_add(&box, place, 0);
+    return springls__table_for(g, &box);
+}
+
+/* Moves what is published to where the model's window is now, and makes its top table have the bricks of the model. Nothing has
+   changed on failure. */
 SPRINGLS__FN springls_status springls__chunks_follow(springls_context *ctx, springls_chunks *c)
 {
+    springls__brick_box box = springls__empty_box();
+    springls__table to;
     int bricks[3], axis, i, n = c->left_count;
-    const int count = (int)springls__brick_count(&c->published);
-    if (memcmp(c->window, ctx->window.offset, sizeof c->window) == 0) return SPRINGLS_OK;
+    const int count = (int)springls__entry_count(&c->published);
+    springls__box_add_grid(&ctx->model.grid, &box, springls__unmoved);
+    if (springls__table_covers(&c->published, &box) && memcmp(c->window, ctx->window.offset, sizeof c->window) == 0)
+        return SPRINGLS_OK;
     for (i = 0; i < count; i++) n += c->has_mesh[i];
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->left_memory, (size_t)n + 1, sizeof *c->left,
                                         (size_t)c->left_count * sizeof *c->left));
     c->left = (springls__lattice_brick *)c->left_memory.data;
     for (axis = 0; axis < 3; axis++) bricks[axis] = (ctx->window.offset[axis] - c->window[axis]) / SPRINGLS__BRICK;
-    springls__move_published(c, bricks);
+    to = springls__table_to_publish(ctx, c, box, bricks);
+    SPRINGLS__TRY(springls__change_published(ctx, c, &to, bricks));
     memcpy(c->window, ctx->window.offset, sizeof c->window);
     springls__take_back_bricks(c);
+    return SPRINGLS_OK;
+}
+
+/* Allocates an empty published level set: the first update lists every chunk. */
+SPRINGLS__FN springls_status springls__chunks_make(springls_context *ctx, springls_chunks *c)
+{
+    const springls__grid *g = &ctx->model.grid;
+    memcpy(c->published.size, g->size, sizeof g->size);
+    memcpy(c->published.bricks, g->bricks, sizeof g->bricks);
+    SPRINGLS__TRY(springls__change_published(ctx, c, &g->table, springls__unmoved));
+    SPRINGLS__TRY(springls__chunks_reserve(ctx, c, SPRINGLS__FIRST_SLOT));
+    c->published.slot_count = SPRINGLS__FIRST_SLOT;
     return SPRINGLS_OK;
 }
 
@@ -222,6 +269,14 @@ SPRINGLS__FN uint32_t springls__publish_brick(const springls__grid *g, const int
     return affected | own;
 }
 
+/* Returns the slot that the model has for the brick of a published entry. */
+SPRINGLS__FN int springls__slot_published(const springls__grid *g, const springls__grid *published, int entry)
+{
+    int at[3];
+    springls__entry_origin(published, entry, at);
+    return springls__slot_of_voxel(g, at[0], at[1], at[2]);
+}
+
 SPRINGLS__FN void springls__publish_work(void *arg, int begin, int end, float *memory)
 {
     const springls_context *ctx = (const springls_context *)arg;
@@ -231,29 +286,29 @@ SPRINGLS__FN void springls__publish_work(void *arg, int begin, int end, float *m
     (void)memory;
     for (; begin < end; begin++) {
         int slot = c->published.top[c->list[begin]];
-        const float *now = g->phi + (size_t)g->top[c->list[begin]] * SPRINGLS__BRICK_VOXELS;
+        const float *now = g->phi + (size_t)springls__slot_published(g, &c->published, c->list[begin]) * SPRINGLS__BRICK_VOXELS;
         springls__slot_origin(&c->published, slot, origin);
         c->affected[begin] = springls__publish_brick(g, origin, now, c->published.phi + (size_t)slot * SPRINGLS__BRICK_VOXELS,
                                                      c->desc.tolerance);
     }
 }
 
-/* Gives a constant brick a slot of the published level set, with the constant as its values. */
-SPRINGLS__FN void springls__add_published_brick(springls_chunks *c, int brick)
+/* Gives the constant brick of a published entry a slot, with the constant as its values. */
+SPRINGLS__FN void springls__add_published_brick(springls_chunks *c, int entry)
 {
     springls__grid *published = &c->published;
-    int side = published->top[brick];
+    int side = published->top[entry];
     int slot = published->free_count ? published->free_slots[--published->free_count] : published->slot_count++;
-    published->top[brick] = slot;
-    published->slot_brick[slot] = brick;
+    published->top[entry] = slot;
+    published->slot_brick[slot] = springls__brick_of_entry(published, entry);
     springls__fill(published->phi, slot, side == SPRINGLS__INSIDE ? -published->far_value : published->far_value);
     memset(&c->signature[slot], 0, sizeof c->signature[slot]);
 }
 
-/* Returns whether the model's values in a brick may differ from the published ones. */
-SPRINGLS__FN bool springls__may_differ(const springls__grid *g, const springls__grid *published, int brick)
+/* Returns whether the model's values in the brick of a published entry may differ from the published ones. */
+SPRINGLS__FN bool springls__may_differ(const springls__grid *g, const springls__grid *published, int entry)
 {
-    return published->top[brick] >= SPRINGLS__FIRST_SLOT || g->top[brick] != published->top[brick];
+    return published->top[entry] >= SPRINGLS__FIRST_SLOT || springls__slot_published(g, published, entry) != published->top[entry];
 }
 
 /* Writes c->list, the bricks that may differ; each gets a slot of the published level set. */
@@ -261,8 +316,8 @@ SPRINGLS__FN springls_status springls__list_bricks(springls_context *ctx, spring
 {
     const springls__grid *g = &ctx->model.grid;
     springls__grid *published = &c->published;
-    int bricks = (int)springls__brick_count(g), i, n = 0, added = 0;
-    for (i = 0; i < bricks; i++) {
+    int entries = (int)springls__entry_count(published), i, n = 0, added = 0;
+    for (i = 0; i < entries; i++) {
         if (!springls__may_differ(g, published, i)) continue;
         n++;
         added += published->top[i] < SPRINGLS__FIRST_SLOT;
@@ -275,7 +330,7 @@ SPRINGLS__FN springls_status springls__list_bricks(springls_context *ctx, spring
     published->far_value = g->far_value;
     springls__fill(published->phi, SPRINGLS__OUTSIDE, g->far_value);
     springls__fill(published->phi, SPRINGLS__INSIDE, -g->far_value);
-    for (i = n = 0; i < bricks; i++) {
+    for (i = n = 0; i < entries; i++) {
         if (!springls__may_differ(g, published, i)) continue;
         c->list[n++] = i;
         if (published->top[i] < SPRINGLS__FIRST_SLOT) springls__add_published_brick(c, i);
@@ -291,21 +346,18 @@ SPRINGLS__FN void springls__mark_affected(springls_chunks *c, int i)
     springls__slot_origin(&c->published, c->published.top[c->list[i]], origin);
     for (d = 0; d < 27 && c->affected[i]; d++)
         if ((c->affected[i] >> d & 1u) && springls__brick_around(&c->published, origin, d, at))
-            c->dirty[springls__brick_at(&c->published, at[0], at[1], at[2])] = 1;
+            c->dirty[springls__entry_at(&c->published, at[0], at[1], at[2])] = 1;
 }
 
 /* Sums up the signature of every brick with a slot of the published level set; signature: [published slot]. */
 SPRINGLS__FN void springls__collect_signatures(const springls_context *ctx, const springls_chunks *c,
                                                springls__brick_signature *signature)
 {
-    const springls__grid *g = &ctx->model.grid;
     int i;
     memset(signature, 0, (size_t)c->published.slot_count * sizeof *signature);
     for (i = 0; i < ctx->model.set.count; i++) {
         springls__v3 p = ctx->model.set.s[i].p;
-        springls__brick_signature *sum = &signature[springls__slot_at(
-            &c->published, springls__cell_coordinate(p.x, g->size[0]), springls__cell_coordinate(p.y, g->size[1]),
-            springls__cell_coordinate(p.z, g->size[2]))];
+        springls__brick_signature *sum = &signature[springls__slot_of_place(&c->published, p)];
         sum->ids += springls__hash(14695981039346656037u, &ctx->model.set.id[i], sizeof(uint32_t));
         sum->particles = springls__add(sum->particles, p);
         sum->correspondences = springls__add(sum->correspondences, ctx->model.set.a[i]);
@@ -335,7 +387,7 @@ SPRINGLS__FN springls_status springls__mark_moved_springls(springls_context *ctx
         if (c->published.slot_brick[slot] < 0) continue;
         if (springls__signatures_agree(&now[slot], &c->signature[slot], c->desc.tolerance)) continue;
         c->signature[slot] = now[slot];
-        c->dirty[c->published.slot_brick[slot]] = 1;
+        c->dirty[springls__entry_of_brick(&c->published, c->published.slot_brick[slot])] = 1;
     }
     return SPRINGLS_OK;
 }
@@ -345,9 +397,10 @@ SPRINGLS__FN void springls__drop_published_bricks(springls_context *ctx, springl
 {
     int i;
     for (i = 0; i < c->listed; i++) {
-        int brick = c->list[i], side = ctx->model.grid.top[brick], slot = c->published.top[brick];
+        const int entry = c->list[i], slot = c->published.top[entry];
+        const int side = springls__slot_published(&ctx->model.grid, &c->published, entry);
         if (side >= SPRINGLS__FIRST_SLOT) continue;
-        c->published.top[brick] = side;
+        c->published.top[entry] = side;
         c->published.slot_brick[slot] = -1;
         c->published.free_slots[c->published.free_count++] = slot;
     }
@@ -401,28 +454,61 @@ SPRINGLS__FN void springls__count_chunk_work(void *arg, int begin, int end, floa
     for (; begin < end; begin++) springls__mesh_chunk(c, &c->chunk[begin], NULL, NULL);
 }
 
-/* Writes the correspondence and the id of the springl nearest to a vertex x, voxels. */
-SPRINGLS__FN void springls__fill_chunk_springl(const springls_context *ctx, springls_chunk *chunk, int vertex, springls__v3 x)
+/* Writes the id of a vertex x (voxels) and its correspondence a, given its springl; -1: there is none near. */
+SPRINGLS__FN void springls__write_chunk_material(const springls_context *ctx, springls_chunk *chunk, int vertex, springls__v3 x,
+                                                 int springl, springls__v3 a)
 {
-    int nearest = springls__nearest_springl(&ctx->model, x, 1.0f);
-    float *a = chunk->correspondences + 3 * vertex;
-    if (nearest >= 0) springls__original_to_world(ctx, springls__correspondence_at(&ctx->model, nearest, x), a);
-    else springls__voxel_to_world(ctx, x, a);
-    chunk->ids[vertex] = nearest >= 0 ? ctx->model.set.id[nearest] : UINT32_MAX;
+    float *out = chunk->correspondences + 3 * vertex;
+    if (springl >= 0) springls__original_to_world(ctx, a, out);
+    else springls__voxel_to_world(ctx, x, out);
+    chunk->ids[vertex] = springl >= 0 ? ctx->model.set.id[springl] : UINT32_MAX;
+}
+
+/* Writes the correspondences and ids of a chunk vertex by vertex. vertex: voxels. */
+SPRINGLS__FN void springls__fill_single_material(const springls_context *ctx, springls_chunk *chunk, const springls__v3 *vertex)
+{
+    int i;
+    for (i = 0; i < chunk->vertex_count; i++) {
+        const int nearest = springls__nearest_springl(&ctx->model, vertex[i], SPRINGLS__CHUNK_RADIUS);
+        const springls__v3 a = nearest < 0 ? vertex[i] : springls__correspondence_at(&ctx->model, nearest, vertex[i]);
+        springls__write_chunk_material(ctx, chunk, i, vertex[i], nearest, a);
+    }
+}
+
+/* Writes the correspondences and ids of a chunk. vertex: voxels. */
+SPRINGLS__FN void springls__fill_chunk_material(const springls_context *ctx, springls_chunk *chunk, const springls__v3 *vertex,
+                                                springls__candidates *candidates)
+{
+    springls__v3 lower = vertex[0], upper = vertex[0], a[SPRINGLS__LANES];
+    int i, k, count, guess = -1, springl[SPRINGLS__LANES];
+    for (i = 1; i < chunk->vertex_count; i++) {
+        lower = springls__min3(lower, vertex[i]);
+        upper = springls__max3(upper, vertex[i]);
+    }
+    if (!springls__find_candidates(&ctx->model, lower, upper, candidates)) {
+        springls__fill_single_material(ctx, chunk, vertex);
+        return;
+    }
+    for (i = 0; i < chunk->vertex_count; i += count) {
+        count = springls__imin(SPRINGLS__LANES, chunk->vertex_count - i);
+        springls__group_material(&ctx->model, candidates, vertex + i, count, &guess, springl, a);
+        for (k = 0; k < count; k++) springls__write_chunk_material(ctx, chunk, i + k, vertex[i + k], springl[k], a[k]);
+    }
 }
 
 /* Fills the arrays of a counted chunk. Its positions are in voxels first, then in world units. */
-SPRINGLS__FN void springls__fill_chunk(const springls_context *ctx, const springls_chunks *c, springls_chunk *chunk)
+SPRINGLS__FN void springls__fill_chunk(const springls_context *ctx, const springls_chunks *c, springls_chunk *chunk,
+                                       springls__candidates *candidates)
 {
     springls__v3 *vertex = (springls__v3 *)(void *)chunk->positions;
     int i;
     springls__mesh_chunk(c, chunk, vertex, chunk->triangles);
+    if (c->desc.correspondences && chunk->vertex_count) springls__fill_chunk_material(ctx, chunk, vertex, candidates);
     for (i = 0; i < chunk->vertex_count; i++) {
         springls__v3 x = vertex[i];
         springls__v3 n = springls__normal_to_world(ctx, springls__grid_gradient(&c->published, c->published.phi, x));
         memcpy(chunk->normals + 3 * i, &n, sizeof n);
         springls__voxel_to_world(ctx, x, chunk->positions + 3 * i);
-        if (c->desc.correspondences) springls__fill_chunk_springl(ctx, chunk, i, x);
     }
     for (i = 0; i < chunk->triangle_count && springls__is_mirrored(ctx); i++) { /* counter-clockwise seen from outside */
         uint16_t corner = chunk->triangles[3 * i + 1];
@@ -434,22 +520,24 @@ SPRINGLS__FN void springls__fill_chunk(const springls_context *ctx, const spring
 SPRINGLS__FN void springls__fill_chunk_work(void *arg, int begin, int end, float *memory)
 {
     const springls_context *ctx = (const springls_context *)arg;
-    (void)memory;
-    for (; begin < end; begin++) springls__fill_chunk(ctx, ctx->step.chunks, &ctx->step.chunks->chunk[begin]);
+    for (; begin < end; begin++)
+        springls__fill_chunk(ctx, ctx->step.chunks, &ctx->step.chunks->chunk[begin], (springls__candidates *)(void *)memory);
 }
 
 /* Writes c->chunk, a chunk without arrays for each dirty brick. */
 SPRINGLS__FN springls_status springls__list_chunks(springls_context *ctx, springls_chunks *c)
 {
     const springls__grid *g = &c->published;
-    int bricks = (int)springls__brick_count(g), i, n = 0;
-    for (i = 0; i < bricks; i++) n += c->dirty[i];
+    int entries = (int)springls__entry_count(g), i, axis, n = 0;
+    for (i = 0; i < entries; i++) n += c->dirty[i];
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->chunk_memory, (size_t)(n + c->left_count) + 1, sizeof *c->chunk, 0));
     c->chunk = (springls_chunk *)c->chunk_memory.data;
     memset(c->chunk, 0, (size_t)n * sizeof *c->chunk);
-    for (i = n = 0; i < bricks; i++) {
+    for (i = n = 0; i < entries; i++) {
         if (!c->dirty[i]) continue;
-        springls__brick_place(g, i, c->chunk[n++].brick);
+        springls__entry_origin(g, i, c->chunk[n].brick);
+        for (axis = 0; axis < 3; axis++) c->chunk[n].brick[axis] /= SPRINGLS__BRICK;
+        n++;
     }
     c->count = n;
     return SPRINGLS_OK;
@@ -466,7 +554,7 @@ SPRINGLS__FN springls_status springls__allocate_chunks(springls_context *ctx, sp
         const int *b = c->chunk[i].brick;
         vertices += (size_t)c->chunk[i].vertex_count;
         corners += 3 * (size_t)c->chunk[i].triangle_count;
-        if (c->chunk[i].triangle_count || c->has_mesh[springls__brick_at(&c->published, 8 * b[0], 8 * b[1], 8 * b[2])])
+        if (c->chunk[i].triangle_count || c->has_mesh[springls__entry_at(&c->published, 8 * b[0], 8 * b[1], 8 * b[2])])
             c->chunk[n++] = c->chunk[i];
     }
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->vertex_memory, vertices * words + 1, sizeof(float), 0));
@@ -520,8 +608,8 @@ SPRINGLS__FN void springls__name_chunks(springls_chunks *c)
 /* Marks as dirty all bricks with values. */
 SPRINGLS__FN void springls__mark_all(springls_chunks *c)
 {
-    size_t bricks = springls__brick_count(&c->published), i;
-    for (i = 0; i < bricks; i++) c->dirty[i] |= c->has_mesh[i] || c->published.top[i] >= SPRINGLS__FIRST_SLOT;
+    size_t entries = springls__entry_count(&c->published), i;
+    for (i = 0; i < entries; i++) c->dirty[i] |= c->has_mesh[i] || c->published.top[i] >= SPRINGLS__FIRST_SLOT;
 }
 
 enum { SPRINGLS__CHUNKS_PUBLISH, SPRINGLS__CHUNKS_COUNT, SPRINGLS__CHUNKS_FILL, SPRINGLS__CHUNKS_FILLED };
@@ -530,6 +618,7 @@ enum { SPRINGLS__CHUNKS_PUBLISH, SPRINGLS__CHUNKS_COUNT, SPRINGLS__CHUNKS_FILL, 
    chunks. */
 SPRINGLS__FN springls_status springls__update_chunks(springls_context *ctx)
 {
+    const size_t floats = sizeof(springls__candidates) / sizeof(float);
     springls_chunks *c = ctx->step.chunks;
     int i;
     ctx->on_device = false;
@@ -553,14 +642,15 @@ SPRINGLS__FN springls_status springls__update_chunks(springls_context *ctx)
         return springls__next_phase(ctx, SPRINGLS__CHUNKS_FILL);
     case SPRINGLS__CHUNKS_FILL:
         SPRINGLS__TRY(springls__allocate_chunks(ctx, c));
-        springls__loop_over(ctx, c->count, 1, 0, springls__fill_chunk_work, ctx);
+        if (c->desc.correspondences) SPRINGLS__TRY(springls__reserve_lanes(ctx, floats, c->count));
+        springls__loop_over(ctx, c->count, 1, c->desc.correspondences ? floats : 0, springls__fill_chunk_work, ctx);
         return springls__next_phase(ctx, SPRINGLS__CHUNKS_FILLED);
     case SPRINGLS__CHUNKS_FILLED:
     default:
-        memset(c->dirty, 0, springls__brick_count(&c->published));
+        memset(c->dirty, 0, springls__entry_count(&c->published));
         for (i = 0; i < c->count; i++) {
             const int *b = c->chunk[i].brick;
-            c->has_mesh[springls__brick_at(&c->published, 8 * b[0], 8 * b[1], 8 * b[2])] = c->chunk[i].triangle_count > 0;
+            c->has_mesh[springls__entry_at(&c->published, 8 * b[0], 8 * b[1], 8 * b[2])] = c->chunk[i].triangle_count > 0;
         }
         c->state = SPRINGLS__CHUNKS_READY;
         ctx->step.active = false;
@@ -582,8 +672,8 @@ SPRINGLS__FN void springls__list_again(springls_chunks *c)
     int i;
     for (i = 0; i < c->count; i++) {
         const int *b = c->chunk[i].brick;
-        int brick = springls__brick_at(&c->published, 8 * b[0], 8 * b[1], 8 * b[2]);
-        c->dirty[brick] = c->has_mesh[brick] = 1; /* as if it had one: a chunk that has vanished is listed too */
+        int entry = springls__entry_at(&c->published, 8 * b[0], 8 * b[1], 8 * b[2]);
+        c->dirty[entry] = c->has_mesh[entry] = 1; /* as if it had one: a chunk that has vanished is listed too */
     }
 }
 

@@ -400,7 +400,7 @@ SPRINGLS__FN bool springls__particles_are_in_bricks(const springls_context *ctx)
     for (i = 0; i < ctx->model.set.count; i++) {
         int origin[3];
         springls__origin_of_place(g, ctx->model.set.s[i].p, origin);
-        if (springls__slot_at(g, origin[0], origin[1], origin[2]) < SPRINGLS__FIRST_SLOT) return false;
+        if (springls__slot_of_voxel(g, origin[0], origin[1], origin[2]) < SPRINGLS__FIRST_SLOT) return false;
     }
     return true;
 }

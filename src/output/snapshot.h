@@ -20,8 +20,8 @@
 /* Counts the bricks with voxels. */
 SPRINGLS__FN int springls__active_bricks(const springls__grid *g)
 {
-    int i, n = 0, bricks = (int)springls__brick_count(g);
-    for (i = 0; i < bricks; i++) n += g->top[i] >= SPRINGLS__FIRST_SLOT;
+    int i, n = 0, entries = (int)springls__entry_count(g);
+    for (i = 0; i < entries; i++) n += g->top[i] >= SPRINGLS__FIRST_SLOT;
     return n;
 }
 
@@ -32,12 +32,12 @@ SPRINGLS__FN uint64_t springls__reference_stamp(springls_context *ctx)
     const springls__grid *g = &ctx->model.reference;
     const springls__surface *original = &ctx->original;
     uint64_t stamp = springls__checksum(1, &g->far_value, sizeof g->far_value, true);
-    int i, bricks = (int)springls__brick_count(g);
+    int i, entries = (int)springls__entry_count(g);
     if (ctx->reference_stamp) return ctx->reference_stamp;
-    for (i = 0; i < bricks; i++) {
-        int side = springls__imin(g->top[i], SPRINGLS__FIRST_SLOT);
+    for (i = 0; i < entries; i++) {
+        int side = springls__imin(g->top[i], SPRINGLS__FIRST_SLOT), brick = springls__brick_of_entry(g, i);
         if (side == SPRINGLS__OUTSIDE) continue;
-        stamp = springls__checksum(stamp, &i, sizeof i, true);
+        stamp = springls__checksum(stamp, &brick, sizeof brick, true);
         stamp = springls__checksum(stamp, &side, sizeof side, true);
         if (side >= SPRINGLS__FIRST_SLOT)
             stamp = springls__checksum(stamp, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS,
@@ -126,12 +126,13 @@ SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, 
     char *side = out + layout->at[sides];
     springls__coder numbers = springls__writer(out + layout->at[sides + 1]);
     springls__coder values = springls__writer(out + layout->at[sides + 2]);
-    int i, bricks = (int)springls__brick_count(g);
+    int i, entries = (int)springls__entry_count(g);
     memset(side, 0, (size_t)springls__side_bytes(g));
-    for (i = 0; i < bricks; i++) {
-        if (g->top[i] == SPRINGLS__INSIDE) side[i >> 3] = (char)(side[i >> 3] | 1 << (i & 7));
+    for (i = 0; i < entries; i++) {
+        int brick = springls__brick_of_entry(g, i);
+        if (g->top[i] == SPRINGLS__INSIDE) side[brick >> 3] = (char)(side[brick >> 3] | 1 << (brick & 7));
         if (g->top[i] < SPRINGLS__FIRST_SLOT) continue;
-        SPRINGLS__CODE(&numbers, i);
+        SPRINGLS__CODE(&numbers, brick);
         springls__code(&values, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS, SPRINGLS__BRICK_VOXELS, sizeof(float));
     }
 }
@@ -342,7 +343,8 @@ SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
 {
     const int furthest = INT32_MAX / 2; /* counters that will grow */
     if (springls__params_fault(&s->params) || !springls__finite_double(s->time)) return false;
-    if (s->springls < 0 || s->springls > INT32_MAX / 3 - 1 || s->at_edges < 0 || s->at_edges > s->springls) return false;
+    if (s->springls < 0 || s->springls > INT32_MAX / 3 - 1) return false;
+    if (s->at_edges < 0 || s->at_edges > INT32_MAX / 3 - 1) return false; /* some may have been removed since they were counted */
     if (s->iteration < 0 || s->iteration > furthest || s->steps < 0 || s->steps > furthest) return false;
     if (s->neighbors_age < -1 || s->neighbors_age > furthest) return false;
     if (s->components < 0 || s->events < 0 || s->event_parts < 0) return false;
@@ -590,8 +592,36 @@ SPRINGLS__FN springls_status springls__snapshot_read(springls_context *ctx, cons
 
 /* ---- restoring ---- */
 
+/* Returns the top table of a grid of three sections, the first of which is `sides`. count: of its bricks with voxels. */
+SPRINGLS__FN springls__table springls__table_of_block(const springls__grid *g, const springls__layout *layout, int sides,
+                                                      const char *block, int count)
+{
+    const char *side = block + layout->at[sides], *numbers = block + layout->at[sides + 1];
+    const int bricks = (int)springls__brick_count(g);
+    springls__brick_box box = springls__empty_box();
+    int i;
+    for (i = 0; i < count; i++) springls__box_add_brick(g, &box, springls__int_at(numbers, (size_t)i), 0);
+    for (i = 0; i < bricks; i++) {
+        if ((i & 7) == 0 && side[i >> 3] == 0) i += 7; /* eight that are outside */
+        else if (side[i >> 3] >> (i & 7) & 1) springls__box_add_brick(g, &box, i, 0);
+    }
+    return springls__table_for(g, &box);
+}
+
+/* Finds the top tables of a block, the model's and, where it has one, that of the reference. */
+SPRINGLS__FN void springls__tables_of_block(const springls_context *ctx, const springls__snapshot_state *s,
+                                            const springls__layout *layout, const char *block, springls__table tables[2])
+{
+    const springls__grid *g = &ctx->model.grid;
+    tables[0] = springls__table_of_block(g, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
+    tables[1] = ctx->model.reference.table;
+    if (s->kind == SPRINGLS_SNAPSHOT_KIND_ALL)
+        tables[1] = springls__table_of_block(g, layout, SPRINGLS__SECTION_REFERENCE_SIDES, block, s->reference_bricks);
+}
+
 /* Grows all memory of the context to what the snapshot needs; the model stays as it is. */
-SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, const springls__snapshot_state *s)
+SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, const springls__snapshot_state *s,
+                                                        const springls__table tables[2])
 {
     springls__surface *original = &ctx->original;
     size_t n = (size_t)s->original, kept = (size_t)original->count;
@@ -601,6 +631,10 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
         SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)s->springls + 1,
                                      ctx->neighbors_age >= 0 ? (size_t)ctx->model.set.count : 0));
     SPRINGLS__TRY(springls__grid_reserve(ctx, springls__imax(SPRINGLS__FIRST_SLOT + s->bricks, ctx->model.grid.slot_count)));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_TOP, springls__entries_of(&tables[0]),
+                                 springls__entry_count(&ctx->model.grid)));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_TOP, springls__entries_of(&tables[1]),
+                                 springls__entry_count(&ctx->model.reference)));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->component_memory, (size_t)s->components + 1, sizeof(springls__component),
                                         (size_t)ctx->component_count * sizeof(springls__component)));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->event_memory, (size_t)s->events + 1, sizeof(springls_event),
@@ -618,18 +652,24 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI,
                                  (size_t)(SPRINGLS__FIRST_SLOT + s->reference_bricks),
                                  (size_t)ctx->model.reference.slot_count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, bvh_items, n));
+    SPRINGLS__TRY(springls__bvh_reserve(ctx, n));
     SPRINGLS__TRY(springls__surface_room(ctx, original, n + 1, kept));
     return springls__buffer_grow(ctx, &original->source_memory, n + 1, sizeof(int), original->source ? kept * sizeof(int) : 0);
 }
 
 /* Replaces the bricks of a grid by those of three sections, the first of which is `sides`, in slots of their order. */
-SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__layout *layout, int sides, const char *block, int count)
+SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__table *table, const springls__layout *layout, int sides,
+                                     const char *block, int count)
 {
     const char *side = block + layout->at[sides], *numbers = block + layout->at[sides + 1];
-    int i, bricks = (int)springls__brick_count(g);
-    for (i = 0; i < bricks; i++) g->top[i] = side[i >> 3] >> (i & 7) & 1 ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
-    for (i = 0; i < count; i++) g->top[springls__int_at(numbers, (size_t)i)] = SPRINGLS__FIRST_SLOT + i;
+    int i, entries = (int)springls__entries_of(table), brick;
+    g->table = *table;
+    for (i = 0; i < entries; i++) {
+        brick = springls__brick_of_entry(g, i);
+        g->top[i] = side[brick >> 3] >> (brick & 7) & 1 ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
+    }
+    for (i = 0; i < count; i++)
+        g->top[springls__entry_of_brick(g, springls__int_at(numbers, (size_t)i))] = SPRINGLS__FIRST_SLOT + i;
     springls__copy_numbers(g->phi + SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, block + layout->at[sides + 2],
                            (size_t)count * SPRINGLS__BRICK_VOXELS, sizeof(float));
     g->slot_count = SPRINGLS__FIRST_SLOT + count;
@@ -704,7 +744,7 @@ SPRINGLS__FN void springls__get_components(springls_context *ctx, const springls
 }
 
 /* Replaces the arrays of the model and its attributes by those of the snapshot. Precondition: springls__snapshot_reserve. */
-SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls__snapshot_state *s,
+SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls__snapshot_state *s, const springls__table *table,
                                           const springls__layout *layout, const char *block)
 {
     springls__coder c = springls__reader(block + layout->at[SPRINGLS__SECTION_OF(S)]);
@@ -713,20 +753,20 @@ SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls_
     for (i = SPRINGLS__SECTION_SET; i <= SPRINGLS__SECTION_NEIGHBORS; i++)
         if (springls__section_of(i)->width) springls__get_array(ctx, s, layout, block, i);
     springls__get_components(ctx, s, layout, block);
-    springls__get_grid(&ctx->model.grid, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
+    springls__get_grid(&ctx->model.grid, table, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
     springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS],
                           layout->at[SPRINGLS__SECTION_CALM] ? block + layout->at[SPRINGLS__SECTION_CALM] : NULL, s->bricks);
     springls__get_attributes(ctx, s, layout, block);
 }
 
 /* Copies the reference level set and the original surface, and builds its hierarchy. */
-SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls__snapshot_state *s,
+SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls__snapshot_state *s, const springls__table *table,
                                           const springls__layout *layout, const char *block)
 {
     springls__surface *original = &ctx->original;
     springls__grid_constants(ctx, &ctx->model.reference);
     ctx->reference_stamp = 0;
-    springls__get_grid(&ctx->model.reference, layout, SPRINGLS__SECTION_REFERENCE_SIDES, block, s->reference_bricks);
+    springls__get_grid(&ctx->model.reference, table, layout, SPRINGLS__SECTION_REFERENCE_SIDES, block, s->reference_bricks);
     springls__surface_forget(original);
     if (s->original == 0) return;
     springls__get_array(ctx, s, layout, block, SPRINGLS__SECTION_ORIGINAL);
@@ -766,6 +806,7 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->time = s->time;
     ctx->iteration = s->iteration;
     ctx->lag = s->lag;
+    ctx->away = FLT_MAX;
     ctx->opposed = s->opposed != 0;
     ctx->saved.in_use = false;
     springls__stats_take(&ctx->stats, s);
@@ -787,17 +828,19 @@ SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void 
 {
     springls__snapshot_state s;
     springls__layout layout;
+    springls__table tables[2];
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!block) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "restore: the block is NULL");
     SPRINGLS__TRY(springls__use_host(ctx, false));
     SPRINGLS__TRY(springls__snapshot_read(ctx, (const char *)block, size, &s, &layout));
-    SPRINGLS__TRY(springls__snapshot_reserve(ctx, &s));
+    springls__tables_of_block(ctx, &s, &layout, (const char *)block, tables);
+    SPRINGLS__TRY(springls__snapshot_reserve(ctx, &s, tables));
     springls__abandon_step(ctx);
     springls__discard_device_copies(ctx);
     ctx->model.params = s.params;
     springls__model_constants(ctx);
-    springls__snapshot_take(ctx, &s, &layout, (const char *)block);
-    if (s.kind == SPRINGLS_SNAPSHOT_KIND_ALL) springls__original_take(ctx, &s, &layout, (const char *)block);
+    springls__snapshot_take(ctx, &s, &tables[0], &layout, (const char *)block);
+    if (s.kind == SPRINGLS_SNAPSHOT_KIND_ALL) springls__original_take(ctx, &s, &tables[1], &layout, (const char *)block);
     springls__numbers_take(ctx, &s);
     return SPRINGLS_OK;
 }

@@ -110,7 +110,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
         for (y = 0; y < g->size[1]; y++)
             for (x = 0; x < g->size[0]; x += SPRINGLS__BRICK) { /* one row of a brick */
                 int n = springls__imin(SPRINGLS__BRICK, g->size[0] - x);
-                const float *brick = g->phi + (size_t)springls__slot_at(g, x, y, z) * SPRINGLS__BRICK_VOXELS;
+                const float *brick = g->phi + (size_t)springls__slot_of_voxel(g, x, y, z) * SPRINGLS__BRICK_VOXELS;
                 memcpy(out, brick + springls__voxel_in_brick(x, y, z), (size_t)n * sizeof *out);
                 out += n;
             }

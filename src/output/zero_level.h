@@ -56,7 +56,7 @@ SPRINGLS__FN bool springls__level_ray_active(const springls__level_ray *ray, int
     at[ray->frame.kz] = springls__imax(begin, 0); /* cubes that begin before the domain belong to its first bricks */
     for (at[ky] = springls__imax(v[0], 0) & ~7; at[ky] <= springls__imax(v[1], 0); at[ky] += SPRINGLS__BRICK)
         for (at[kx] = springls__imax(u[0], 0) & ~7; at[kx] <= springls__imax(u[1], 0); at[kx] += SPRINGLS__BRICK)
-            if (springls__slot_at(ray->g, at[0], at[1], at[2]) >= SPRINGLS__FIRST_SLOT) return true;
+            if (springls__slot_of_voxel(ray->g, at[0], at[1], at[2]) >= SPRINGLS__FIRST_SLOT) return true;
     return false;
 }
 
@@ -66,8 +66,8 @@ SPRINGLS__FN void springls__level_ray_cube(springls__level_ray *ray, const int a
     const springls__grid *g = ray->g;
     springls__mc_cell cell;
     int mask, k;
-    if (springls__slot_at(g, springls__imax(at[0], 0), springls__imax(at[1], 0), springls__imax(at[2], 0)) < SPRINGLS__FIRST_SLOT)
-        return;
+    if (springls__slot_of_voxel(g, springls__imax(at[0], 0), springls__imax(at[1], 0), springls__imax(at[2], 0))
+        < SPRINGLS__FIRST_SLOT) return;
     cell = springls__grid_cube(g, at[0], at[1], at[2]);
     mask = springls__mc_case(cell);
     for (k = 0; k < springls__mc_count(mask); k++) {
@@ -271,12 +271,12 @@ SPRINGLS__FN void springls__level_try_row(springls__level_search *search, int br
     }
 }
 
-/* Returns a lower bound of the squared distance to the cubes of a brick of the top table; FLT_MAX when it is not active. */
+/* Returns a lower bound of the squared distance to the cubes of a brick; FLT_MAX when it is not active. */
 SPRINGLS__FN float springls__level_brick2(const springls__level_search *search, int brick)
 {
     const springls__grid *g = &search->ctx->model.grid;
     int lower[3], upper[3], k;
-    if (g->top[brick] < SPRINGLS__FIRST_SLOT) return FLT_MAX;
+    if (springls__slot_of_brick(g, brick) < SPRINGLS__FIRST_SLOT) return FLT_MAX;
     springls__brick_origin(g, brick, lower);
     for (k = 0; k < 3; k++) {
         upper[k] = lower[k] + SPRINGLS__BRICK;
@@ -285,7 +285,7 @@ SPRINGLS__FN float springls__level_brick2(const springls__level_search *search, 
     return springls__level_box2(search, lower, upper);
 }
 
-/* Searches the cubes of a brick of the top table, row by row. */
+/* Searches the cubes of a brick, row by row. */
 SPRINGLS__FN void springls__level_try_brick(springls__level_search *search, int brick)
 {
     const springls__grid *g = &search->ctx->model.grid;
@@ -295,7 +295,7 @@ SPRINGLS__FN void springls__level_try_brick(springls__level_search *search, int 
     int u[2], v[2], w[2], y, z;
     if (springls__level_brick2(search, brick) > search->limit2) return;
     radius = springls__sqrt(search->limit2);
-    range = springls__brick_cubes(g, g->top[brick]);
+    range = springls__brick_cubes(g, springls__slot_of_brick(g, brick));
     border = springls__tile_at_border(g, range.origin);
     springls__level_span(search, &range, 0, radius, u);
     springls__level_span(search, &range, 1, radius, v);
@@ -310,8 +310,8 @@ SPRINGLS__FN void springls__level_try_brick(springls__level_search *search, int 
         }
 }
 
-/* Returns a lower bound of the distance to the bricks that are r or more away from brick `center`, of the top table; FLT_MAX
-   where there are none. */
+/* Returns a lower bound of the distance to the bricks that are r or more away from brick `center`; FLT_MAX where there are
+   none. */
 SPRINGLS__FN float springls__level_ring_distance(const springls__level_search *search, const int center[3], int r)
 {
     const springls__grid *g = &search->ctx->model.grid;
@@ -330,7 +330,7 @@ SPRINGLS__FN float springls__level_ring_distance(const springls__level_search *s
     return bound;
 }
 
-/* A walk over the bricks of the top table that are r away from brick `center`; over all active ones when r is negative. */
+/* A walk over the bricks that are r away from brick `center`; over all active ones when r is negative. */
 typedef struct springls__ring_walk {
     const springls__grid *g;
     int center[3], r, at[3], next;
@@ -421,7 +421,7 @@ SPRINGLS__FN springls__level_hit springls__level_closest(springls__level_search 
     search->x = springls__world_to_model(ctx, world);
     for (k = 0; k < 3; k++) {
         search->at[k] = (float)(x[k] < -1e15 ? -1e15 : x[k] > 1e15 ? 1e15 : x[k]);
-        center[k] = springls__cell_coordinate(search->at[k], g->size[k]) / SPRINGLS__BRICK;
+        center[k] = springls__cell_coordinate(search->at[k], 0, g->size[k]) / SPRINGLS__BRICK;
     }
     search->slack = 4e-6f * (springls__max_coordinate(search->x)
                              + springls__max_coordinate(springls__voxel_to_model(ctx, corner)));

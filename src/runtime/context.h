@@ -72,6 +72,24 @@ typedef struct springls__attribute {
 /* The largest of some floats, at least 0, and how many are more than a limit. */
 typedef struct springls__largest { float value; int more; } springls__largest;
 
+/* Numbers that stages find on a device and read later, several in one reading (springls__count_later in launch.h). */
+typedef enum springls__late_count {
+    SPRINGLS__COUNT_NOW, /* read at once */
+    SPRINGLS__COUNT_LARGEST,
+    SPRINGLS__COUNT_ABOVE_LIMIT,
+    SPRINGLS__COUNT_DISPLACEMENT,
+    SPRINGLS__COUNT_DISPLACED,
+    SPRINGLS__COUNT_OPPOSED,
+    SPRINGLS__COUNT_OPPOSED_ASLEEP,
+    SPRINGLS__COUNT_RESHAPED,
+    SPRINGLS__COUNT_LEFT,
+    SPRINGLS__COUNT_SPLITS,
+    SPRINGLS__COUNT_LATE
+} springls__late_count;
+
+/* Places in the device array COUNTS: the first are those of collectives at work, the others those of late counts. */
+enum { SPRINGLS__OWN_COUNTS = 4, SPRINGLS__COUNTS = SPRINGLS__OWN_COUNTS + SPRINGLS__COUNT_LATE };
+
 /* A device where kernels run instead of the host (springls_cl.h). A function that fails stores the reason in ctx->error and does
    not log it: springls__fall_back_to_host does. */
 struct springls_backend {
@@ -88,10 +106,12 @@ struct springls_backend {
     size_t user_bytes; /* of `user` that the text reads */
     springls_status (*run)(springls_context *ctx, int kernel, int count, springls__arguments args);
     /* Collectives: each does what the host function does that calls it. After SPRINGLS_DEVICE_FAILED the host repeats it, unless
-       ctx->lost; other failures come from springls__fail. */
-    springls_status (*count_of)(springls_context *ctx, springls__array array, int count, uint8_t value, int *found);
-    springls_status (*largest)(springls_context *ctx, springls__array array, int count, float limit, springls__largest *found);
-    springls_status (*scan)(springls_context *ctx, springls__array array, int count, int *total);
+       ctx->lost; other failures come from springls__fail. The first three wait for nothing: what they find is left in the
+       device array COUNTS, from `place` on. */
+    springls_status (*count_of)(springls_context *ctx, springls__array array, int count, uint8_t value, int place);
+    springls_status (*largest)(springls_context *ctx, springls__array array, int count, float limit, int place);
+    springls_status (*scan)(springls_context *ctx, springls__array array, int count, int place);
+    springls_status (*read_counts)(springls_context *ctx); /* waits; ends with springls__take_counts */
     springls_status (*constellation_compact)(springls_context *ctx);
     springls_status (*cell_list_build)(springls_context *ctx);
     springls_status (*cell_list_cover_around)(springls_context *ctx);
@@ -158,8 +178,9 @@ typedef struct springls__motion {
 /* The level set as the steps have left it, while phi has followed the springls for a reader (follow.h). */
 typedef struct springls__saved_level_set {
     springls__buffer memory; /* SPRINGLS__SAVED_BITS, one after the other                                       */
+    springls__table table;
     int active_count, free_count, slot_count, some_asleep;
-    float lag;
+    float lag, away;
     bool opposed, in_use;
 } springls__saved_level_set;
 
@@ -215,6 +236,7 @@ struct springls_context {
     springls__surface original;
     uint64_t reference_stamp; /* of the reference level set and the original surface (snapshot.h); 0: not known  */
     springls__surface springl_surface; /* the triangles of the springls, for queries                             */
+    springls__buffer bvh_memory; /* working memory of bvh.h                                                      */
     springls__attribute attributes[SPRINGLS_MAX_ATTRIBUTES]; /* those behind the last keep their memory          */
     int attribute_count;
     springls__buffer attribute_memory[SPRINGLS__ATTRIBUTE_BUFFERS]; /* working memory of stages/inherit.h        */
@@ -234,12 +256,15 @@ struct springls_context {
     bool lost;              /* the model could not be copied from the device: all work stops until the report    */
     springls_sampled_field on_device_field[2]; /* pressure and velocity, as last copied to the device            */
     bool on_device;         /* kernels run on the backend: true in stages, false in inputs and queries           */
+    uint32_t late_count[SPRINGLS__COUNT_LATE]; /* that have been read, or found on the host (launch.h)          */
+    uint32_t late_unread;   /* a bit for each that the device has found and the host has not read               */
     int calls;              /* depth of the stages and steps at work, one inside the other                       */
     springls_stats stats;
     double time;
     int iteration;          /* k of Algorithm 2                                                                 */
     float lag;              /* voxels that springls have moved at most, in lazy steps, since phi last followed; FLT_MAX:
                                they have been moved otherwise, and phi follows in the next step                 */
+    float away;             /* voxels: no particle is further from its synced_position; FLT_MAX: not known      */
     bool opposed;           /* the model may have thin sheets or gaps, whose sides are near one voxel           */
     springls__saved_level_set saved;
     springls__work work;

@@ -137,47 +137,102 @@ SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, 
 
 enum { SPRINGLS__CHUNKS = 1024 }; /* parts of an array that a device adds up by themselves, at most */
 
-/* Makes room for what a device counts and adds up: else the two functions below would fall back to the host for want of memory. */
+/* Makes room for what a device counts and adds up: else the functions below would fall back to the host for want of memory. */
 SPRINGLS__FN springls_status springls__reserve_counts(springls_context *ctx)
 {
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_COUNTS, 16, 0));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_COUNTS, SPRINGLS__COUNTS, 0));
     return springls__grow(ctx, SPRINGLS__ARRAY_SUMS, 3 * SPRINGLS__CHUNKS, 0);
+}
+
+/* ---- counts: a device leaves them in its memory until the host reads all of them at once (springls__late_count) ---- */
+
+/* Makes `number` late counts from `late` on 0. */
+SPRINGLS__FN void springls__clear_late(springls_context *ctx, springls__late_count late, int number)
+{
+    memset(ctx->late_count + late, 0, (size_t)number * sizeof *ctx->late_count);
+    ctx->late_unread &= ~(((1u << number) - 1u) << late);
+}
+
+/* Notes that the device has found so many late counts. */
+SPRINGLS__FN void springls__left_on_device(springls_context *ctx, springls__late_count late, int number)
+{
+    ctx->late_unread |= ((1u << number) - 1u) << late;
+}
+
+/* Returns a number that a function below has left. Waits for the device, unless it has been read since. */
+SPRINGLS__FN uint32_t springls__count_found(springls_context *ctx, springls__late_count late)
+{
+    if ((ctx->late_unread >> late & 1u) && ctx->backend->read_counts(ctx) != SPRINGLS_OK) springls__fall_back_to_host(ctx);
+    return ctx->late_count[late];
+}
+
+/* Counts how many of the first `count` bytes of an array are `value`, for springls__count_found. */
+SPRINGLS__FN void springls__count_later(springls_context *ctx, springls__late_count late, springls__array array, int count,
+                                        uint8_t value)
+{
+    const uint8_t *flags;
+    int i;
+    springls__clear_late(ctx, late, 1);
+    if (count <= 0) return;
+    if (ctx->on_device) {
+        if (ctx->backend->count_of(ctx, array, count, value, SPRINGLS__OWN_COUNTS + (int)late) == SPRINGLS_OK) {
+            springls__left_on_device(ctx, late, 1);
+            return;
+        }
+        springls__fall_back_to_host(ctx);
+    }
+    if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return;
+    flags = (const uint8_t *)ctx->memory[array].data;
+    for (i = 0; i < count; i++) ctx->late_count[late] += flags[i] == value;
 }
 
 /* Returns how many of the first `count` bytes of an array are `value`. */
 SPRINGLS__FN int springls__count_of(springls_context *ctx, springls__array array, int count, uint8_t value)
 {
-    const uint8_t *flags;
-    int i, n = 0;
+    springls__count_later(ctx, SPRINGLS__COUNT_NOW, array, count, value);
+    return (int)springls__count_found(ctx, SPRINGLS__COUNT_NOW);
+}
+
+/* Finds the largest of the first `count` floats of an array, and how many are more than the limit, for springls__largest_found:
+   late counts number `late` and `late` + 1. */
+SPRINGLS__FN void springls__largest_later(springls_context *ctx, springls__late_count late, springls__array array, int count,
+                                          float limit)
+{
+    const float *values;
+    float largest = 0.0f;
+    int i;
+    springls__clear_late(ctx, late, 2); /* the bits of 0.0f are 0 */
+    if (count <= 0) return;
     if (ctx->on_device) {
-        if (ctx->backend->count_of(ctx, array, count, value, &n) == SPRINGLS_OK) return n;
+        if (ctx->backend->largest(ctx, array, count, limit, SPRINGLS__OWN_COUNTS + (int)late) == SPRINGLS_OK) {
+            springls__left_on_device(ctx, late, 2);
+            return;
+        }
         springls__fall_back_to_host(ctx);
     }
-    if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return 0;
-    flags = (const uint8_t *)ctx->memory[array].data;
-    for (i = 0; i < count; i++) n += flags[i] == value;
-    return n;
+    if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return;
+    values = (const float *)ctx->memory[array].data;
+    for (i = 0; i < count; i++) {
+        largest = springls__max(largest, values[i]);
+        ctx->late_count[late + 1] += values[i] > limit;
+    }
+    memcpy(&ctx->late_count[late], &largest, sizeof largest);
+}
+
+SPRINGLS__FN springls__largest springls__largest_found(springls_context *ctx, springls__late_count late)
+{
+    uint32_t bits = springls__count_found(ctx, late);
+    springls__largest found;
+    memcpy(&found.value, &bits, sizeof found.value);
+    found.more = (int)ctx->late_count[late + 1];
+    return found;
 }
 
 /* Finds the largest of the first `count` floats of an array, and how many are more than the limit. */
 SPRINGLS__FN springls__largest springls__find_largest(springls_context *ctx, springls__array array, int count, float limit)
 {
-    const float *values;
-    springls__largest found = { 0.0f, 0 };
-    int i;
-    if (ctx->on_device) {
-        if (ctx->backend->largest(ctx, array, count, limit, &found) == SPRINGLS_OK) return found;
-        springls__fall_back_to_host(ctx);
-        found.value = 0.0f;
-        found.more = 0;
-    }
-    if (springls__to_host(ctx, (uint64_t)1 << array, 0) != SPRINGLS_OK) return found;
-    values = (const float *)ctx->memory[array].data;
-    for (i = 0; i < count; i++) {
-        found.value = springls__max(found.value, values[i]);
-        found.more += values[i] > limit;
-    }
-    return found;
+    springls__largest_later(ctx, SPRINGLS__COUNT_LARGEST, array, count, limit);
+    return springls__largest_found(ctx, SPRINGLS__COUNT_LARGEST);
 }
 
 /* Replaces each of the numbers by the sum of those before it; returns the sum of all. */
@@ -193,20 +248,49 @@ SPRINGLS__FN uint64_t springls__prefix_sums(uint32_t *numbers, int count)
     return sum;
 }
 
-/* Replaces each of the first `count` numbers of an array by the sum of those before it. *total: the sum of all; fails when it is
-   more than an int holds. */
-SPRINGLS__FN springls_status springls__scan(springls_context *ctx, springls__array array, int count, int *total)
+/* Replaces each of the first `count` numbers of an array by the sum of those before it; the sum of all, which an int has to hold,
+   is for springls__scan_found. */
+SPRINGLS__FN springls_status springls__scan_later(springls_context *ctx, springls__late_count late, springls__array array,
+                                                  int count)
 {
     uint64_t sum;
+    springls__clear_late(ctx, late, 1);
+    if (count <= 0) return SPRINGLS_OK;
     if (ctx->on_device) {
-        springls_status status = ctx->backend->scan(ctx, array, count, total);
+        springls_status status = ctx->backend->scan(ctx, array, count, SPRINGLS__OWN_COUNTS + (int)late);
+        if (status == SPRINGLS_OK) springls__left_on_device(ctx, late, 1);
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     SPRINGLS__TRY(springls__to_host(ctx, 0, (uint64_t)1 << array));
     sum = springls__prefix_sums((uint32_t *)ctx->memory[array].data, count);
+    ctx->late_count[late] = sum > INT32_MAX ? UINT32_MAX : (uint32_t)sum;
+    return SPRINGLS_OK;
+}
+
+/* Writes that sum to *total; fails when it is more than an int holds. */
+SPRINGLS__FN springls_status springls__scan_found(springls_context *ctx, springls__late_count late, int *total)
+{
+    uint32_t sum = springls__count_found(ctx, late);
+    if (ctx->lost) return ctx->backend_status;
     if (sum > INT32_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "a count overflows");
     *total = (int)sum;
     return SPRINGLS_OK;
+}
+
+/* Replaces each of the first `count` numbers of an array by the sum of those before it. *total: the sum of all; fails when it is
+   more than an int holds. */
+SPRINGLS__FN springls_status springls__scan(springls_context *ctx, springls__array array, int count, int *total)
+{
+    SPRINGLS__TRY(springls__scan_later(ctx, SPRINGLS__COUNT_NOW, array, count));
+    return springls__scan_found(ctx, SPRINGLS__COUNT_NOW, total);
+}
+
+/* Returns true when rounds that are repeated until one changes nothing are to be checked for that. On a device some more, which
+   change nothing, cost less than waiting after each. */
+SPRINGLS__FN bool springls__checks_round(const springls_context *ctx, int rounds)
+{
+    const int between = 4;
+    return !ctx->on_device || rounds % between == 0;
 }
 
 #endif

@@ -14,6 +14,8 @@ SPRINGLS__FN size_t springls__used(const springls_context *ctx, springls__array 
     size_t all = ctx->memory[array].bytes / springls__element_size(array), used = all;
     if (springls__has_array(SPRINGLS__SET_BITS | SPRINGLS__SEARCH_BITS, (int)array)) used = (size_t)m->set.count;
     else if (springls__has_array(SPRINGLS__SLOT_BITS, (int)array)) used = (size_t)m->grid.slot_count;
+    else if (array == SPRINGLS__ARRAY_TOP) used = springls__entry_count(&m->grid);
+    else if (array == SPRINGLS__ARRAY_REFERENCE_TOP) used = springls__entry_count(&m->reference);
     return used < all ? used : all;
 }
 
@@ -26,6 +28,15 @@ SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls_
     if (to_host) buffer->host_stale = false;
     else buffer->device_stale = false;
     return SPRINGLS_OK;
+}
+
+/* Takes the late counts that have not been read from a copy of the array COUNTS. */
+SPRINGLS__FN void springls__take_counts(springls_context *ctx, const uint32_t *counts)
+{
+    int i;
+    for (i = 0; i < SPRINGLS__COUNT_LATE; i++)
+        if (ctx->late_unread >> i & 1u) ctx->late_count[i] = counts[SPRINGLS__OWN_COUNTS + i];
+    ctx->late_unread = 0;
 }
 
 /* Leaves the backend after a failure, whose reason is in ctx->error: copies to the host what is only on the device, so that the
@@ -41,6 +52,8 @@ SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
         if (buffer->device) ctx->backend->release(ctx, buffer);
         buffer->host_stale = buffer->device_stale = false;
     }
+    if (ctx->late_unread && !ctx->lost) springls__take_counts(ctx, ctx->model.work.counts);
+    ctx->late_unread = 0;
     ctx->backend = NULL;
     ctx->on_device = false;
     ctx->backend_status = springls__fail(ctx, SPRINGLS_DEVICE_FAILED, "%.180s; going on without the device%s", error,

@@ -249,10 +249,11 @@ SPRINGLS__FN bool springls__is_at_rest(const springls_context *ctx) { return ctx
    bricks that a moved window has kept. */
 SPRINGLS__FN springls_status springls__check_displacement(springls_context *ctx)
 {
-    float displacement;
-    SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
-    ctx->step.phi_from_springls = ctx->model.params.carry_level_set
-                                  && (displacement > ctx->model.grid.far_value || springls__has_lost_level_set(ctx));
+    const float sure = 0.9f; /* leaves room for the rounding of places */
+    float displacement = 0.0f;
+    if (!ctx->model.params.carry_level_set) return SPRINGLS_OK;
+    if (ctx->away > sure * ctx->model.grid.far_value) SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
+    ctx->step.phi_from_springls = displacement > ctx->model.grid.far_value || springls__has_lost_level_set(ctx);
     if (ctx->step.phi_from_springls) springls__wake_all(ctx);
     return SPRINGLS_OK;
 }

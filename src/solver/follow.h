@@ -48,11 +48,13 @@ SPRINGLS__FN springls_status springls__save_level_set(springls_context *ctx)
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__SAVED_BITS, 0));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &saved->memory, springls__copy_saved(ctx, NULL, false) + 1, 1, 0));
     springls__copy_saved(ctx, (char *)saved->memory.data, false);
+    saved->table = ctx->model.grid.table;
     saved->active_count = ctx->model.grid.active_count;
     saved->free_count = ctx->model.grid.free_count;
     saved->slot_count = ctx->model.grid.slot_count;
     saved->some_asleep = ctx->model.grid.some_asleep;
     saved->lag = ctx->lag;
+    saved->away = ctx->away;
     saved->opposed = ctx->opposed;
     saved->in_use = true;
     return SPRINGLS_OK;
@@ -63,12 +65,14 @@ SPRINGLS__FN void springls__end_reading(springls_context *ctx)
 {
     springls__saved_level_set *saved = &ctx->saved;
     if (!saved->in_use) return;
+    ctx->model.grid.table = saved->table;
     ctx->model.grid.active_count = saved->active_count;
     ctx->model.grid.free_count = saved->free_count;
     ctx->model.grid.slot_count = saved->slot_count;
     springls__copy_saved(ctx, (char *)saved->memory.data, true);
     ctx->model.grid.some_asleep = saved->some_asleep;
     ctx->lag = saved->lag;
+    ctx->away = saved->away;
     ctx->opposed = saved->opposed;
     ctx->at_rest = false;
     ctx->cells_fresh = ctx->omega_fresh = ctx->labels_fresh = false;

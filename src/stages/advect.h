@@ -617,6 +617,7 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
                               (double)motion->moved, (int)SPRINGLS__FURTHEST_MOTION);
     if (!motion->still) {
         SPRINGLS__TRY(springls__take_moved(motion));
+        ctx->away += motion->moved;
         springls__constellation_moved(ctx);
     }
     ctx->stats.largest_displacement = motion->moved;

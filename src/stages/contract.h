@@ -27,10 +27,17 @@ enum {
     SPRINGLS__CONTRACT_REMOVE
 };
 
+/* Returns true after the last round of merging. */
+SPRINGLS__FN bool springls__merges_decided(springls_context *ctx, int rounds)
+{
+    return springls__checks_round(ctx, rounds)
+        && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(contract_action), ctx->model.set.count, SPRINGLS__UNDECIDED) == 0;
+}
+
 SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
 {
     springls__arguments args;
-    int count = ctx->model.set.count, undecided;
+    int count = ctx->model.set.count;
     switch (ctx->work.phase) {
     case SPRINGLS__CONTRACT_JUDGE:
         if (count == 0) return SPRINGLS_OK;
@@ -44,7 +51,7 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
         springls__loop(ctx, SPRINGLS__KERNEL_reshape, count, NULL);
         return springls__next_phase(ctx, SPRINGLS__CONTRACT_RESHAPED);
     case SPRINGLS__CONTRACT_RESHAPED:
-        ctx->stats.reshaped += springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(contract_action), count, SPRINGLS__RESHAPE);
+        springls__count_later(ctx, SPRINGLS__COUNT_RESHAPED, SPRINGLS__ROLE_ARRAY(contract_action), count, SPRINGLS__RESHAPE);
         springls__constellation_changed(ctx);
         if (!(ctx->model.params.merge_distance > 0.0f)) return springls__next_phase(ctx, SPRINGLS__CONTRACT_REMOVE);
         SPRINGLS__TRY(springls__cell_list_build(ctx));
@@ -56,16 +63,18 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
         return springls__next_phase(ctx, SPRINGLS__CONTRACT_MERGED);
     case SPRINGLS__CONTRACT_MERGED:
         springls__swap(ctx, SPRINGLS__ROLE_ARRAY(contract_action), SPRINGLS__ROLE_ARRAY(next_contract_action));
-        undecided = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(contract_action), count, SPRINGLS__UNDECIDED);
-        return springls__next_phase(ctx, undecided > 0 ? SPRINGLS__CONTRACT_MERGE : SPRINGLS__CONTRACT_REMOVE);
+        return springls__next_phase(ctx, springls__merges_decided(ctx, ++ctx->work.repetition) ? SPRINGLS__CONTRACT_REMOVE
+                                                                                               : SPRINGLS__CONTRACT_MERGE);
     case SPRINGLS__CONTRACT_REMOVE:
     default:
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_left, count));
         springls__run(ctx, SPRINGLS__KERNEL_left, count, NULL);
-        ctx->stats.left += springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_left), count, 1);
+        springls__count_later(ctx, SPRINGLS__COUNT_LEFT, SPRINGLS__ROLE_ARRAY(has_left), count, 1);
         SPRINGLS__TRY(springls__attributes_before_removal(ctx));
         springls__stir(ctx, SPRINGLS__STIR_CONTRACTED, 0, count);
         SPRINGLS__TRY(springls__constellation_compact(ctx));
+        ctx->stats.reshaped += (int)springls__count_found(ctx, SPRINGLS__COUNT_RESHAPED);
+        ctx->stats.left += (int)springls__count_found(ctx, SPRINGLS__COUNT_LEFT);
         springls__attributes_after_removal(ctx, count);
         ctx->stats.removed += count - ctx->model.set.count;
         springls__constellation_changed(ctx);

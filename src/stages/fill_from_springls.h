@@ -23,10 +23,11 @@ SPRINGLS__FN springls_status springls__find_seeds(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Returns whether some seeds are neither chosen nor dropped yet. */
-SPRINGLS__FN bool springls__seeds_undecided(springls_context *ctx)
+/* Returns true when all seeds have been chosen or dropped, after so many rounds. */
+SPRINGLS__FN bool springls__seeds_decided(springls_context *ctx, int rounds)
 {
-    return springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(seed_action), ctx->model.set.count, SPRINGLS__UNDECIDED) > 0;
+    return springls__checks_round(ctx, rounds)
+        && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(seed_action), ctx->model.set.count, SPRINGLS__UNDECIDED) == 0;
 }
 
 /* Writes the chosen seeds behind the springls, as many as there is room for (ctx->work.added). Ends with a loop. */

@@ -80,7 +80,7 @@ SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
         SPRINGLS__TRY(springls__find_seeds(ctx));
         return springls__next_phase(ctx, SPRINGLS__FILL_CHOOSE_SEEDS);
     case SPRINGLS__FILL_CHOOSE_SEEDS:
-        if (springls__seeds_undecided(ctx)) {
+        if (!springls__seeds_decided(ctx, ctx->work.repetition)) {
             springls__loop(ctx, SPRINGLS__KERNEL_seed_choose, count, NULL);
             return springls__next_phase(ctx, SPRINGLS__FILL_SEEDS_CHOSEN);
         }
@@ -88,6 +88,7 @@ SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
         return springls__next_phase(ctx, SPRINGLS__FILL_SEEDS_INSERTED);
     case SPRINGLS__FILL_SEEDS_CHOSEN:
         springls__swap(ctx, SPRINGLS__ROLE_ARRAY(seed_action), SPRINGLS__ROLE_ARRAY(next_seed_action));
+        ctx->work.repetition++;
         return springls__next_phase(ctx, SPRINGLS__FILL_CHOOSE_SEEDS);
     case SPRINGLS__FILL_SEEDS_INSERTED:
         springls__seeds_inserted(ctx);

@@ -35,7 +35,7 @@ typedef struct springls__node_sums {
 } springls__node_sums;
 
 /* The current components of phi, and which one every voxel belongs to. Nodes are what is connected within an active brick,
-   then all bricks (those that are constant), then the exterior. */
+   then the entries of the top table (those that are constant), then the exterior. */
 typedef struct springls__labels {
     springls__current_component *item;
     int count;
@@ -43,22 +43,24 @@ typedef struct springls__labels {
     const int32_t *voxel;    /* node of a voxel of active bricks, 512 a place                                   */
     int32_t *node;           /* parent of a node; when all are joined, its component, -1: the exterior          */
     springls__node_sums *sums; /* one a node, while they are joined                                             */
-    int32_t first_brick;     /* node of the first brick                                                         */
+    int32_t first_brick;     /* node of the first entry of the top table                                        */
     double area_to_world[9]; /* turns a directed area, voxel^2, into world units                                */
 } springls__labels;
-
-/* Returns the node of a voxel of the domain: its own, or that of the constant brick it lies in. */
-SPRINGLS__FN int32_t springls__label_node(const springls__grid *g, const springls__labels *l, int x, int y, int z)
-{
-    int slot = springls__slot_at(g, x, y, z);
-    if (slot < SPRINGLS__FIRST_SLOT) return l->first_brick + springls__brick_at(g, x, y, z);
-    return l->voxel[l->rank[slot] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z)];
-}
 
 /* Returns the node of the exterior. */
 SPRINGLS__FN int32_t springls__exterior_node(const springls__grid *g, const springls__labels *l)
 {
-    return l->first_brick + (int32_t)springls__brick_count(g);
+    return l->first_brick + (int32_t)springls__entry_count(g);
+}
+
+/* Returns the node of a voxel of the domain: its own, or that of the constant brick it lies in. */
+SPRINGLS__FN int32_t springls__label_node(const springls__grid *g, const springls__labels *l, int x, int y, int z)
+{
+    int slot;
+    if (!springls__table_contains(g, x, y, z)) return springls__exterior_node(g, l);
+    slot = springls__slot_at(g, x, y, z);
+    if (slot < SPRINGLS__FIRST_SLOT) return l->first_brick + springls__entry_at(g, x, y, z);
+    return l->voxel[l->rank[slot] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z)];
 }
 
 /* Finds the coordinates of voxel i of active bricks. */
@@ -257,18 +259,19 @@ SPRINGLS__FN void springls__join_active_brick(const springls__grid *g, springls_
     }
 }
 
-/* Joins a constant brick with those beside it of its side, and one outside at the border with the exterior. */
-SPRINGLS__FN void springls__join_constant_brick(const springls__grid *g, springls__labels *l, int brick)
+/* Joins the constant brick of an entry with those beside it of its side, and one outside at the end of the top table with the
+   exterior. */
+SPRINGLS__FN void springls__join_constant_brick(const springls__grid *g, springls__labels *l, int entry)
 {
-    int place[3], axis, stride = 1;
-    springls__brick_place(g, brick, place);
+    int axis, stride = 1;
     for (axis = 0; axis < 3; axis++) {
-        bool last = place[axis] == g->bricks[axis] - 1;
-        if (g->top[brick] == SPRINGLS__OUTSIDE && (last || place[axis] == 0))
-            springls__join_trees(l->node, l->first_brick + brick, springls__exterior_node(g, l));
-        if (!last && g->top[brick + stride] == g->top[brick])
-            springls__join_trees(l->node, l->first_brick + brick, l->first_brick + brick + stride);
-        stride *= g->bricks[axis];
+        const int place = entry / stride % g->table.bricks[axis];
+        bool last = place == g->table.bricks[axis] - 1;
+        if (g->top[entry] == SPRINGLS__OUTSIDE && (last || place == 0))
+            springls__join_trees(l->node, l->first_brick + entry, springls__exterior_node(g, l));
+        if (!last && g->top[entry + stride] == g->top[entry])
+            springls__join_trees(l->node, l->first_brick + entry, l->first_brick + entry + stride);
+        stride *= g->table.bricks[axis];
     }
 }
 
@@ -297,7 +300,6 @@ SPRINGLS__FN int32_t springls__corner_node(const springls__grid *g, const spring
     x += walk->range.origin[0];
     y += walk->range.origin[1];
     z += walk->range.origin[2];
-    if (!springls__grid_contains(g, x, y, z)) return springls__exterior_node(g, l);
     return springls__label_node(g, l, x, y, z);
 }
 
@@ -441,7 +443,7 @@ SPRINGLS__FN springls__labels springls__kept_labels(const springls_context *ctx)
 SPRINGLS__FN springls_status springls__label_bricks(springls_context *ctx, springls__labels *l)
 {
     const springls__grid *g = &ctx->model.grid;
-    const size_t bricks = springls__brick_count(g);
+    const size_t entries = springls__entry_count(g);
     springls__label_job job;
     int32_t i, n = 0, count;
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_rank, (size_t)g->slot_count, sizeof(int32_t), 0));
@@ -460,8 +462,8 @@ SPRINGLS__FN springls_status springls__label_bricks(springls_context *ctx, sprin
         n += count;
     }
     ctx->label_first_brick = n;
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_node, (size_t)n + bricks + 1, sizeof(int32_t), 0));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, node_sums_list, (size_t)n + bricks + 1));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_node, (size_t)n + entries + 1, sizeof(int32_t), 0));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, node_sums_list, (size_t)n + entries + 1));
     *l = springls__kept_labels(ctx);
     l->sums = springls__node_sums_list(&ctx->model);
     for (i = 0; i <= springls__exterior_node(g, l); i++) {
@@ -478,13 +480,13 @@ SPRINGLS__FN springls_status springls__label_bricks(springls_context *ctx, sprin
 SPRINGLS__FN springls_status springls__label_voxels(springls_context *ctx, springls__labels *l)
 {
     const springls__grid *g = &ctx->model.grid;
-    const int bricks = (int)springls__brick_count(g);
+    const int entries = (int)springls__entry_count(g);
     int i;
     ctx->labels_fresh = false;
-    if ((int64_t)g->active_count * SPRINGLS__BRICK_VOXELS + bricks + 1 > INT32_MAX)
+    if ((int64_t)g->active_count * SPRINGLS__BRICK_VOXELS + entries + 1 > INT32_MAX)
         return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "components: the surface is too large");
     SPRINGLS__TRY(springls__label_bricks(ctx, l));
-    for (i = 0; i < bricks; i++)
+    for (i = 0; i < entries; i++)
         if (g->top[i] < SPRINGLS__FIRST_SLOT) springls__join_constant_brick(g, l, i);
     for (i = 0; i < g->active_count; i++) springls__join_active_brick(g, l, i);
     springls__area_to_world(ctx, l->area_to_world);
@@ -537,7 +539,7 @@ SPRINGLS__FN int springls__steepest_descent(const springls__grid *g, int x, int 
     int d, best = -1, to[3];
     for (d = 0; d < 6; d++) {
         springls__voxel_beside(x, y, z, d, to);
-        if (!springls__grid_contains(g, to[0], to[1], to[2])) continue;
+        if (!springls__table_contains(g, to[0], to[1], to[2])) continue;
         phi = springls__grid_voxel(g, g->phi, to[0], to[1], to[2]);
         if (phi >= least) continue;
         least = phi;
@@ -579,7 +581,7 @@ SPRINGLS__FN void springls__components_at(const springls__grid *g, const springl
     for (corner = 0; corner < 8; corner++) {
         int at[3] = { first[0] + (corner & 1), first[1] + (corner >> 1 & 1), first[2] + (corner >> 2) };
         float phi;
-        if (!springls__grid_contains(g, at[0], at[1], at[2])) continue;
+        if (!springls__table_contains(g, at[0], at[1], at[2])) continue;
         phi = springls__grid_voxel(g, g->phi, at[0], at[1], at[2]);
         if (phi < least) memcpy(lowest, at, sizeof lowest);
         least = springls__min(least, phi);

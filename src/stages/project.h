@@ -14,10 +14,11 @@
 #include "evolve.h"
 #include "rebuild.h"
 
-/* Returns whether phi_next has voxels whose side is unknown. */
-SPRINGLS__FN bool springls__has_unknown_sides(springls_context *ctx)
+/* Returns whether phi_next may have voxels whose side is unknown. On a device resolving none costs less than waiting for a count. */
+SPRINGLS__FN bool springls__may_have_unknown_sides(springls_context *ctx)
 {
-    return springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_unknown_side), ctx->model.grid.active_count, 1) > 0;
+    return ctx->on_device
+        || springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_unknown_side), ctx->model.grid.active_count, 1) > 0;
 }
 
 enum { SPRINGLS__SIDE_ROUNDS = 3 }; /* voxels: largest distance of an unknown voxel from a known one */
@@ -37,11 +38,23 @@ SPRINGLS__FN void springls__resolve_sides(springls_context *ctx, int round)
     springls__loop(ctx, SPRINGLS__KERNEL_resolve_sides, g->active_count, &args);
 }
 
-/* Finds whether the model has sheets or gaps so thin that phi must follow their sides closely. */
+/* Counts the bricks with sheets or gaps so thin that phi must follow their sides closely, for springls__opposed_found. */
 SPRINGLS__FN void springls__find_opposed(springls_context *ctx)
 {
+    const int bricks = ctx->model.grid.active_count;
     if (ctx->model.params.lazy_distance == 0.0f) return;
-    ctx->opposed = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_opposed), ctx->model.grid.active_count, 1) > 0;
+    springls__count_later(ctx, SPRINGLS__COUNT_OPPOSED, SPRINGLS__ROLE_ARRAY(has_opposed), bricks, 1);
+    springls__count_later(ctx, SPRINGLS__COUNT_OPPOSED_ASLEEP, SPRINGLS__ROLE_ARRAY(has_opposed), bricks,
+                          SPRINGLS__OPPOSED_ASLEEP);
+}
+
+/* Finds whether there are any. A model that had some may still have them in bricks that are asleep. */
+SPRINGLS__FN springls_status springls__opposed_found(springls_context *ctx)
+{
+    if (ctx->model.params.lazy_distance == 0.0f) return SPRINGLS_OK;
+    ctx->opposed = springls__count_found(ctx, SPRINGLS__COUNT_OPPOSED) > 0
+                   || (ctx->opposed && springls__count_found(ctx, SPRINGLS__COUNT_OPPOSED_ASLEEP) > 0);
+    return SPRINGLS_OK;
 }
 
 SPRINGLS__FN bool springls__removes_specks(const springls_context *ctx)
@@ -49,10 +62,11 @@ SPRINGLS__FN bool springls__removes_specks(const springls_context *ctx)
     return ctx->model.params.min_component > 0.0f && ctx->model.params.topology == SPRINGLS_TOPOLOGY_FREE;
 }
 
-/* Returns whether parts of limbs that run between voxels may have to be joined. */
-SPRINGLS__FN bool springls__has_joints(springls_context *ctx)
+/* Returns whether parts of limbs that run between voxels may have to be joined; see springls__may_have_unknown_sides. */
+SPRINGLS__FN bool springls__may_have_joints(springls_context *ctx)
 {
-    return springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_joint_candidates), ctx->model.grid.active_count, 1) > 0;
+    return ctx->on_device
+        || springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_joint_candidates), ctx->model.grid.active_count, 1) > 0;
 }
 
 enum {
@@ -76,7 +90,7 @@ SPRINGLS__FN springls_status springls__tidy(springls_context *ctx, springls__sta
         springls__loop(ctx, SPRINGLS__KERNEL_find_joint_candidates, ctx->model.grid.active_count, NULL);
         return springls__next_phase(ctx, SPRINGLS__TIDY_JOIN);
     case SPRINGLS__TIDY_JOIN:
-        if (!springls__has_joints(ctx) || ctx->work.repetition == rounds)
+        if (ctx->work.repetition == rounds || (ctx->work.repetition == 0 && !springls__may_have_joints(ctx)))
             return springls__next_phase(ctx, SPRINGLS__TIDY_SPECKS);
         springls__loop(ctx, SPRINGLS__KERNEL_join_parts, bricks, NULL);
         return springls__next_phase(ctx, SPRINGLS__TIDY_JOINED);
@@ -104,6 +118,13 @@ SPRINGLS__FN springls_status springls__tidy_level_set(springls_context *ctx)
 
 enum { SPRINGLS__SWEEP, SPRINGLS__SWEPT };
 
+/* Moves the band after phi has been carried along. */
+SPRINGLS__FN springls_status springls__band_follow_carried(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__band_follow(ctx));
+    return ctx->work.pending ? SPRINGLS_OK : springls__opposed_found(ctx);
+}
+
 /* Makes the projected level set a distance again beyond the springls. */
 SPRINGLS__FN springls_status springls__sweep(springls_context *ctx)
 {
@@ -111,7 +132,7 @@ SPRINGLS__FN springls_status springls__sweep(springls_context *ctx)
     if (ctx->work.phase == SPRINGLS__SWEPT) {
         springls__swap_phi(ctx);
         if (++ctx->work.repetition == sweeps)
-            return ctx->work.carries ? springls__next_stage(ctx, springls__band_follow) : SPRINGLS_OK;
+            return ctx->work.carries ? springls__next_stage(ctx, springls__band_follow_carried) : springls__opposed_found(ctx);
     }
     springls__loop(ctx, SPRINGLS__KERNEL_redistance, ctx->model.grid.active_count, NULL);
     return springls__next_phase(ctx, SPRINGLS__SWEPT);
@@ -120,6 +141,7 @@ SPRINGLS__FN springls_status springls__sweep(springls_context *ctx)
 SPRINGLS__FN springls_status springls__tidy_projected(springls_context *ctx) { return springls__tidy(ctx, springls__sweep); }
 
 enum {
+    SPRINGLS__PROJECT_MEASURE,
     SPRINGLS__PROJECT_BEGIN,
     SPRINGLS__PROJECT_ORIENT,
     SPRINGLS__PROJECT_PHI,
@@ -137,7 +159,7 @@ SPRINGLS__FN springls_status springls__project_begin(springls_context *ctx)
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, oriented_springls, ctx->model.set.count));
     SPRINGLS__TRY(
         springls__reserve_lanes(ctx, (size_t)springls__kernels[SPRINGLS__KERNEL_project].floats, bricks));
-    SPRINGLS__TRY(springls__displacement_since_phi(ctx, &ctx->work.displacement));
+    ctx->work.displacement = springls__displacement_found(ctx);
     return springls__find_overlap(ctx);
 }
 
@@ -146,8 +168,11 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
     const springls__grid *g = &ctx->model.grid;
     springls__arguments args;
     switch (ctx->work.phase) {
-    case SPRINGLS__PROJECT_BEGIN:
+    case SPRINGLS__PROJECT_MEASURE:
         ctx->work.carries = carry;
+        SPRINGLS__TRY(springls__find_displacement(ctx));
+        return springls__next_phase(ctx, SPRINGLS__PROJECT_BEGIN);
+    case SPRINGLS__PROJECT_BEGIN:
         SPRINGLS__TRY(springls__cell_list_cover_around(ctx));
         return springls__next_phase(ctx, SPRINGLS__PROJECT_ORIENT);
     case SPRINGLS__PROJECT_ORIENT:
@@ -161,7 +186,7 @@ SPRINGLS__FN springls_status springls__project(springls_context *ctx, bool carry
         return springls__next_phase(ctx, SPRINGLS__PROJECT_SIDES);
     case SPRINGLS__PROJECT_SIDES:
         if (ctx->work.repetition == 0) springls__find_opposed(ctx);
-        if (!carry || (ctx->work.repetition == 0 && !springls__has_unknown_sides(ctx)))
+        if (!carry || (ctx->work.repetition == 0 && !springls__may_have_unknown_sides(ctx)))
             return springls__next_phase(ctx, SPRINGLS__PROJECT_COMMIT);
         springls__resolve_sides(ctx, ctx->work.repetition);
         return springls__next_phase(ctx, SPRINGLS__PROJECT_RESOLVED);

@@ -47,11 +47,11 @@ SPRINGLS__FN springls_status springls__change_bricks(springls_context *ctx)
         int origin[3], at[3];
         springls__slot_origin(g, g->active[i], origin);
         for (d = 0; d < 27; d++) {
-            int brick;
+            int slot;
             if (!(mask[i] >> d & 1u) || !springls__brick_around(g, origin, d, at)) continue;
-            brick = springls__brick_at(g, at[0], at[1], at[2]);
-            if (g->top[brick] >= SPRINGLS__FIRST_SLOT) keep[rank[g->top[brick]]] = 1;
-            else wanted[missing++] = brick;
+            slot = springls__slot_at(g, at[0], at[1], at[2]);
+            if (slot >= SPRINGLS__FIRST_SLOT) keep[rank[slot]] = 1;
+            else wanted[missing++] = springls__brick_at(g, at[0], at[1], at[2]);
         }
     }
     springls__grid_drop_bricks(g, keep);

@@ -10,11 +10,14 @@
 #include "inherit.h"
 #include "sleep.h"
 
-/* Counts the springls that are to be split in ctx->work.added, as many as there is room for. */
+/* Counts the springls that are to be split in ctx->work.added, as many as there is room for. A device that makes the cell list
+   meanwhile is waited for once; what fills gaps next needs the list, too. */
 SPRINGLS__FN springls_status springls__count_splits(springls_context *ctx)
 {
     int count = ctx->model.set.count, room = springls__imax(ctx->desc.max_springls - count, 0), wanted = 0;
-    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(split_number), count, &wanted));
+    SPRINGLS__TRY(springls__scan_later(ctx, SPRINGLS__COUNT_SPLITS, SPRINGLS__ROLE_ARRAY(split_number), count));
+    if (ctx->on_device) SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(springls__scan_found(ctx, SPRINGLS__COUNT_SPLITS, &wanted));
     ctx->work.added = springls__imin(wanted, room);
     ctx->stats.refused += wanted - ctx->work.added;
     return SPRINGLS_OK;

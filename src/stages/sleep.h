@@ -29,6 +29,14 @@ SPRINGLS__FN void springls__stir(springls_context *ctx, int which, int first, in
     for (i = 0; i < count; i++) springls__stir_element(&ctx->model, args, i);
 }
 
+/* Lets all bricks fall asleep until a springl moves: the level set is as exact as the input. */
+SPRINGLS__FN void springls__rest_all(springls_context *ctx)
+{
+    springls__grid *g = &ctx->model.grid;
+    int i;
+    for (i = 0; i < g->active_count; i++) g->calm[g->active[i]] = (uint8_t)springls__calm_limit(&ctx->model);
+}
+
 enum { SPRINGLS__ROUSE_MEASURE, SPRINGLS__ROUSE_STIR };
 
 /* Finds the bricks that are awake, after the springls have moved. which: of the springls that stir. Wakes all where nothing may

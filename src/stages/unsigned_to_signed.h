@@ -19,7 +19,7 @@
 SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
-    int i, brick, bricks = (int)springls__brick_count(g), count = 0, *list;
+    int i, entry, entries, count = 0, *list;
     uint8_t *wanted;
     springls__constellation_changed(ctx);
     if (ctx->on_device) {
@@ -27,44 +27,51 @@ SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     springls__grid_clear(ctx, g);
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_wanted, bricks));
+    SPRINGLS__TRY(springls__table_cover(ctx, springls__box_of_model(&ctx->model, false)));
+    entries = (int)springls__entry_count(g);
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_wanted, entries));
     wanted = springls__brick_wanted(&ctx->model);
-    memset(wanted, 0, (size_t)bricks);
+    memset(wanted, 0, (size_t)entries);
     for (i = 0; i < ctx->model.set.count; i++) {
         springls__brick_walk walk = springls__brick_walk_begin(g, ctx->model.set.s[i], ctx->model.params.band_half_width + 1.0f);
-        while ((brick = springls__brick_walk_next(g, &walk)) >= 0) {
-            count += !wanted[brick];
-            wanted[brick] = 1;
+        while ((entry = springls__brick_walk_next(g, &walk)) >= 0) {
+            count += !wanted[entry];
+            wanted[entry] = 1;
         }
     }
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_list, count));
     list = springls__brick_list(&ctx->model);
-    for (i = count = 0; i < bricks; i++)
-        if (wanted[i]) list[count++] = i;
+    for (i = count = 0; i < entries; i++)
+        if (wanted[i]) list[count++] = springls__brick_of_entry(g, i);
     return springls__grid_add_bricks(ctx, list, count);
 }
 
-/* Grows the background through bricks: the coarse levels of the paper, each to its end. */
+/* Grows the background through bricks: the coarse levels of the paper, each to its end. The top table stands for the domain, as
+   all beyond it is background. */
 SPRINGLS__FN springls_status springls__grow_bricks(springls_context *ctx)
 {
-    const springls__grid *g = &ctx->model.grid;
+    const springls__table *t = &ctx->model.grid.table;
+    const size_t entries = springls__entry_count(&ctx->model.grid);
     springls__arguments args;
-    int step = 1, axis, lines;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_state, springls__brick_count(g)));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, springls__brick_count(g) * 3)); /* no fewer than lines */
-    springls__run(ctx, SPRINGLS__KERNEL_brick_state, (int)springls__brick_count(g), NULL);
-    while (16 * 8 * step * 2 <= springls__imax(g->size[0], springls__imax(g->size[1], g->size[2]))) step *= 2;
-    for (; step >= 1; step /= 2)
+    int step = 1, axis, lines, rounds;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_state, entries));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, entries * 3)); /* no fewer than lines */
+    springls__run(ctx, SPRINGLS__KERNEL_brick_state, (int)entries, NULL);
+    while (16 * step * 2 <= springls__imax(t->bricks[0], springls__imax(t->bricks[1], t->bricks[2]))) step *= 2;
+    for (; step >= 1; step /= 2) {
+        rounds = 0;
         do {
             for (axis = lines = 0; axis < 3; axis++) {
                 args.grow_line.axis = axis;
                 args.grow_line.step = step;
                 args.grow_line.first_flag = lines;
-                springls__run(ctx, SPRINGLS__KERNEL_grow_line, springls__lines_along(g, axis, step), &args);
-                lines += springls__lines_along(g, axis, step);
+                springls__run(ctx, SPRINGLS__KERNEL_grow_line, springls__lines_along(t, axis, step), &args);
+                lines += springls__lines_along(t, axis, step);
             }
-        } while (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), lines, 1) > 0);
-    springls__run(ctx, SPRINGLS__KERNEL_brick_side, (int)springls__brick_count(g), NULL);
+        } while (!springls__checks_round(ctx, ++rounds)
+                 || springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), lines, 1) > 0);
+    }
+    springls__run(ctx, SPRINGLS__KERNEL_brick_side, (int)entries, NULL);
     return SPRINGLS_OK;
 }
 
@@ -74,12 +81,14 @@ SPRINGLS__FN springls_status springls__grow_voxels(springls_context *ctx, int bl
     const int bricks = ctx->model.grid.active_count;
     springls__arguments args;
     bool grew = true;
+    int round;
     args.grow.block = block;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, bricks));
-    for (; grew && iterations > 0; iterations--) {
+    for (round = 1; grew && round <= iterations; round++) {
         springls__run(ctx, SPRINGLS__KERNEL_grow, bricks, &args);
         springls__swap_phi(ctx);
-        grew = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), bricks, 1) > 0;
+        grew = !springls__checks_round(ctx, round)
+            || springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), bricks, 1) > 0;
     }
     return SPRINGLS_OK;
 }
@@ -88,8 +97,8 @@ SPRINGLS__FN springls_status springls__grow_voxels(springls_context *ctx, int bl
    is the work of one thread. */
 typedef struct springls__region {
     springls_context *ctx;
-    uint8_t *state;       /* of the bricks                                              */
-    int64_t *member;      /* a voxel's place in phi, or -1 - brick for a constant brick */
+    uint8_t *state;       /* of the entries of the top table                            */
+    int64_t *member;      /* a voxel's place in phi, or -1 - entry for a constant brick */
     int64_t count, votes; /* votes: voxels around it that are outside less those inside */
 } springls__region;
 
@@ -113,13 +122,13 @@ SPRINGLS__FN void springls__region_visit(springls__region *r, int x, int y, int 
     springls__grid *g = &r->ctx->model.grid;
     int slot;
     int64_t v;
-    if (!springls__grid_contains(g, x, y, z)) return;
+    if (!springls__table_contains(g, x, y, z)) return;
     slot = springls__slot_at(g, x, y, z);
     if (slot < SPRINGLS__FIRST_SLOT) {
-        int brick = springls__brick_at(g, x, y, z);
-        if (r->state[brick] != SPRINGLS__OPEN) return;
-        r->state[brick] = SPRINGLS__COUNTED;
-        r->member[r->count++] = -1 - (int64_t)brick;
+        int entry = springls__entry_at(g, x, y, z);
+        if (r->state[entry] != SPRINGLS__OPEN) return;
+        r->state[entry] = SPRINGLS__COUNTED;
+        r->member[r->count++] = -1 - (int64_t)entry;
         return;
     }
     v = (int64_t)slot * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
@@ -133,10 +142,10 @@ SPRINGLS__FN void springls__region_visit(springls__region *r, int x, int y, int 
 SPRINGLS__FN void springls__region_step(springls__region *r, int64_t member)
 {
     const springls__grid *g = &r->ctx->model.grid;
-    int brick = member < 0 ? (int)(-1 - member) : g->slot_brick[member / SPRINGLS__BRICK_VOXELS];
     int v = member < 0 ? 0 : (int)(member % SPRINGLS__BRICK_VOXELS), n = member < 0 ? 8 : 1, d, i, j;
     int at[3], to[3];
-    springls__brick_origin(g, brick, at);
+    if (member < 0) springls__entry_origin(g, (int)(-1 - member), at);
+    else springls__slot_origin(g, (int)(member / SPRINGLS__BRICK_VOXELS), at);
     at[0] += v & 7;
     at[1] += v >> 3 & 7;
     at[2] += v >> 6;
@@ -170,7 +179,7 @@ SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
     const springls__grid *g = &ctx->model.grid;
     const int64_t voxels = (int64_t)g->active_count * SPRINGLS__BRICK_VOXELS;
     springls__region region;
-    size_t room = springls__brick_count(g);
+    size_t room = springls__entry_count(g);
     int64_t v;
     if (ctx->on_device) {
         springls_status status = ctx->backend->resolve_regions(ctx);

@@ -123,7 +123,17 @@ SPRINGLS__FN void springls__label_bodies(const springls__grid *g, springls__lock
 typedef struct springls__offset_job {
     springls_context *ctx;
     const springls__lock *lock;
+    bool keeps_sides;
 } springls__offset_job;
+
+/* Returns phi less an offset, on its own side if it is to keep it. */
+SPRINGLS__FN float springls__offset_phi(float phi, float offset, float far_value, bool keeps_side)
+{
+    const float beside = 1e-6f; /* voxel */
+    float moved = springls__clamp(phi - offset, -far_value, far_value);
+    if (!keeps_side || (moved < 0.0f) == (phi < 0.0f)) return moved;
+    return phi < 0.0f ? -beside : beside;
+}
 
 /* Writes phi_next: phi less its component's offset, where phi is a distance. */
 SPRINGLS__FN void springls__offset_phi_task(void *arg, int begin, int end)
@@ -139,7 +149,7 @@ SPRINGLS__FN void springls__offset_phi_task(void *arg, int begin, int end)
             int32_t label = lock->body[begin * SPRINGLS__BRICK_VOXELS + v];
             out[v] = phi[v];
             if (label >= 0 && springls__fabs(phi[v]) < g->far_value)
-                out[v] = springls__clamp(phi[v] - lock->item[label].offset, -g->far_value, g->far_value);
+                out[v] = springls__offset_phi(phi[v], lock->item[label].offset, g->far_value, job->keeps_sides);
         }
     }
 }
@@ -231,10 +241,11 @@ SPRINGLS__FN bool springls__choose_offsets(springls__lock *lock)
     return any;
 }
 
-/* Moves bodies until their volumes are right. Returns whether any has moved. */
+/* Moves bodies until their volumes are right. Returns whether any has moved. A voxel that changes sides may open or close a
+   passage, and the volume leaps over its target: after the first offsets, which are the large ones, none does. */
 SPRINGLS__FN bool springls__correct_volumes(springls_context *ctx, springls__lock *lock)
 {
-    const int iterations = 6;
+    const int iterations = 6, large = 2;
     springls__offset_job job;
     int i;
     job.ctx = ctx;
@@ -244,6 +255,7 @@ SPRINGLS__FN bool springls__correct_volumes(springls_context *ctx, springls__loc
     springls__label_bodies(&ctx->model.grid, lock);
     lock->graph.labels.voxel = lock->body;
     for (i = 0; i < iterations && (i == 0 || springls__choose_offsets(lock)); i++) {
+        job.keeps_sides = i >= large;
         springls__parallel(ctx, ctx->model.grid.active_count, 16, springls__offset_phi_task, &job);
         springls__commit_phi(ctx, 1);
         springls__parallel(ctx, ctx->model.set.count, 512, springls__offset_springls_task, &job);

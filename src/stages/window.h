@@ -31,21 +31,6 @@ SPRINGLS__FN int springls__brick_after_move(const springls__grid *g, int brick, 
     return place[0] + g->bricks[0] * (place[1] + g->bricks[1] * place[2]);
 }
 
-/* Moves the entries of a table of all bricks, `size` bytes each, to their numbers after a move; those of bricks that were outside
-   become zeros. All entries move by the same distance, so none is overwritten before it has been moved. */
-SPRINGLS__FN void springls__move_table(const springls__grid *g, void *table, size_t size, const int bricks[3])
-{
-    const int back[3] = { -bricks[0], -bricks[1], -bricks[2] }, count = (int)springls__brick_count(g);
-    const bool ascending = bricks[0] + g->bricks[0] * (bricks[1] + g->bricks[1] * bricks[2]) >= 0;
-    char *entries = (char *)table;
-    int i;
-    for (i = 0; i < count; i++) {
-        int to = ascending ? i : count - 1 - i, from = springls__brick_after_move(g, to, back);
-        if (from < 0) memset(entries + (size_t)to * size, 0, size);
-        else memmove(entries + (size_t)to * size, entries + (size_t)from * size, size);
-    }
-}
-
 /* Renames the bricks of the model; those that the window leaves behind are dropped, those that it reaches are outside. */
 SPRINGLS__FN void springls__move_bricks(springls__grid *g, const int bricks[3])
 {
@@ -60,7 +45,6 @@ SPRINGLS__FN void springls__move_bricks(springls__grid *g, const int bricks[3])
         }
     }
     g->active_count = n;
-    springls__move_table(g, g->top, sizeof *g->top, bricks); /* zero: SPRINGLS__OUTSIDE */
 }
 
 /* Changes the coordinates of springls and components. Correspondences are in a window of their own, which stays. */
@@ -82,17 +66,22 @@ SPRINGLS__FN void springls__move_places(springls_context *ctx, const int voxels[
         }
 }
 
-/* Moves the window by whole bricks. Allocates nothing. */
+/* Moves the window by whole bricks. Nothing has changed on failure. */
 SPRINGLS__FN springls_status springls__move_window(springls_context *ctx, const int bricks[3])
 {
     const uint64_t moved = SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(FREE_SLOTS)
                          | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(S) | SPRINGLS__BIT(SYNCED_POSITION);
+    springls__brick_box box = springls__empty_box();
+    springls__table table;
     int voxels[3], offset[3], axis;
     for (axis = 0; axis < 3; axis++) {
         voxels[axis] = SPRINGLS__BRICK * bricks[axis];
         offset[axis] = ctx->window.offset[axis] + voxels[axis];
     }
     SPRINGLS__TRY(springls__to_host(ctx, moved, moved));
+    springls__box_add_grid(&ctx->model.grid, &box, bricks);
+    table = springls__table_for(&ctx->model.grid, &box);
+    SPRINGLS__TRY(springls__table_change(ctx, &table, bricks));
     springls__move_bricks(&ctx->model.grid, bricks);
     springls__move_places(ctx, voxels);
     springls__place_window(ctx, &ctx->window, offset);

@@ -122,16 +122,17 @@ SPRINGLS__FN float springls__combined_phi(springls_operation operation, float a,
 
 /* ---- level sets ---- */
 
-/* Makes the bricks active that are active in either. */
+/* Makes the bricks active that are active in either, and the top table have those of both. */
 SPRINGLS__FN springls_status springls__bricks_of_both(springls_context *ctx, const springls__grid *other)
 {
-    const springls__grid *g = &ctx->model.grid;
-    int i, count = 0, bricks = (int)springls__brick_count(g), *list;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_list, bricks));
+    springls__brick_box box = springls__empty_box();
+    int i, *list;
+    springls__box_add_grid(other, &box, springls__unmoved);
+    SPRINGLS__TRY(springls__table_cover(ctx, box));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_list, other->active_count));
     list = springls__brick_list(&ctx->model);
-    for (i = 0; i < bricks; i++)
-        if (other->top[i] >= SPRINGLS__FIRST_SLOT) list[count++] = i;
-    return springls__grid_add_bricks(ctx, list, count);
+    for (i = 0; i < other->active_count; i++) list[i] = other->slot_brick[other->active[i]];
+    return springls__grid_add_bricks(ctx, list, other->active_count);
 }
 
 /* Returns true at a voxel where the surfaces of both operands lie on each other and face opposite ways; that of a subtracted
@@ -149,12 +150,18 @@ SPRINGLS__FN bool springls__surfaces_cancel(springls_operation operation, const 
     return (operation == SPRINGLS_OPERATION_DIFFERENCE ? -cosine : cosine) < opposite;
 }
 
-/* Computes phi of the result in an active brick, into phi_next. */
-SPRINGLS__FN void springls__combine_brick(springls__grid *g, springls_operation operation, const springls__grid *other, int slot,
-                                          int brick)
+/* Returns the values of a grid in the brick that another grid, of the same domain, has an entry for. */
+SPRINGLS__FN const float *springls__phi_of_entry(const springls__grid *grid, const springls__grid *g, int entry)
 {
+    return grid->phi + (size_t)springls__slot_of_brick(grid, springls__brick_of_entry(g, entry)) * SPRINGLS__BRICK_VOXELS;
+}
+
+/* Computes phi of the result in the active brick of an entry, into phi_next. */
+SPRINGLS__FN void springls__combine_brick(springls__grid *g, springls_operation operation, const springls__grid *other, int entry)
+{
+    const int slot = g->top[entry];
     const float *phi = g->phi + (size_t)slot * SPRINGLS__BRICK_VOXELS;
-    const float *other_phi = other->phi + (size_t)other->top[brick] * SPRINGLS__BRICK_VOXELS;
+    const float *other_phi = springls__phi_of_entry(other, g, entry);
     const float between = operation == SPRINGLS_OPERATION_UNION ? -0.5f : 0.5f; /* voxel */
     float *out = g->phi_next + (size_t)slot * SPRINGLS__BRICK_VOXELS;
     int o[3], at[3], v;
@@ -172,51 +179,92 @@ SPRINGLS__FN void springls__combine_brick(springls__grid *g, springls_operation 
 SPRINGLS__FN void springls__combine_level_sets(springls_context *ctx, springls_operation operation, const springls__grid *other)
 {
     springls__grid *g = &ctx->model.grid;
-    int i, bricks = (int)springls__brick_count(g);
-    for (i = 0; i < bricks; i++)
-        if (g->top[i] >= SPRINGLS__FIRST_SLOT) springls__combine_brick(g, operation, other, g->top[i], i);
-    for (i = 0; i < bricks; i++)
+    int i, entries = (int)springls__entry_count(g);
+    for (i = 0; i < entries; i++)
+        if (g->top[i] >= SPRINGLS__FIRST_SLOT) springls__combine_brick(g, operation, other, i);
+    for (i = 0; i < entries; i++)
         if (g->top[i] < SPRINGLS__FIRST_SLOT)
             g->top[i] = springls__combined_phi(operation, g->phi[(size_t)g->top[i] * SPRINGLS__BRICK_VOXELS],
-                                               other->phi[(size_t)other->top[i] * SPRINGLS__BRICK_VOXELS]) < 0.0f
+                                               *springls__phi_of_entry(other, g, i)) < 0.0f
                       ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
     springls__swap_phi(ctx);
     ctx->omega_fresh = false;
 }
 
-/* Writes the reference level set of the result into `phi`, by slot, and gives the bricks with voxels new slots. Returns their
-   number. Of the two originals' values takes that of smaller size, because tracking uses phi_ref as a distance and not its
-   sign; within a voxel of where the originals cross it is less exact. */
-SPRINGLS__FN int springls__merge_references(springls__grid *g, const springls__grid *other, float *phi)
+/* The bricks of two references together, while they are combined: the top table of the result, and its entries. */
+typedef struct springls__both_references {
+    const springls__grid *first, *second;
+    springls__grid grid; /* its size, table and top */
+} springls__both_references;
+
+/* Gives the bricks with voxels of either reference new slots, and the constant ones the side of the first. Returns the number of
+   slots. */
+SPRINGLS__FN int springls__number_references(springls__both_references *both)
 {
-    size_t i, bricks = springls__brick_count(g);
-    int slots = SPRINGLS__FIRST_SLOT, v;
-    springls__fill(phi, SPRINGLS__OUTSIDE, g->far_value);
-    springls__fill(phi, SPRINGLS__INSIDE, -g->far_value);
-    for (i = 0; i < bricks; i++) {
-        const float *a = g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
-        const float *b = other->phi + (size_t)other->top[i] * SPRINGLS__BRICK_VOXELS;
-        float *out = phi + (size_t)slots * SPRINGLS__BRICK_VOXELS;
-        if (g->top[i] < SPRINGLS__FIRST_SLOT && other->top[i] < SPRINGLS__FIRST_SLOT) continue;
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = springls__fabs(a[v]) <= springls__fabs(b[v]) ? a[v] : b[v];
-        g->top[i] = slots++;
+    int slots = SPRINGLS__FIRST_SLOT, i, entries = (int)springls__entry_count(&both->grid);
+    for (i = 0; i < entries; i++) {
+        const int brick = springls__brick_of_entry(&both->grid, i);
+        const int a = springls__slot_of_brick(both->first, brick), b = springls__slot_of_brick(both->second, brick);
+        both->grid.top[i] = a < SPRINGLS__FIRST_SLOT && b < SPRINGLS__FIRST_SLOT ? a : slots++;
     }
     return slots;
+}
+
+/* Writes the reference level set of the result. Of the two originals' values takes that of smaller size, because tracking uses
+   phi_ref as a distance and not its sign; within a voxel of where the originals cross it is less exact. */
+SPRINGLS__FN void springls__merge_references(springls__both_references *both)
+{
+    springls__grid *g = &both->grid;
+    int i, v, entries = (int)springls__entry_count(g);
+    springls__fill(g->phi, SPRINGLS__OUTSIDE, both->first->far_value);
+    springls__fill(g->phi, SPRINGLS__INSIDE, -both->first->far_value);
+    for (i = 0; i < entries; i++) {
+        const float *a = springls__phi_of_entry(both->first, g, i), *b = springls__phi_of_entry(both->second, g, i);
+        float *out = g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS;
+        if (g->top[i] < SPRINGLS__FIRST_SLOT) continue;
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) out[v] = springls__fabs(a[v]) <= springls__fabs(b[v]) ? a[v] : b[v];
+    }
+}
+
+/* Replaces a buffer of the model by another. */
+SPRINGLS__FN void springls__replace_memory(springls_context *ctx, springls__array array, const springls__buffer *by)
+{
+    springls__buffer *memory = &ctx->memory[array];
+    springls__release(ctx, memory->data, memory->bytes);
+    memory->data = by->data;
+    memory->bytes = by->bytes;
 }
 
 /* Replaces the reference level set by that of both originals. */
 SPRINGLS__FN springls_status springls__combine_references(springls_context *ctx, const springls__grid *other)
 {
     springls__grid *g = &ctx->model.reference;
-    springls__buffer *memory = &ctx->memory[SPRINGLS__ARRAY_REFERENCE_PHI], field;
-    size_t i, bricks = springls__brick_count(g), slots = SPRINGLS__FIRST_SLOT;
-    memset(&field, 0, sizeof field);
-    for (i = 0; i < bricks; i++) slots += g->top[i] >= SPRINGLS__FIRST_SLOT || other->top[i] >= SPRINGLS__FIRST_SLOT;
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &field, slots * SPRINGLS__BRICK_VOXELS, sizeof(float), 0));
-    g->slot_count = springls__merge_references(g, other, (float *)field.data);
-    springls__release(ctx, memory->data, memory->bytes);
-    memory->data = field.data;
-    memory->bytes = field.bytes;
+    springls__brick_box box = springls__empty_box();
+    springls__both_references both;
+    springls__buffer top, phi;
+    springls_status status;
+    memset(&top, 0, sizeof top);
+    memset(&phi, 0, sizeof phi);
+    springls__box_add_grid(g, &box, springls__unmoved);
+    springls__box_add_grid(other, &box, springls__unmoved);
+    both.first = g;
+    both.second = other;
+    both.grid = *g;
+    both.grid.table = springls__table_for(g, &box);
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &top, springls__entry_count(&both.grid), sizeof *g->top, 0));
+    both.grid.top = (int *)top.data;
+    both.grid.slot_count = springls__number_references(&both);
+    status = springls__buffer_grow(ctx, &phi, (size_t)both.grid.slot_count * SPRINGLS__BRICK_VOXELS, sizeof(float), 0);
+    if (status != SPRINGLS_OK) {
+        springls__buffer_free(ctx, &top);
+        return status;
+    }
+    both.grid.phi = (float *)phi.data;
+    springls__merge_references(&both);
+    g->table = both.grid.table;
+    g->slot_count = both.grid.slot_count;
+    springls__replace_memory(ctx, SPRINGLS__ARRAY_REFERENCE_TOP, &top);
+    springls__replace_memory(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, &phi);
     springls__bind(ctx);
     return SPRINGLS_OK;
 }

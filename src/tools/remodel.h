@@ -51,7 +51,7 @@ SPRINGLS__FN void springls__parallel_distance(void *arg, const springls__v3 *poi
 SPRINGLS__FN springls_status springls__edge_surface(springls_context *ctx, springls__surface *surface)
 {
     int i, m, count = 0;
-    SPRINGLS__TRY(springls__surface_reserve(ctx, surface, ctx->model.set.at_edges));
+    SPRINGLS__TRY(springls__surface_reserve(ctx, surface, springls__imin(ctx->model.set.at_edges, ctx->model.set.count)));
     for (i = 0; i < ctx->model.set.count && count < ctx->model.set.at_edges; i++) {
         if (!springls__at_edge(&ctx->model, i)) continue;
         for (m = 0; m < 3; m++) surface->points[3 * count + m] = ctx->model.set.s[i].q[m];
@@ -121,6 +121,7 @@ SPRINGLS__FN springls_status springls__offset_remove(springls_context *ctx)
         moved = springls__sub(springls__to_zero_level(g, s->p), s->p);
         s->p = springls__add(s->p, moved);
         for (m = 0; m < 3; m++) s->q[m] = springls__add(s->q[m], moved);
+        *s = springls__springl_finished(*s);
     }
     SPRINGLS__TRY(springls__attributes_before_removal(ctx));
     SPRINGLS__TRY(springls__constellation_compact(ctx));
@@ -152,7 +153,8 @@ SPRINGLS__FN springls_status springls__offset(springls_context *ctx, springls__p
     job->distance.balanced = true;
     job->distance.band = ctx->model.params.band_half_width + 1.0f + springls__fabs(job->offset);
     springls__grid_clear(ctx, &ctx->model.grid);
-    SPRINGLS__TRY(springls__set_from_distance(ctx, springls__parallel_distance, job));
+    SPRINGLS__TRY(springls__set_from_distance(ctx, springls__parallel_distance, job, &job->zero_level,
+                                              64.0f + springls__fabs(job->offset)));
     if (!springls__has_inside(&ctx->model.grid)) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: nothing is left");
     SPRINGLS__TRY(springls__offset_remove(ctx));
     SPRINGLS__TRY(springls__split_all(ctx));

@@ -693,6 +693,38 @@ TEST advect_reads_once(void)
     PASS();
 }
 
+/* Steps wait for the device a few times each: what several stages count is read together. */
+TEST steps_read_little(void)
+{
+    enum { LAZY, WHOLE, RESAMPLING, KINDS, FIRST = 16 }; /* before FIRST half of the springls merge, in many rounds */
+    /* a whole step has 54 kernels, and 7 more where it joins parts or resolves sides */
+    static const struct { int downloads, kernels; } most[KINDS] = { { 1, 3 }, { 4, 61 }, { 17, 190 } };
+    springls_context *ctx;
+    int i, seen[KINDS] = { 0, 0, 0 };
+    life l;
+    NEEDS_DEVICE();
+    life_make(&l, LIFE_ELASTIC);
+    l.step.mode = SPRINGLS_MODE_FLUID;
+    ctx = life_context(&l, parity_backend);
+    ASSERT(ctx != NULL);
+    for (i = 0; i < 48; i++) {
+        const int iteration = ctx->iteration;
+        springls_cl_counts before = springls_cl_get_counts(parity_backend), after;
+        int kind;
+        l.step.dt = i % 2 ? 0.001f : 0.04f;
+        ASSERT_OK(springls_step(ctx, &l.step));
+        after = springls_cl_get_counts(parity_backend);
+        kind = ctx->iteration == iteration ? LAZY : ctx->step.resamples ? RESAMPLING : WHOLE;
+        if (i < FIRST) continue;
+        ASSERT_LTE((int)(after.downloads - before.downloads), most[kind].downloads);
+        ASSERT_LTE((int)(after.kernels - before.kernels), most[kind].kernels);
+        seen[kind]++;
+    }
+    for (i = 0; i < KINDS; i++) ASSERT_GT(seen[i], 1);
+    springls_destroy(ctx);
+    PASS();
+}
+
 /* Rays and closest points of either surface have the same bits after the same steps. */
 TEST queries_are_equal(void)
 {
@@ -818,6 +850,7 @@ SUITE(lives)
     }
     RUN_TEST(questions_fetch_once);
     RUN_TEST(advect_reads_once);
+    RUN_TEST(steps_read_little);
     RUN_TEST(queries_are_equal);
     RUN_TEST(writes_send_their_range);
     RUN_TEST(springls_are_taken_afresh);

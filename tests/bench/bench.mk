@@ -81,4 +81,4 @@ imaging: deps-examples   ## the imaging programs from end to end: one page (SPRI
 	@build/bench/imaging --templates $(patsubst %/,%,$(dir $(HEAD_SCAN))) $(call quoted,image,$(IMAGE)) $(call quoted,level,$(LEVEL)) \
 	  $(call quoted,labels,$(LABELS)) $(call quoted,label,$(LABEL)) $(call quoted,series,$(SERIES)) \
 	  $(call quoted,series-labels,$(SERIES_LABELS)) $(call quoted,landmarks,$(LANDMARKS)) $(call quoted,subjects,$(SUBJECTS)) \
-	  $(call quoted,backend,$(BACKEND)) $(if $(filter 1,$(KEEP)),--keep)
+	  $(call quoted,backend,$(BACKEND)) $(call quoted,page,$(PAGE)) $(if $(filter 1,$(KEEP)),--keep)

@@ -4,8 +4,9 @@
  * else runs, of the processor. Frames after 20 to settle.
  *
  * Besides, in this thread and by its processor time: a ball in LeVeque's deformation, where everything moves, is stepped by
- * springls_step_continue and meshed, with correspondences, by springls_chunks_continue, in calls of 2 ms. step_budget and
- * chunks_budget have how many calls took more than 3 ms, the longest, and in which stage. */
+ * springls_step_continue and meshed by springls_chunks_continue, without correspondences (chunks) and with them (material), in
+ * calls of 2 ms. *_call_ms are calls, *_whole_ms the calls of a step or an update together; step_budget and material_budget have
+ * how many calls took more than 3 ms, the longest, and in which stage. */
 #define _POSIX_C_SOURCE 200809L
 #include "springls.h"
 
@@ -19,7 +20,7 @@
 #include <omp.h>
 #endif
 
-enum { SETTLE = 20, REST = 50, MOST = 2000, FLOW_STEPS = 100 };
+enum { SETTLE = 20, REST = 50, MOST = 1 << 17, FLOW_STEPS = 100 };
 
 struct brush {
     float center[3], radius, velocity[3];
@@ -94,21 +95,37 @@ static void here(void *user, int count, int grain, springls_task task, void *arg
     task(arg, 0, count);
 }
 
-/* Calls with a budget: how long they take, and which stage the longest was in. */
+/* Calls with a budget: how long they take, what they do together, and which stage the longest was in. */
 struct calls {
+    struct series call, whole; /* milliseconds */
     int count, over, stage;
-    double longest, sum;
+    double longest, sum, sum_before;
 };
+
+static void append(struct series *s, double value)
+{
+    if (s->count < MOST) {
+        s->value[s->count++] = value;
+    }
+}
 
 static void count_call(struct calls *calls, double seconds, int stage)
 {
     ++calls->count;
+    append(&calls->call, 1e3 * seconds);
     calls->over += seconds > 3e-3;
     calls->sum += seconds;
     if (seconds > calls->longest) {
         calls->longest = seconds;
         calls->stage = stage;
     }
+}
+
+/* Ends the calls that belong together. */
+static void count_whole(struct calls *calls)
+{
+    append(&calls->whole, 1e3 * (calls->sum - calls->sum_before));
+    calls->sum_before = calls->sum;
 }
 
 static void report_calls(struct json_writer *json, const char *key, const struct calls *calls)
@@ -122,19 +139,32 @@ static void report_calls(struct json_writer *json, const char *key, const struct
     json_object_end(json);
 }
 
+/* Updates chunks in calls with a budget. */
+static springls_status update_in_calls(springls_context *ctx, springls_chunks *chunks, double seconds, struct calls *calls)
+{
+    const springls_chunk *changed;
+    int count;
+    springls_status status = springls_chunks_begin(ctx, chunks);
+    for (bool done = false; status == SPRINGLS_OK && !done;) {
+        const double begin = thread_seconds(NULL);
+        status = springls_chunks_continue(ctx, chunks, seconds, &changed, &count, &done);
+        count_call(calls, thread_seconds(NULL) - begin, -1);
+    }
+    count_whole(calls);
+    return status;
+}
+
 /* Steps and meshes what is in a flow, in calls with a budget. */
-static springls_status run_calls(springls_context *ctx, int grid, const int *stage, struct calls *step_calls,
+static springls_status run_calls(springls_context *ctx, int grid, bool material, const int *stage, struct calls *step_calls,
                                  struct calls *chunk_calls)
 {
     const double seconds = 2e-3;
-    const springls_chunks_desc material = {.correspondences = true};
+    const springls_chunks_desc desc = {.correspondences = material};
     springls_deformation_flow flow = {(float)grid, 2.5f};
     springls_forces forces = {.velocity = springls_velocity_deformation, .user = &flow};
     const springls_step_desc step = {.forces = &forces};
     springls_chunks *chunks;
-    const springls_chunk *changed;
-    int count;
-    springls_status status = springls_chunks_create(ctx, &material, &chunks);
+    springls_status status = springls_chunks_create(ctx, &desc, &chunks);
     for (int i = 0; i < FLOW_STEPS && status == SPRINGLS_OK; ++i) {
         status = springls_step_begin(ctx, &step);
         for (bool done = false; status == SPRINGLS_OK && !done;) {
@@ -142,13 +172,9 @@ static springls_status run_calls(springls_context *ctx, int grid, const int *sta
             status = springls_step_continue(ctx, seconds, &done);
             count_call(step_calls, thread_seconds(NULL) - begin, *stage);
         }
+        count_whole(step_calls);
         if (status == SPRINGLS_OK) {
-            status = springls_chunks_begin(ctx, chunks);
-        }
-        for (bool done = false; status == SPRINGLS_OK && !done;) {
-            const double begin = thread_seconds(NULL);
-            status = springls_chunks_continue(ctx, chunks, seconds, &changed, &count, &done);
-            count_call(chunk_calls, thread_seconds(NULL) - begin, -1);
+            status = update_in_calls(ctx, chunks, seconds, chunk_calls);
         }
     }
     springls_chunks_destroy(ctx, chunks);
@@ -166,7 +192,7 @@ int main(int argc, char **argv)
     static struct series frame, processor, step, chunk, share, rest;
     const int grid = argc > 2 ? atoi(argv[1]) : 0, threads = argc > 2 ? atoi(argv[2]) : 0;
     const int frames = SETTLE + (argc > 3 ? atoi(argv[3]) : 100);
-    if (grid < 16 || grid > 1024 || threads < 1 || frames <= SETTLE || frames > SETTLE + MOST) {
+    if (grid < 16 || grid > 1024 || threads < 1 || frames <= SETTLE || frames > SETTLE + 2000) {
         fprintf(stderr, "usage: frames GRID THREADS [FRAMES]\n");
         return 2;
     }
@@ -230,21 +256,23 @@ int main(int argc, char **argv)
             rest.value[rest.count++] = 1e3 * (elapsed_seconds() - begin);
         }
     }
-    struct calls step_calls = {0}, chunk_calls = {0};
+    static struct calls step_calls, chunk_calls[2];
     int stage = 0;
     springls_sphere drop = {{0.35f * size, 0.35f * size, 0.35f * size}, 0.15f * size};
-    springls_context *flowing;
     desc.tasks.parallel_for = here;
     desc.trace = (springls_trace){.now = thread_seconds, .stage = follow_stage, .user = &stage};
-    if (springls_create(&desc, &flowing) != SPRINGLS_OK) {
-        fprintf(stderr, "frames: cannot create a second model of %d^3\n", grid);
-        return 1;
+    for (int material = 0; material < 2; ++material) {
+        springls_context *flowing;
+        if (springls_create(&desc, &flowing) != SPRINGLS_OK) {
+            fprintf(stderr, "frames: cannot create a second model of %d^3\n", grid);
+            return 1;
+        }
+        if (springls_set_implicit(flowing, springls_implicit_sphere, &drop) != SPRINGLS_OK
+            || run_calls(flowing, grid, material != 0, &stage, &step_calls, &chunk_calls[material]) != SPRINGLS_OK) {
+            return fail(flowing);
+        }
+        springls_destroy(flowing);
     }
-    if (springls_set_implicit(flowing, springls_implicit_sphere, &drop) != SPRINGLS_OK
-        || run_calls(flowing, grid, &stage, &step_calls, &chunk_calls) != SPRINGLS_OK) {
-        return fail(flowing);
-    }
-    springls_destroy(flowing);
     struct json_writer json;
     json_open_stream(&json, stdout);
     json_object_begin(&json, NULL);
@@ -258,8 +286,14 @@ int main(int argc, char **argv)
     report(&json, "chunks_ms", &chunk);
     report(&json, "chunks_percent", &share);
     report(&json, "rest_ms", &rest);
+    report(&json, "step_call_ms", &step_calls.call);
+    report(&json, "step_whole_ms", &step_calls.whole);
+    report(&json, "chunks_call_ms", &chunk_calls[0].call);
+    report(&json, "chunks_whole_ms", &chunk_calls[0].whole);
+    report(&json, "material_call_ms", &chunk_calls[1].call);
+    report(&json, "material_whole_ms", &chunk_calls[1].whole);
     report_calls(&json, "step_budget", &step_calls);
-    report_calls(&json, "chunks_budget", &chunk_calls);
+    report_calls(&json, "material_budget", &chunk_calls[1]);
     springls_chunks_destroy(ctx, chunks);
     springls_destroy(ctx);
     return json_close(&json) ? 0 : 1;

@@ -31,6 +31,7 @@ int main(int argc, char **argv)
         {"subjects", CLI_STRING, &set->subjects, "LIST", "your label maps or meshes for an atlas, between blanks", 0, 0, NULL},
         {"templates", CLI_STRING, &set->templates, "DIR", "where mricron's images are", 0, 0, NULL},
         {"backend", CLI_CHOICE, &set->backend, NULL, "where the stages run", 0, 0, "scalar|opencl"},
+        {"page", CLI_STRING, &set->page, "FILE", "writes the tables as Markdown, too", 0, 0, NULL},
         {"keep", CLI_FLAG, &set->keep, NULL, "take results of before where program and command are the same", 0, 0, NULL},
     };
     const struct cli_program program = {.name = "imaging",
@@ -53,7 +54,8 @@ int main(int argc, char **argv)
     snprintf(folder, sizeof folder, "%s/runs", imaging_folder);
     const struct run_options how = {.folder = folder, .label = "imaging", .at_once = 1, .keep = set->keep};
     imaging.failures = runs_do(imaging.runs, imaging.count, &how);
-    const bool written = imaging_write_page(&imaging) && imaging_write_report(&imaging);
+    const bool written = imaging_write_page(&imaging) && imaging_write_report(&imaging)
+                      && (!set->page || imaging_write_markdown(&imaging, set->page));
     runs_free(imaging.runs, imaging.count);
     if (!written) {
         return cli_fail("imaging", CLI_EXIT_FAILURE, "%s: cannot write there", imaging_folder);

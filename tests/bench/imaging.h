@@ -15,6 +15,7 @@ struct imaging_settings {
     const char *image, *labels, *label, *level; /* the user's */
     const char *series, *series_labels, *landmarks, *subjects;
     const char *backend;
+    const char *page;                  /* Markdown */
     bool keep;
 };
 
@@ -36,5 +37,6 @@ extern const char *const imaging_folder;
 void imaging_plan(struct imaging *imaging);
 bool imaging_write_page(const struct imaging *imaging);   /* index.html */
 bool imaging_write_report(const struct imaging *imaging); /* report.json */
+bool imaging_write_markdown(const struct imaging *imaging, const char *path); /* the tables, beside what the paper has */
 
 #endif

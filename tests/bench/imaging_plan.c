@@ -101,7 +101,7 @@ static void plan_head(struct imaging *imaging)
         "mirror:%s/aal.nii.gz:38 --images %s/ch2bet.nii.gz", head, head);
     snprintf(words, sizeof words, "%s/ch2bet.nii.gz --reference %s/aal.nii.gz --label 37", head, head);
     add(imaging, IMAGING_SEGMENT, "without_atlas", "left hippocampus without an atlas: a sphere within it, grey matter",
-        "%s --init sphere --center -25,-21,-10 --radius 6 --levels 1 --window 58,85", words);
+        "%s --init sphere --center -25,-21,-10 --radius 6 --levels 1 --grid 128 --window 58,85", words);
     add(imaging, IMAGING_ATLAS, "atlas_segment", "left hippocampus by the atlas of the right one",
         "%s --atlas %s/atlas_right/atlas.json --beside %s/without_atlas/report.json", words, out, out);
 }

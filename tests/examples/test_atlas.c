@@ -25,6 +25,7 @@ int main(int argc, char **argv)
 #include "bench/vtk_image.h"
 
 #include <stdlib.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 static char folder[256]; /* scratch, made by main */
@@ -447,6 +448,8 @@ static enum greatest_test_res write_ellipsoid_atlas(bool learned)
         build.settings.count = 3;
         ASSERT(atlas_build_run(&build));
         ASSERT(build.atlas.oriented);
+        build.settings.common.out = folder;
+        ASSERT(atlas_build_output(&build));
     } else { /* as from --images: here the names differ */
         for (int s = 0; s < 3; ++s) {
             char error[VOLUME_TEXT];
@@ -492,7 +495,124 @@ TEST atlas_finds_an_ellipsoid(bool learned)
         right += fabsf(x) > 2.0f && run.regions[v] == (x < 0.0f ? 1 : 2);
     }
     ASSERT(counted > 100 && right > 0.98 * counted);
+    for (int v = right = counted = 0; v < run.atlas.mean.vertex_count; ++v) { /* and the atlas's vertices on it, too */
+        const float *x = run.vertices + 3 * v;
+        float square = 0.0f;
+        for (int a = 0; a < 3; ++a) square += (x[a] - center[a]) * (x[a] - center[a]) / (half[a] * half[a]);
+        ASSERT_IN_RANGE(1.0f, sqrtf(square), 0.15f);
+        counted += fabsf(x[0] - center[0]) > 2.0f;
+        right += fabsf(x[0] - center[0]) > 2.0f && run.atlas.regions[v] == (x[0] < center[0] ? 1 : 2);
+    }
+    ASSERT(counted > 100 && right > 0.98 * counted);
+    run.settings.common.out = folder;
+    ASSERT(atlas_segment_output(&run));
     atlas_segment_free(&run);
+    PASS();
+}
+
+static int lines_of(const char *path)
+{
+    FILE *file = fopen(path, "r");
+    int lines = 0;
+    for (int c = 0; file && (c = fgetc(file)) != EOF;) lines += c == '\n';
+    if (file) fclose(file);
+    return lines;
+}
+
+/* What atlas build and atlas segment have written makes an atlas of one subject more, which keeps what was learned. */
+TEST a_segmented_subject_is_added(void)
+{
+    static char larger[300];
+    struct atlas old, new;
+    struct atlas_build build = make_build();
+    ASSERT(atlas_read(scratch(0, "atlas.json", 0), &old));
+    const int vertices = old.mean.vertex_count, triangles = old.mean.triangle_count;
+    ASSERT_EQ(1 + vertices, lines_of(scratch(1, "subjects/002_labels2.csv", 0)));
+    ASSERT_EQ(1 + triangles, lines_of(scratch(1, "particles/002_labels2.csv", 0)));
+    ASSERT_EQ(0, access(scratch(1, "particles/002_labels2.ply", 0), R_OK));
+    ASSERT_EQ(1 + vertices, lines_of(scratch(1, "correspondence.csv", 0)));
+    ASSERT_EQ(2, lines_of(scratch(1, "weights.csv", 0))); /* atlas segment wrote last */
+    snprintf(larger, sizeof larger, "%s/larger", folder);
+    ASSERT(mkdir(larger, 0777) == 0);
+    build.settings.same_vertices = true;
+    build.settings.extends = names[0];
+    build.settings.names[0] = scratch(2, "correspondence.ply", 0);
+    build.settings.count = 1;
+    build.settings.common.out = larger;
+    ASSERT(atlas_add_run(&build));
+    ASSERT(atlas_build_output(&build));
+    ASSERT_EQ(4, build.settings.count);
+    ASSERT_EQ(5, lines_of(scratch(1, "larger/weights.csv", 0)));
+    ASSERT(atlas_read(scratch(1, "larger/atlas.json", 0), &new));
+    ASSERT(new.subjects == 4 && new.model.modes == 3 && new.oriented);
+    ASSERT_EQ(0, memcmp(old.regions, new.regions, (size_t)vertices * sizeof *old.regions));
+    ASSERT(new.samples == old.samples
+           && memcmp(old.profiles, new.profiles, (size_t)(vertices * old.samples) * sizeof *old.profiles) == 0);
+    atlas_free(&new);
+    atlas_free(&old);
+    atlas_build_free(&build);
+    build = make_build(); /* an atlas without its subjects, and meshes of other triangles */
+    build.settings.same_vertices = true;
+    build.settings.extends = scratch(1, "nothing/atlas.json", 0);
+    ASSERT_FALSE(atlas_add_run(&build));
+    atlas_build_free(&build);
+    build = make_build();
+    build.settings.same_vertices = true;
+    build.settings.names[0] = scratch(1, "mean.ply", 0);
+    build.settings.names[1] = scratch(2, "surface.ply", 0);
+    build.settings.count = 2;
+    ASSERT_FALSE(atlas_build_run(&build));
+    atlas_build_free(&build);
+    PASS();
+}
+
+/* Makes a series of two equal images out of one: NIfTI has its sizes, 16 bits each, from byte 40 on. */
+static bool write_series(const char *path, const struct volume *image)
+{
+    const int16_t four = 4, two = 2;
+    char error[VOLUME_TEXT];
+    FILE *file = volume_write(path, image, VOLUME_FLOAT32, image->data, error) ? fopen(path, "r+b") : NULL;
+    bool good = file && fseek(file, 40, SEEK_SET) == 0 && fwrite(&four, sizeof four, 1, file) == 1
+             && fseek(file, 48, SEEK_SET) == 0 && fwrite(&two, sizeof two, 1, file) == 1 && fseek(file, 0, SEEK_END) == 0
+             && fwrite(image->data, sizeof *image->data, volume_voxels(image), file) == volume_voxels(image);
+    return file && fclose(file) == 0 && good;
+}
+
+/* What does not fit the image is refused before anything is fitted, and a series without --frame. */
+TEST atlas_segment_compares_only_what_fits(void)
+{
+    static const char *const references[] = {"small.nii.gz", "elsewhere.nii.gz", "truth.nii.gz", "truth.nii.gz"};
+    const float none[3] = {0.0f, 0.0f, 0.0f}, ones[3] = {1.0f, 1.0f, 1.0f};
+    const int dims[3] = {20, 20, 20};
+    char error[VOLUME_TEXT];
+    struct volume image, small;
+    ASSERT(volume_read(scratch(6, "unseen.nii.gz", 0), 0, &image, error));
+    ASSERT(volume_create(dims, ones, none, &small));
+    for (int n = 0; n < 8000; ++n) small.data[n] = 1.0f;
+    ASSERT(volume_write(scratch(9, "small.nii.gz", 0), &small, VOLUME_FLOAT32, small.data, error));
+    volume_free(&small);
+    ASSERT(volume_create(image.dims, image.spacing, none, &small)); /* the same voxels, but not there */
+    for (size_t n = 0; n < volume_voxels(&small); ++n) small.data[n] = n % 2 > 0 ? 1.0f : 0.0f;
+    ASSERT(volume_write(scratch(9, "elsewhere.nii.gz", 0), &small, VOLUME_FLOAT32, small.data, error));
+    volume_free(&small);
+    ASSERT(write_series(scratch(9, "series.nii", 0), &image));
+    volume_free(&image);
+    for (int c = 0; c < 6; ++c) {
+        struct atlas_segment run;
+        memset(&run, 0, sizeof run);
+        run.settings = (struct atlas_segment_settings){.common = cli_common_defaults(), .level = 150.0, .steps = 2,
+                                                       .frame = c == 5 ? 1 : -1};
+        run.settings.common.quiet = true;
+        run.settings.image = scratch(6, c < 4 ? "unseen.nii.gz" : "series.nii", 0);
+        run.settings.reference = c < 4 ? scratch(7, references[c], 0) : NULL;
+        run.settings.label_text = c == 2 ? "7" : c == 3 ? "1+2" : NULL;
+        run.settings.atlas = scratch(8, "atlas.json", 0);
+        run.params = springls_default_params();
+        run.params.topology = SPRINGLS_TOPOLOGY_PRESERVED;
+        ASSERT_EQ(c == 3 || c == 5, atlas_segment_run(&run)); /* the third has no label 7 */
+        ASSERT_EQ(c == 3 || c == 5, run.ctx != NULL);
+        atlas_segment_free(&run);
+    }
     PASS();
 }
 
@@ -906,6 +1026,8 @@ int main(int argc, char **argv)
     RUN_TEST(bad_subjects_are_refused);
     RUN_TESTp(atlas_finds_an_ellipsoid, false); /* by the level of its image */
     RUN_TESTp(atlas_finds_an_ellipsoid, true);  /* by what it has learned; needs the atlas of the first */
+    RUN_TEST(a_segmented_subject_is_added);
+    RUN_TEST(atlas_segment_compares_only_what_fits);
     RUN_TEST(votes_go_by_the_agreement_of_patches);
     RUN_TEST(corrections_learn_what_votes_get_wrong);
     RUN_TEST(subjects_fuse_into_an_unseen_image);

@@ -24,6 +24,7 @@ int main(int argc, char **argv)
 #include "../../examples/segment/segment.c"
 #undef main
 #include "../../examples/segment/forces.c"
+#include "../../examples/segment/grid.c"
 #include "../../examples/segment/input.c"
 #include "../../examples/segment/level_set.c"
 #include "../../examples/segment/output.c"
@@ -447,13 +448,103 @@ TEST mirrored_mask_finds_the_other_side(void)
     PASS();
 }
 
+/* Without --grid the cells are the image's voxels, also for more than 128 of them. */
+TEST grid_is_the_images_own(void)
+{
+    struct volume v;
+    char words[1024];
+    ASSERT(make(160, 16, 16, 0.9f, &v));
+    add_ball(&v, 40, 8, 8, 5, 100.0f);
+    ASSERT(save(&v, in_folder("long.nii")));
+    for (int grid = 0; grid < 2; ++grid) {
+        snprintf(words, sizeof words, "%s --level 50 --init threshold --json %s%s", in_folder("long.nii"), in_folder("long.json"),
+                 grid ? " --grid 80" : "");
+        ASSERT_EQ(0, call(words));
+        ASSERT_IN_RANGE(grid ? 1.8 : 0.9, number_in("long.json", "voxel_mm"), 1e-5);
+    }
+    volume_free(&v);
+    PASS();
+}
+
+/* What is left at the end: the label map, the surface and their numbers agree. */
+TEST islands_are_kept_or_removed(void)
+{
+    static const char *const words_of[] = {"", " --keep-largest", " --min-volume 700", " --min-volume 400", " --min-volume 1e6"};
+    static const int left[] = {2, 1, 1, 2, -1};
+    struct volume v, found;
+    char words[1024], error[VOLUME_TEXT];
+    ASSERT(make(40, 24, 24, 1.0f, &v));
+    add_ball(&v, 11, 12, 12, 7, 100.0f);
+    add_ball(&v, 29, 12, 12, 5, 100.0f); /* 524 mm^3 */
+    v.data[voxel_at(&v, 36, 3, 3)] = 100.0f; /* a single voxel always goes */
+    ASSERT(save(&v, in_folder("islands.nii")));
+    for (int w = 0; w < 5; ++w) {
+        snprintf(words, sizeof words, "%s --level 50 --init threshold --out %s%s", in_folder("islands.nii"), in_folder("islands"),
+                 words_of[w]);
+        if (left[w] < 0) {
+            fflush(stderr);
+            const int kept = dup(2);
+            ASSERT(kept >= 0 && freopen(in_folder("stderr.txt"), "w", stderr) != NULL);
+            const int status = call(words);
+            fflush(stderr);
+            dup2(kept, 2);
+            close(kept);
+            ASSERT_EQ(1, status);
+            continue;
+        }
+        ASSERT_EQm(words_of[w], 0, call(words));
+        ASSERT_EQm(words_of[w], left[w], (int)number_in("islands/report.json", "components"));
+        ASSERT_EQm(words_of[w], left[w], (int)number_in("islands/report.json", "label_components"));
+        ASSERT(volume_read(in_folder("islands/labels.nii.gz"), 0, &found, error));
+        ASSERT_EQ(1.0f, found.data[voxel_at(&found, 11, 12, 12)]);
+        ASSERT_EQ(left[w] == 2 ? 1.0f : 0.0f, found.data[voxel_at(&found, 29, 12, 12)]);
+        ASSERT_EQ(0.0f, found.data[voxel_at(&found, 36, 3, 3)]);
+        volume_free(&found);
+    }
+    volume_free(&v);
+    PASS();
+}
+
+/* From a seed grows the part that it is in, from two seeds both. */
+TEST seeds_grow_into_their_parts(void)
+{
+    struct volume v, found;
+    char words[1024], error[VOLUME_TEXT];
+    ASSERT(two_balls(&v) && save(&v, in_folder("seeds.nii"))); /* voxels of 1.5 mm */
+    for (int both = 0; both < 2; ++both) {
+        snprintf(words, sizeof words, "%s --level 50 --seed 16,18,18%s --out %s", in_folder("seeds.nii"), both ? ";43.5,18,18" : "",
+                 in_folder("seeds"));
+        ASSERT_EQ(0, call(words));
+        ASSERT_EQ(1 + both, (int)number_in("seeds/report.json", "label_components"));
+        ASSERT(volume_read(in_folder("seeds/labels.nii.gz"), 0, &found, error));
+        ASSERT_EQ(1.0f, found.data[voxel_at(&found, 11, 7, 12)]);
+        ASSERT_EQ((float)both, found.data[voxel_at(&found, 29, 12, 12)]);
+        volume_free(&found);
+    }
+    volume_free(&v);
+    PASS();
+}
+
+TEST share_of_the_image_is_reported(void)
+{
+    struct volume v;
+    char words[1024];
+    ASSERT(two_balls(&v) && save(&v, in_folder("share.nii")));
+    snprintf(words, sizeof words, "%s --dark --level 50 --init threshold --json %s", in_folder("share.nii"), in_folder("share.json"));
+    ASSERT_EQ(0, call(words));
+    ASSERT_IN_RANGE(1.0 - 2300.0 / (40.0 * 24.0 * 24.0), number_in("share.json", "image_share"), 0.02);
+    volume_free(&v);
+    PASS();
+}
+
 TEST wrong_words_and_bad_images_are_refused(void)
 {
     static const char *const usage[] = {"--window 5,3", "--window 1,2;", "--window 1,2;3", "--label 1", "--mirror",
                                         "--mask-label 3",
                                         "--pressure 0", "--window 1,2;3,4 --init mask --mask m --mask-label 1;2;3",
                                         "--init mask", "--region-means all", "--gvf-halvings 9", "--edge 2",
-                                        "--compare-level-set --topology preserved", "--window 1,2;3,4 --reference r --label 5"};
+                                        "--compare-level-set --topology preserved", "--seed 1,2", "--seed 1,2,3; --init cube", "--seed 1,2,3 --init cube",
+                                        "--window 1,2;3,4 --reference r --label 5"};
     struct volume v;
     char words[1024];
     ASSERT(two_balls(&v) && save(&v, in_folder("two.nii")));
@@ -466,7 +557,9 @@ TEST wrong_words_and_bad_images_are_refused(void)
         wrong += call(words) != 2;
     }
     static const char *const failing[] = {" --level 900", " --mask nothing.mha --init mask", ".none", " --level 50 --frame 3x",
-                                          " --level 50 --init sphere --radius 2 --levels 1 --center 0,0,0"};
+                                          " --level 50 --init sphere --radius 2 --levels 1 --center 0,0,0",
+                                          " --level 50 --radius 0.5 --levels 1", " --level 50 --seed 1,2,300",
+                                          " --level 50 --seed 1,2,30"};
     for (size_t u = 0; u < sizeof failing / sizeof *failing; ++u, ++calls) {
         snprintf(words, sizeof words, "%s%s", in_folder("two.nii"), failing[u]);
         wrong += call(words) != (strstr(failing[u], "3x") ? 2 : 1);
@@ -497,6 +590,10 @@ int main(int argc, char **argv)
     RUN_TEST(two_windows_make_one_map_in_the_format_of_the_input);
     RUN_TEST(every_start_and_every_force_find_the_ball);
     RUN_TEST(mirrored_mask_finds_the_other_side);
+    RUN_TEST(grid_is_the_images_own);
+    RUN_TEST(islands_are_kept_or_removed);
+    RUN_TEST(seeds_grow_into_their_parts);
+    RUN_TEST(share_of_the_image_is_reported);
     RUN_TEST(wrong_words_and_bad_images_are_refused);
     char command[300];
     snprintf(command, sizeof command, "rm -rf '%s'", folder);

@@ -71,6 +71,7 @@ TEST the_page_says_how(void)
     springls_forces forces{};
     springls_step_desc step{};
     int frames = 0;
+    bool meshing = false;
     for (int &side : desc.grid.size) side = 32;
     forces.velocity = springls_velocity_rotation;
     forces.user = &turn;
@@ -80,7 +81,7 @@ TEST the_page_says_how(void)
     ASSERT_EQ(SPRINGLS_OK, springls_create(&desc, &model));
     ASSERT_EQ(SPRINGLS_OK, springls_set_implicit(model, springls_implicit_sphere, &ball));
     ASSERT_EQ(SPRINGLS_OK, springls_chunks_create(model, nullptr, &chunks));
-    while (!update(model, chunks, step, 1e-4, count_upload) && frames < 10000) ++frames;
+    while (!update(model, chunks, step, 1e-4, meshing, count_upload) && frames < 10000) ++frames;
     ASSERT_GT(uploads, 8);
     ASSERT_GT(frames, 0);
     springls_chunks_destroy(model, chunks);

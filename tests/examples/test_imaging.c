@@ -111,6 +111,28 @@ TEST a_step_that_fails_is_shown_and_the_others_are_too(void)
     PASS();
 }
 
+/* The page that is kept has the tables, the paper's figures and the commands, but no folder of this machine. */
+TEST tables_become_markdown(void)
+{
+    char path[PAGE_PATH];
+    begin();
+    imaging.settings.collection = "/some where/data";
+    plan_one(IMAGING_SEGMENT, "good", "good", "/usr/bin/printf {\"steps\":7,\"against_reference\":{\"dice\":0.9125}}");
+    plan_one(IMAGING_SEGMENT, "bad", "bad one", "/bin/false /some\\ where/data/a.nii.gz");
+    ASSERT_EQ(1, do_all());
+    file_path("results.md", path);
+    ASSERT(imaging_write_markdown(&imaging, path));
+    char *page = written("results.md");
+    ASSERT(page);
+    ASSERT(strstr(page, "\n## Segmentation: active contours") && !strstr(page, "## Tracking"));
+    ASSERT(strstr(page, "The paper: A pelvis in CT, 400 steps"));
+    ASSERT(strstr(page, "| good ") && strstr(page, "| 7 ") && strstr(page, "|------"));
+    ASSERT(strstr(page, "Failed: bad one (exit status 1)."));
+    ASSERT(strstr(page, "/bin/false DATA/a.nii.gz") && !strstr(page, "some"));
+    free(page);
+    PASS();
+}
+
 /* Rows of stages and steps come from arrays of objects. */
 TEST rows_are_taken_from_the_reports(void)
 {
@@ -200,6 +222,7 @@ int main(int argc, char **argv)
     if (!mkdtemp(folder)) return 1;
     RUN_TEST(words_may_hold_blanks);
     RUN_TEST(a_step_that_fails_is_shown_and_the_others_are_too);
+    RUN_TEST(tables_become_markdown);
     RUN_TEST(rows_are_taken_from_the_reports);
     RUN_TEST(plans_follow_the_data_that_there_is);
     char command[100];

@@ -167,6 +167,24 @@ TEST otsu_bears_a_voxel_far_away(void)
     PASS();
 }
 
+/* Voxels that were NaN are not a third heap: with the minimum's value they are most of the image here. */
+TEST otsu_takes_the_finite_voxels(void)
+{
+    enum { N = 20 };
+    float data[N * N * N];
+    struct volume image = {.dims = {N, N, N}, .data = data, .minimum = 0.0f, .maximum = 320.0f};
+    for (int n = 0; n < N * N * N; ++n) {
+        data[n] = n % 4 > 0 ? 0.0f : n % 8 == 0 ? 200.0f + (float)(n % 11) : 300.0f + (float)(n % 21);
+        image.replaced += n % 4 > 0;
+    }
+    data[4] = 0.0f; /* the minimum itself */
+    ASSERT_IN_RANGE(255.0f, segment_otsu(&image), 50.0f);
+    ASSERT_IN_RANGE(205.0f, segment_percentile(&image, 0.25), 6.0f);
+    image.replaced = 0;
+    ASSERT(segment_otsu(&image) < 200.0f);
+    PASS();
+}
+
 TEST otsu_parts_two_heaps(void)
 {
     struct volume image;
@@ -267,6 +285,30 @@ TEST largest_part_stays_and_is_filled(void)
                 const bool inside = i >= 2 && i <= 11 && j >= 2 && j <= 11 && k >= 2 && k <= 11;
                 ASSERT_EQ(inside, phi[i + 24 * (j + 24 * k)] < 0.0f);
             }
+    PASS();
+}
+
+TEST small_parts_go_and_what_is_left_is_counted(void)
+{
+    const int dims[3] = {24, 24, 24};
+    static float phi[24 * 24 * 24], same[24 * 24 * 24];
+    struct segment_parts parts;
+    for (size_t n = 0; n < sizeof phi / sizeof *phi; ++n) phi[n] = 2.0f;
+    add_box(phi, dims, 2, 11, -1.0f);
+    add_box(phi, dims, 5, 7, 1.0f); /* a cavity stays */
+    add_box(phi, dims, 14, 18, -1.0f);
+    phi[20 + 24 * (20 + 24 * 20)] = -1.0f;
+    memcpy(same, phi, sizeof phi);
+    ASSERT(segment_remove_parts(dims, phi, 1, false, &parts));
+    ASSERT_EQ(3, parts.kept);
+    ASSERT_EQ(0, memcmp(same, phi, sizeof phi));
+    ASSERT(segment_remove_parts(dims, phi, 2, false, &parts));
+    ASSERT(parts.kept == 2 && parts.removed == 1 && parts.voxels == 1000 - 27 + 125);
+    same[20 + 24 * (20 + 24 * 20)] = 1.0f;
+    ASSERT_EQ(0, memcmp(same, phi, sizeof phi));
+    ASSERT(segment_remove_parts(dims, phi, 2, true, &parts));
+    ASSERT(parts.kept == 1 && parts.removed == 1 && parts.voxels == 1000 - 27);
+    ASSERT(phi[6 + 24 * (6 + 24 * 6)] > 0.0f && phi[16 + 24 * (16 + 24 * 16)] == 1.0f);
     PASS();
 }
 
@@ -472,10 +514,12 @@ int main(int argc, char **argv)
     RUN_TEST(blur_keeps_a_constant_up_to_the_border);
     RUN_TEST(otsu_parts_two_heaps);
     RUN_TEST(otsu_bears_a_voxel_far_away);
+    RUN_TEST(otsu_takes_the_finite_voxels);
     RUN_TEST(pressure_is_a_distance_where_the_image_is_steep);
     RUN_TEST(pressure_of_a_window_has_two_sides);
     RUN_TEST(masks_take_the_labels_asked_for);
     RUN_TEST(largest_part_stays_and_is_filled);
+    RUN_TEST(small_parts_go_and_what_is_left_is_counted);
     RUN_TEST(distances_go_on_beyond_the_known);
     RUN_TEST(what_a_wall_shuts_in_is_inside);
     RUN_TEST(watch_sees_motion_along_the_normal);

@@ -298,9 +298,10 @@ TEST two_files_are_two_frames(void)
 
 TEST wrong_usage_and_bad_files_end_in_one_line(void)
 {
-    char text[4096], image_file[512], labels[512];
+    char text[4096], image_file[512], labels[512], second[512];
     snprintf(image_file, sizeof image_file, "%s", scratch("image.nii"));
     snprintf(labels, sizeof labels, "%s", scratch("label.nii"));
+    snprintf(second, sizeof second, "%s", scratch("second_label.nii"));
     const struct {
         int status;
         const char *const argv[9];
@@ -316,6 +317,9 @@ TEST wrong_usage_and_bad_files_end_in_one_line(void)
         {1, {"track4d", image_file, "--labels", labels, "--label", "9", "--beat", "4"}},
         {1, {"track4d", image_file, "--labels", labels, "--beat", "4", "--frame", "7"}},
         {1, {"track4d", image_file, "--labels", "/nothing/there.nii", "--beat", "4"}},
+        {1, {"track4d", image_file, "--labels", second, "--beat", "4"}}, /* another grid */
+        {1, {"track4d", image_file, second, "--labels", second}},
+        {1, {"track4d", image_file, second, "--labels", labels, "--second-labels", labels}},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
         int argc = 0;
@@ -325,6 +329,7 @@ TEST wrong_usage_and_bad_files_end_in_one_line(void)
         const size_t length = read_file("stderr", text, sizeof text);
         ASSERT(length > 10 && strncmp(text, "track4d: ", 9) == 0);
         ASSERT(strchr(text, '\n') == text + length - 1);
+        ASSERT_EQ(i >= sizeof cases / sizeof *cases - 3, strstr(text, ": not on the grid of its image") != NULL);
     }
     PASS();
 }

@@ -403,6 +403,119 @@ TEST undo_restores_the_model_to_the_bit(void)
     PASS();
 }
 
+/* A ball in a grid that follows it is carried 80 voxels to the right; tools, cuts and second bodies act where it is then. */
+TEST tools_go_with_a_grid_that_moves(void)
+{
+    const springls_desc desc = {.grid = {.size = {48, 48, 48}}, .follow = true};
+    struct viewer_model model = {0}, second = {0};
+    struct viewer_brush all = {.radius = 40.0f}, brush = {.radius = 0.4f};
+    const springls_chunk *changed;
+    int offset[3], count;
+    float middle[3];
+    ASSERT(viewer_model_ball(&model, &desc));
+    const double before = measured(&model).volume;
+    const float way[3] = {2.0f * model.voxel, 0.0f, 0.0f};
+    for (int i = 0; i < 40; ++i) ASSERT(viewer_drag(&model, &all, way));
+    springls_window_offset(model.ctx, offset);
+    ASSERT_GT(offset[0], 40);
+    springls_measures m = measured(&model);
+    ASSERT_IN_RANGE(before, m.volume, 0.02 * before);
+    const float x = 0.5f * (m.lower[0] + m.upper[0]);
+    ASSERT_IN_RANGE(5.0f, x, 0.1f);
+    viewer_model_middle(&model, middle);
+    ASSERT_IN_RANGE(x, middle[0], 1.0f);
+    ASSERT(viewer_model_chunks(&model, false, &changed, &count));
+    for (int i = 0; i < count; ++i) ASSERT(changed[i].triangle_count == 0 || changed[i].brick[0] >= offset[0] / 8);
+
+    const struct viewer_ray ray = {{x, 0.0f, 9.0f}, {0.0f, 0.0f, -1.0f}};
+    ASSERT(viewer_pick(&model, &ray, &brush));
+    const float level = brush.center[2];
+    for (int i = 0; i < 4; ++i) ASSERT(viewer_push(&model, &brush, 0.04f));
+    ASSERT(viewer_pick(&model, &ray, &brush));
+    const float bump = brush.center[2];
+    ASSERT_GT(bump, level + 0.1f);
+    for (int i = 0; i < 10; ++i) ASSERT(viewer_smooth(&model, &brush, 1.0f)); /* its samples are where the brush is */
+    ASSERT(viewer_pick(&model, &ray, &brush));
+    ASSERT(brush.center[2] < bump - 0.1f * (bump - level));
+    const float smoothed = brush.center[2];
+    for (int i = 0; i < 3; ++i) ASSERT(viewer_inflate(&model, &brush, 0.03f));
+    ASSERT(viewer_pick(&model, &ray, &brush));
+    ASSERT_GT(brush.center[2], smoothed + 0.05f);
+
+    struct viewer_cut cut = stroke_across(&model, 3.0f, -2.0f, 2.0f, false);
+    cut.eye[0] += x;
+    ASSERT(viewer_subtract(&model, &cut));
+    ASSERT_EQ(2, measured(&model).components);
+    const float at[3] = {x, 0.0f, 0.5f};
+    ASSERT(viewer_model_second_ball(&second, &model, at, 0.5f));
+    ASSERT(viewer_merge(&model, &second));
+    ASSERT_EQ(1, measured(&model).components);
+    viewer_model_free(&second);
+    viewer_model_free(&model);
+    PASS();
+}
+
+/* A step in pieces of a budget that is always too small has the bits of a whole one; so have the chunks. */
+TEST steps_and_chunks_come_in_pieces(void)
+{
+    struct viewer_model whole = ball(), parts = ball();
+    const struct viewer_brush brush = front(&whole);
+    const springls_chunk *changed;
+    int pieces = 0, count, all, calls = 1;
+    for (int i = 0; i < 4; ++i) {
+        parts.budget = 1e-6;
+        ASSERT(viewer_push(&whole, &brush, 0.04f));
+        ASSERT(viewer_push(&parts, &brush, 0.04f));
+        ASSERT_FALSE(viewer_model_at_rest(&parts));
+        for (; parts.stepping; ++pieces) ASSERT(viewer_model_continue(&parts));
+        ASSERT_EQ(springls_state_hash(whole.ctx), springls_state_hash(parts.ctx));
+    }
+    ASSERT_GT(pieces, 20);
+    ASSERT(viewer_model_chunks(&whole, true, &changed, &all));
+    ASSERT(viewer_model_chunks(&parts, true, &changed, &count));
+    for (; parts.chunks_in_progress; ++calls) {
+        ASSERT_EQ(0, count);
+        ASSERT(viewer_model_chunks(&parts, true, &changed, &count));
+    }
+    ASSERT_EQ(all, count);
+    ASSERT_GT(calls, 3);
+    viewer_model_free(&whole);
+    viewer_model_free(&parts);
+    PASS();
+}
+
+/* Whatever comes while a step is in progress completes it first: undo, saving, a cut, the next tool. */
+TEST a_step_in_progress_is_completed_first(void)
+{
+    char error[VIEWER_TEXT];
+    struct viewer_app app = app_with_ball(), other = app_with_ball();
+    const uint64_t begin = springls_state_hash(app.model.ctx);
+    static const char push[] = "key 2\nmove 200 150\nscroll 5 ctrl\npress left\nframes 1\n";
+    ASSERT(play(&other, push, error));
+    const uint64_t pushed = springls_state_hash(other.model.ctx);
+    app.budget = 1e-6;
+    ASSERT(play(&app, push, error));
+    ASSERT(app.model.stepping);
+    ASSERT(viewer_app_busy(&app));
+    ASSERT(viewer_save(&app.model, scratch("midway.obj")));
+    ASSERT_FALSE(app.model.stepping);
+    ASSERT_EQ(pushed, springls_state_hash(app.model.ctx));
+    ASSERT(play(&app, "frames 1\n", error)); /* another step */
+    ASSERT(app.model.stepping);
+    ASSERT(play(&app, "release left\nkey Z ctrl\n", error));
+    ASSERT_FALSE(app.model.stepping);
+    ASSERT_EQ(begin, springls_state_hash(app.model.ctx));
+    ASSERT(play(&app, "key Y ctrl\nkey 2\npress left\nframes 2\n", error));
+    ASSERT(app.model.stepping);
+    ASSERT(play(&app, "release left\nkey 5\nmove 20 150\npress left\nmove 380 160\nrelease left\n", error));
+    ASSERT_EQ(2, measured(&app.model).components);
+    ASSERT(play(&app, "key 4\nmove 200 100\npress left ctrl\nframes 1\n", error));
+    ASSERT(app.model.stepping);
+    viewer_app_close(&app); /* leaks nothing */
+    viewer_app_close(&other);
+    PASS();
+}
+
 TEST a_script_that_is_wrong_is_refused(void)
 {
     static const char *const wrong[] = {"jump 1 2\n", "move 1\n", "move 1 x\n", "press tail\n", "press left alt\n", "key\n",
@@ -646,6 +759,9 @@ int main(int argc, char **argv)
     RUN_TEST(the_pointer_turns_the_camera);
     RUN_TEST(the_pointer_cuts_and_merges);
     RUN_TEST(undo_restores_the_model_to_the_bit);
+    RUN_TEST(tools_go_with_a_grid_that_moves);
+    RUN_TEST(steps_and_chunks_come_in_pieces);
+    RUN_TEST(a_step_in_progress_is_completed_first);
     RUN_TEST(a_script_that_is_wrong_is_refused);
     start_display();
     RUN_TEST(pictures_show_what_there_is);

@@ -59,9 +59,36 @@ async function stroke(from, to, steps, hold = 0) {
   return settled();
 }
 
+// Writes a picture. Returns its middle, without buttons and text, as a PNG in base 64.
 async function picture(name) {
   fs.writeFileSync(path.join(pictures, name), Buffer.from((await send('Page.captureScreenshot')).data, 'base64'));
+  return (await send('Page.captureScreenshot', {clip: {x: 200, y: 150, width: 500, height: 330, scale: 1}})).data;
 }
+
+// Drops a file of this text, or of these bytes, on the page; returns the page's text at rest.
+async function drop(name, content) {
+  await value(`(() => { const data = new DataTransfer(); data.items.add(new File([${content}], ${JSON.stringify(name)}));
+    window.dispatchEvent(new DragEvent('drop', {dataTransfer: data, cancelable: true})); })()`);
+  await pause(300);
+  return settled();
+}
+
+// An OBJ of a ring: four corners around each of its sides.
+const ring = () => {
+  const lines = [], sides = 24;
+  for (let i = 0; i < sides; ++i) {
+    for (const [r, z] of [[2, 0], [3, 0], [3, 1], [2, 1]]) {
+      lines.push(['v', r * Math.cos(i * 2 * Math.PI / sides), r * Math.sin(i * 2 * Math.PI / sides), z].join(' '));
+    }
+  }
+  for (let i = 0; i < sides; ++i) {
+    for (let k = 0; k < 4; ++k) {
+      const [a, b] = [i, (i + 1) % sides].map(n => 4 * n), [p, q] = [k, (k + 1) % 4];
+      lines.push(`f ${a + q + 1}/1 ${a + p + 1}/1 ${b + p + 1}/1 ${b + q + 1}/1`);
+    }
+  }
+  return JSON.stringify(lines.join('\n'));
+};
 
 async function run() {
   fs.mkdirSync(pictures, {recursive: true});
@@ -96,6 +123,16 @@ async function run() {
   await click('redo');
   check('redo as well', hash(await settled()) == hash(merged));
 
+  const surface = await picture('surface.png');
+  await click('wireframe');
+  await settled();
+  const wires = await picture('wireframe.png');
+  check('the wireframe is another picture of the same bits', hash(await settled()) == hash(merged) && wires != surface
+    && await value("views[call.view()] == 'wireframe'"));
+  await click('wireframe');
+  await settled();
+  check('and the surface is drawn again', await picture('surface.png') == surface && surface.length > 1000);
+
   await click('drag');
   await touch('touchStart', [[440, 330]]);
   for (let i = 1; i <= 10; ++i) await touch('touchMove', [[440 - 8 * i, 330 + 4 * i]]);
@@ -107,6 +144,13 @@ async function run() {
   await touch('touchEnd', []);
   check('two fingers move the camera alone', hash(await settled()) == hash(text));
   await picture('touched.png');
+
+  const dropped = await drop('Ring.OBJ', ring());
+  check('a mesh that is dropped on the page is opened', hash(dropped) != hash(text) && /[1-9]\d{3} springls/.test(dropped));
+  await picture('dropped.png');
+  const refused = await drop('broken.stl', JSON.stringify('solid nothing'));
+  check('a bad file is refused, and the model stays', hash(refused) == hash(dropped) && /broken|no such mesh/.test(refused));
+  check('so is one of another kind', /OBJ and binary STL/.test(await drop('notes.txt', '"?"')));
 
   await click('LeVeque’s flow');
   await pause(1500);

@@ -119,6 +119,16 @@ same_lives() {
 # What a C program sees of both must be the same program: the parts as they are, and the header made of them.
 parts_compile() { $1 -std=c99 $warnings -DSPRINGLS_PARTS -fsyntax-only tests/library.c; }
 
+# The implementation as Microsoft's compiler has it: _MSC_VER, no __GNUC__, long of 32 bits; msvc/ declares what springls.h uses of the C
+# library. clang knows extensions of GCC there too, so they are looked for in the text
+for_msvc() {  # COMPILER LANGUAGE STANDARD
+    local compile="$1 -x $2 $3 --target=x86_64-pc-windows-msvc -fms-compatibility -fms-compatibility-version=19.30 -nostdlibinc"
+    compile="$compile -isystem $here/msvc $warnings"
+    $compile -fsyntax-only $here/implement.c &&
+        nothing "$($compile -DSPRINGLS_NO_OPENCL -E -P $here/implement.c | grep -oE '__attribute__|__builtin_[a-z_]+|__typeof__|__extension__' |
+            grep -v -e __builtin_va_ -e __builtin_offsetof | sort -u)" "extensions of GCC"
+}
+
 # With springls_cl.h, and with it all of springls.h.
 opencl=-DWITH_OPENCL
 . $here/embed.sh
@@ -166,6 +176,10 @@ for cc in gcc clang; do
     check "$cc, no -std and no -ffp-contract: histories" plain_lives $cc
     case $languages in *c++*) check "$cc: C and C++ link with one another" c_and_cxx $cc $cxx ;; esac
 done
+if command -v clang > /dev/null; then
+    for std in c99 c11; do check "clang for Windows as MSVC, -std=$std: implementation" for_msvc clang c -std=$std; done
+    check "clang for Windows as MSVC, -std=c++17: implementation" for_msvc clang c++ -std=c++17
+fi
 wait
 check "all builds leave the same bits" same_lives
 wait

@@ -202,7 +202,7 @@ TEST bricks_come_and_go(void)
                 for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) phi[v] = brick % 2 ? -(float)(brick + 10) : (float)(brick + 10);
         }
         for (n = 0, i = 0; i < 125; i++) {
-            int slot = g->top[i];
+            int slot = springls__slot_of_brick(g, i);
             ASSERT_EQ(present[i] != 0, slot >= SPRINGLS__FIRST_SLOT);
             if (!present[i]) continue;
             n++;
@@ -217,7 +217,8 @@ TEST bricks_come_and_go(void)
         }
         springls__grid_drop_bricks(g, keep);
         for (i = 0; i < 125; i++) /* what went is constant, on the side it was on */
-            if (!present[i] && g->top[i] != SPRINGLS__OUTSIDE) ASSERT(g->top[i] == SPRINGLS__INSIDE && i % 2 == 1);
+            if (!present[i] && springls__slot_of_brick(g, i) != SPRINGLS__OUTSIDE)
+                ASSERT(springls__slot_of_brick(g, i) == SPRINGLS__INSIDE && i % 2 == 1);
     }
     springls_destroy(ctx);
     PASS();

@@ -111,6 +111,63 @@ TEST bodies_part(body_shape shape, double gap)
     PASS();
 }
 
+/* A ball far above a ball and a plate, which are moved apart as meeting_velocity does. */
+typedef struct company { meeting pair; double height, speed; } company;
+
+static void company_distance(void *user, const float *points, int count, float *out)
+{
+    company *c = (company *)user;
+    int i;
+    meeting_distance(&c->pair, points, count, out);
+    for (i = 0; i < count; i++, points += 3) {
+        double x = points[0] - c->pair.center, y = points[1] - c->height, z = points[2] - c->pair.center;
+        out[i] = (float)fmin((double)out[i], ball(x, y, z, 4.0));
+    }
+}
+
+static void company_velocity(void *user, const float *x, int count, float time, float *v)
+{
+    company *c = (company *)user;
+    int i;
+    meeting_velocity(&c->pair, x, count, time, v);
+    for (i = 0; i < count; i++)
+        if ((double)x[3 * i + 1] > c->height - 8.0) {
+            v[3 * i] = 0.0f;
+            v[3 * i + 2] = (float)c->speed;
+        }
+}
+
+/* Bodies at a gap that have fallen asleep, while something else moves, part without anything left between them. */
+TEST a_gap_may_sleep(double center, double gap)
+{
+    company flow = { { BALL_AND_PLATE, center, 3.0 + gap, 0.0 }, 44.0, 0.0 };
+    springls_context *ctx = fixture_context(56, NULL);
+    springls_forces forces = fixture_forces(company_velocity, &flow);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.05f);
+    springls_measures first, m;
+    int i;
+    ASSERT_OK(springls_set_implicit(ctx, company_distance, &flow));
+    ASSERT_OK(steps(ctx, &step, 5)); /* at rest: the first resampling */
+    ASSERT_OK(springls_measure(ctx, &first));
+    flow.pair.speed = -1.5;
+    ASSERT_OK(steps(ctx, &step, 20));
+    flow.pair.speed = 0.0;
+    flow.speed = 1.5;
+    ASSERT_OK(steps(ctx, &step, 40));
+    flow.speed = 0.0;
+    flow.pair.speed = 1.5;
+    for (i = 0; i < 27; i++) {
+        ASSERT_OK(steps(ctx, &step, 1));
+        ASSERT_OK(springls_measure(ctx, &m));
+        if (gap + 0.15 * i < 1.5) continue;
+        ASSERT_EQ(3, m.components);
+        ASSERT_EQ(6, m.euler);
+    }
+    ASSERT_IN_RANGE(first.volume, m.volume, 1e-3 * first.volume);
+    springls_destroy(ctx);
+    PASS();
+}
+
 /* Moves springls with the body that they are of by their correspondences, wherever that is. */
 static void meeting_map(void *user, const float *x, const float *a, int count, float time, float *map)
 {
@@ -418,6 +475,68 @@ TEST a_limb_is_one_component(float across, float min_component)
     PASS();
 }
 
+static void drift(void *user, const float *x, int count, float time, float *v)
+{
+    int i;
+    (void)x;
+    (void)time;
+    for (i = 0; i < 3 * count; i++) v[i] = *(const float *)user;
+}
+
+/* A closed mesh stays what it is, to the last bit, until something moves; then it is followed. */
+TEST a_mesh_at_rest_stays(void)
+{
+    float speed = 0.0f;
+    springls_context *ctx = fixture_context(32, NULL);
+    springls_forces forces = fixture_forces(drift, &speed);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.1f);
+    springls_measures first, m;
+    ASSERT_OK(set_spindle(ctx, 2.2f, 13.0f));
+    ASSERT_OK(springls_measure(ctx, &first));
+    ASSERT_OK(steps(ctx, &step, 20));
+    ASSERT_OK(springls_measure(ctx, &m));
+    ASSERT_EQ(first.volume, m.volume);
+    ASSERT_EQ(first.area, m.area);
+    speed = 1.0f;
+    ASSERT_OK(steps(ctx, &step, 10));
+    ASSERT_OK(springls_measure(ctx, &m));
+    ASSERT_IN_RANGE((double)first.lower[2] + 1.0, (double)m.lower[2], 0.1);
+    ASSERT_IN_RANGE(first.volume, m.volume, 0.03 * first.volume); /* its ends are thinner than a voxel */
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* A ball with a hollow, which a bore less than a voxel wide leads to from outside, along voxel centres. */
+static void bored_ball(void *user, const float *points, int count, float *out)
+{
+    const float *radius = (const float *)user;
+    int i;
+    for (i = 0; i < count; i++, points += 3) {
+        double x = points[0] - 16.0, y = points[1] - 16.0, z = points[2] - 16.0;
+        double bore = x < 0.0 ? ball(x, y, z, (double)*radius) : ball(0.0, y, z, (double)*radius);
+        out[i] = (float)fmax(ball(x, y, z, 10.0), -fmin(bore, ball(x, y, z, 2.2)));
+    }
+}
+
+/* The way into a hollow is no puncture: filled, it would leave a bubble. */
+TEST a_bore_stays_open(float radius)
+{
+    springls_context *ctx = fixture_context(32, NULL);
+    springls_forces forces = { 0 };
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.1f);
+    springls_measures m;
+    ASSERT_OK(springls_set_implicit(ctx, bored_ball, &radius));
+    ASSERT_OK(springls_measure(ctx, &m));
+    ASSERT_EQ(1, m.components);
+    ASSERT_EQ(2, m.euler);
+    ASSERT_OK(steps(ctx, &step, 20));
+    ASSERT_OK(springls_measure(ctx, &m));
+    ASSERT_EQ(1, m.components);
+    ASSERT_EQ(2, m.euler);
+    springls_destroy(ctx);
+    PASS();
+}
+
 /* Two balls, one of them with the volume of a few voxels. */
 static void ball_and_drop(void *user, const float *points, int count, float *out)
 {
@@ -450,6 +569,9 @@ SUITE(contact)
     RUN_TESTp(a_limb_is_one_component, 0.7f, 1.0f);
     RUN_TESTp(a_limb_is_one_component, 0.7f, 0.0f);
     RUN_TESTp(a_limb_is_one_component, 1.2f, 1.0f);
+    RUN_TEST(a_mesh_at_rest_stays);
+    RUN_TESTp(a_bore_stays_open, 0.35f);
+    RUN_TESTp(a_bore_stays_open, 0.45f);
     RUN_TESTp(a_drop_goes, 0.5f, 1.0f, 1);
     RUN_TESTp(a_drop_goes, 0.5f, 0.0f, 2);
     RUN_TESTp(a_drop_goes, 1.1f, 1.0f, 2);
@@ -459,6 +581,9 @@ SUITE(contact)
     RUN_TESTp(bodies_part, BOXES, 1.0);
     RUN_TESTp(bodies_part, BOXES, 0.5);
     RUN_TESTp(bodies_part, FINGERS, 0.25);
+    RUN_TESTp(a_gap_may_sleep, 20.25, 0.25);
+    RUN_TESTp(a_gap_may_sleep, 20.5, 0.5);
+    RUN_TESTp(a_gap_may_sleep, 20.75, 1.0);
     RUN_TESTp(balls_pass, SPRINGLS_CONTACT_SEPARATE, SPRINGLS_MODE_FLUID);
     RUN_TESTp(balls_pass, SPRINGLS_CONTACT_SEPARATE, SPRINGLS_MODE_ELASTIC);
     RUN_TESTp(balls_pass, SPRINGLS_CONTACT_MERGE, SPRINGLS_MODE_FLUID);

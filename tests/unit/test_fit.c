@@ -44,7 +44,7 @@ static springls__fit_result fit_patch(const patch *s, int count, int spread)
         double angle = 2.4 * i, r = 0.3 + 1.7 * sqrt((i + 0.5) / count), u = r * cos(angle), v = spread ? r * sin(angle) : 0.0;
         springls__fit_add(&fit, d3_float(patch_point(s, u, v)), d3_float(s->n), d3_float(patch_a(s, u, v)));
     }
-    return springls__fit_end(fit);
+    return springls__fit_end(&fit);
 }
 
 /* With ten neighbours or more a quadratic surface and quadratic correspondences are met exactly, the normal too. */
@@ -103,13 +103,13 @@ TEST others_do_not_count(void)
     s = random_patch(1);
     fit = springls__fit_begin(d3_float(s.origin), d3_float(s.n), springls__v3_make(0.0f, 0.0f, 0.0f));
     springls__fit_add(&fit, d3_float(patch_point(&s, 0.5, 0.5)), d3_float(s.n), springls__v3_make(1.0f, 1.0f, 1.0f));
-    before = fit.count;
+    before = (int)fit.count;
     ASSERT_EQ(1, before);
     springls__fit_add(&fit, d3_float(patch_point(&s, 0.4, 0.5)), d3_float(d3_scale(s.n, -1.0)),
                       springls__v3_make(9.0f, 9.0f, 9.0f));
     springls__fit_add(&fit, d3_float(d3_mad(s.origin, s.n, 1.5)), d3_float(s.n), springls__v3_make(9.0f, 9.0f, 9.0f));
     springls__fit_add(&fit, d3_float(patch_point(&s, 2.6, 0.0)), d3_float(s.n), springls__v3_make(9.0f, 9.0f, 9.0f));
-    ASSERT_EQ(before, fit.count);
+    ASSERT_EQ(before, (int)fit.count);
     PASS();
 }
 
@@ -148,8 +148,8 @@ TEST a_rim_gives_no_place(void)
             double u = 1.6 + 0.2 * (k % 3), v = 0.3 * (k / 3 - 2);
             springls__fit_add(&fit, d3_float(patch_point(&s, u, v)), d3_float(s.n), d3_float(patch_a(&s, u, v)));
         }
-        ASSERT_EQ(15, fit.count);
-        r = springls__fit_end(fit);
+        ASSERT_EQ(15, (int)fit.count);
+        r = springls__fit_end(&fit);
         ASSERT(r.ok);
         ASSERT_EQ(0.0, d3_distance(d3_of(r.point), d3_of(fit.origin)));
         ASSERT_LT(d3_distance(patch_a(&s, 0.0, 0.0), d3_of(r.a)), 2e-3);

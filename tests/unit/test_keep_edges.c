@@ -328,8 +328,37 @@ TEST smooth_surfaces_have_no_edges(void)
     PASS();
 }
 
+static const double rounding = 3.0; /* voxels */
+
+/* A box with round edges: one with the inner sides, grown by the rounding. */
+static void rounded_box(void *user, const float *points, int count, float *out)
+{
+    const box *b = (const box *)user;
+    int i, faces;
+    for (i = 0; i < count; i++, points += 3)
+        out[i] = (float)(box_distance(b, d3_make((double)points[0], (double)points[1], (double)points[2]), 0.0, &faces) - rounding);
+}
+
+/* Springls of rounded edges lie on them: they are not moved as if they cut across a crease. */
+TEST rounded_edges_are_no_creases(double x, double y, double z)
+{
+    box inner = { { 0.0, 0.0, 0.0 }, { 1.0, 7.0, 7.0 } };
+    springls_context *ctx = fixture_context(32, NULL);
+    int i, faces, off = 0;
+    inner.center = d3_make(x, y, z);
+    ASSERT_OK(springls_set_implicit(ctx, rounded_box, &inner));
+    for (i = 0; i < springls_count(ctx); i++)
+        off += fabs(box_distance(&inner, d3_of(fixture_particle(ctx, i)), 0.0, &faces) - rounding) > 0.05;
+    ASSERT_LT(off, springls_count(ctx) / 200);
+    springls_destroy(ctx);
+    PASS();
+}
+
 SUITE(sharp_edges)
 {
+    RUN_TESTp(rounded_edges_are_no_creases, 16.25, 15.772, 15.228);
+    RUN_TESTp(rounded_edges_are_no_creases, 15.125, 15.154, 15.846);
+    RUN_TESTp(rounded_edges_are_no_creases, 15.875, 15.918, 15.082);
     RUN_TEST(initial_springls_are_on_the_faces);
     RUN_TEST(faces_may_lie_on_voxel_planes);
     RUN_TEST(box_stays_sharp_through_a_turn);

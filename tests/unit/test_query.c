@@ -431,7 +431,7 @@ TEST packed_forms(void)
         ASSERT(surfel[7 * i + 6] > 0.0f && surfel[7 * i + 6] < 1.0f);
     }
     for (i = 0; i < 64 * 64 * 64; i += 37) /* what has been read is here */
-        ASSERT_EQ(phi[i], springls__grid_voxel(&ctx->model.grid, ctx->model.grid.phi, i % 64, i / 64 % 64, i / 4096));
+        ASSERT_EQ(phi[i], springls__grid_phi(&ctx->model.grid, ctx->model.grid.phi, i % 64, i / 64 % 64, i / 4096));
     ASSERT_OK(fixture_translate(ctx, 0.5f, -0.3f, 0.2f)); /* away from phi = 0: the level set stays */
     ASSERT_OK(springls_pack_matrix(ctx, matrix));
     for (i = 0; i < SPHERE_TRIANGLES; i++) {

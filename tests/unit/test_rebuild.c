@@ -152,9 +152,9 @@ static greatest_test_res check_band(springls_context *ctx, d3 center, double rad
         for (y = 0; y < n; y++)
             for (x = 0; x < n; x++) {
                 double d = d3_distance(d3_make(x, y, z), center) - radius;
-                float phi = springls__grid_voxel(g, g->phi, x, y, z);
+                float phi = springls__grid_phi(g, g->phi, x, y, z);
                 if (fabs(d) < 2.6) {
-                    ASSERT(springls__slot_at(g, x, y, z) >= SPRINGLS__FIRST_SLOT);
+                    ASSERT(springls__slot_of_voxel(g, x, y, z) >= SPRINGLS__FIRST_SLOT);
                     ASSERT_IN_RANGE(d, phi, 0.45);
                 }
                 ASSERT((phi < 0.0f) == (d < 0.0) || fabs(d) < 0.2);
@@ -170,7 +170,7 @@ static greatest_test_res check_band(springls_context *ctx, d3 center, double rad
             closest = fmin(closest, fabs(d3_distance(at, center) - radius));
         }
         if (closest > 3.5) {
-            ASSERT(g->top[i] < SPRINGLS__FIRST_SLOT);
+            ASSERT(springls__slot_of_brick(g, i) < SPRINGLS__FIRST_SLOT);
             dropped++;
         }
     }

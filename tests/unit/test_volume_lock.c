@@ -158,14 +158,14 @@ TEST mergers_add_up_and_parts_share(void)
     for (i = 0; i < 40; i++) {
         ASSERT_OK(springls_step(ctx, &step));
         ASSERT_OK(springls_measure(ctx, &m));
-        ASSERT_IN_RANGE(before, m.volume, 1e-4 * before);
+        ASSERT_IN_RANGE(before, m.volume, 1e-6 * before);
     }
     ASSERT_EQ(1, large_parts(ctx));
     speed = -0.25f;
     for (i = 0; i < 80; i++) {
         ASSERT_OK(springls_step(ctx, &step));
         ASSERT_OK(springls_measure(ctx, &m));
-        ASSERT_IN_RANGE(before, m.volume, 1e-4 * before);
+        ASSERT_IN_RANGE(before, m.volume, 1e-6 * before);
         if (large_parts(ctx) == 2) break;
     }
     ASSERT_EQ(2, large_parts(ctx));

@@ -550,6 +550,45 @@ TEST a_size_that_bricks_do_not_fill_is_refused(void)
     PASS();
 }
 
+/* A model is made in a window beside another one that has come far, and combined with it; a reset leaves the window there. */
+TEST a_window_begins_anywhere(void)
+{
+    springls_context *a = ball(true, NULL, (float)MIDDLE, 7.0f, NULL), *b = NULL;
+    springls_desc desc = fixture_desc(SIZE, NULL);
+    springls_sphere hole;
+    springls_measures m;
+    int offset[3];
+    double before;
+    ASSERT_OK(blow(a, 2.0f, 0.0f, 0.0f, 100));
+    ASSERT_OK(springls_measure(a, &m));
+    before = m.volume;
+    springls_window_offset(a, desc.window);
+    ASSERT_GT(desc.window[0], 100);
+    hole = fixture_ball((float)MIDDLE + 200.0f, (float)MIDDLE, (float)MIDDLE, 4.0f);
+    ASSERT_OK(springls_create(&desc, &b));
+    ASSERT_OK(springls_set_implicit(b, springls_implicit_sphere, &hole));
+    springls_window_offset(b, offset);
+    ASSERT_EQ(0, memcmp(offset, desc.window, sizeof offset));
+    ASSERT_OK(springls_measure(b, &m));
+    ASSERT_LT(fabs((double)(m.lower[0] + m.upper[0]) - 2.0 * (MIDDLE + 200.0)), 0.1);
+    ASSERT_OK(springls_combine(a, SPRINGLS_OPERATION_DIFFERENCE, b));
+    ASSERT_OK(springls_measure(a, &m));
+    ASSERT_LT(fabs(before - m.volume - 4.0 / 3.0 * fixture_pi * 64.0), 0.02 * before);
+    ASSERT_OK(springls_reset(b));
+    springls_window_offset(b, offset);
+    ASSERT_EQ(0, memcmp(offset, desc.window, sizeof offset));
+    springls_destroy(a);
+    springls_destroy(b);
+    desc.window[1] = 4;
+    ASSERT(strstr(springls_create_error(&desc), "window is no multiple of 8") != NULL);
+    desc.window[1] = INT32_MIN;
+    ASSERT(strstr(springls_create_error(&desc), "out of range") != NULL);
+    desc.window[1] = 8;
+    desc.grid.size[0] = 30;
+    ASSERT(strstr(springls_create_error(&desc), "but window is set") != NULL);
+    PASS();
+}
+
 /* Memory that runs out at any allocation while the window moves: one failure, and nothing is leaked. */
 TEST memory_may_run_out(void)
 {
@@ -622,6 +661,7 @@ SUITE(window)
     RUN_TEST(springls_that_leave_are_counted);
     RUN_TEST(what_is_too_large_leaves);
     RUN_TEST(a_size_that_bricks_do_not_fill_is_refused);
+    RUN_TEST(a_window_begins_anywhere);
     RUN_TEST(memory_may_run_out);
 }
 

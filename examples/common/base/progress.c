@@ -31,6 +31,27 @@ double peak_rss_mib(void)
 #endif
 }
 
+double free_memory_mib(void)
+{
+    char line[128];
+    double kib = 0.0;
+    FILE *file = fopen("/proc/meminfo", "r");
+    while (file && kib == 0.0 && fgets(line, sizeof line, file)) {
+        if (sscanf(line, "MemAvailable: %lf", &kib) != 1) {
+            kib = 0.0;
+        }
+    }
+    if (file) {
+        fclose(file);
+    }
+    if (kib > 0.0) {
+        return kib / 1024.0;
+    }
+    /* Elsewhere: half of all there is. */
+    const double pages = (double)sysconf(_SC_PHYS_PAGES), bytes = (double)sysconf(_SC_PAGESIZE);
+    return pages > 0.0 && bytes > 0.0 ? 0.5 * pages * bytes / (1024.0 * 1024.0) : 0.0;
+}
+
 void progress_begin(struct progress *progress, const char *label, size_t total, bool quiet)
 {
     progress->label = label ? label : "";

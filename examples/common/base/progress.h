@@ -21,5 +21,6 @@ void progress_end(struct progress *progress);                                   
 
 double elapsed_seconds(void); /* monotonic clock; only differences have a meaning */
 double peak_rss_mib(void);    /* peak resident memory of this process */
+double free_memory_mib(void); /* memory that the machine has to give; 0: unknown */
 
 #endif

@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 enum { OTSU_CLASSES = 1024, PERCENTILE_CLASSES = 4096 };
 
@@ -156,14 +157,15 @@ static void narrow(const struct volume *image, int chosen, double *low, double *
 
 float segment_percentile(const struct volume *image, double share)
 {
-    const size_t total = volume_voxels(image);
+    const size_t total = volume_voxels(image) - image->replaced;
     const double wanted = share * (double)total;
     double low = (double)image->minimum, high = (double)image->maximum;
     while (high > low) {
         size_t counts[PERCENTILE_CLASSES] = {0};
         double below = 0;
         int c = 0;
-        for (size_t n = 0; n < total; n++) counts[class_of(image->data[n], low, high, PERCENTILE_CLASSES)]++;
+        for (size_t n = 0; n < volume_voxels(image); n++) counts[class_of(image->data[n], low, high, PERCENTILE_CLASSES)]++;
+        counts[0] -= image->replaced; /* these voxels have the minimum */
         while (c < PERCENTILE_CLASSES - 1 && below + (double)counts[c] < wanted) below += (double)counts[c++];
         if ((double)counts[c] <= crowded * (double)total) return (float)(low + (high - low) * (c + 1) / PERCENTILE_CLASSES);
         narrow(image, c, &low, &high); /* a few voxels far away have made one class of all others */
@@ -174,13 +176,14 @@ float segment_percentile(const struct volume *image, double share)
 float segment_otsu(const struct volume *image)
 {
     double low = (double)segment_percentile(image, 0.001), high = (double)segment_percentile(image, 0.999);
-    const size_t total = volume_voxels(image);
+    const size_t total = volume_voxels(image) - image->replaced;
     size_t counts[OTSU_CLASSES] = {0};
     double sum = 0, below = 0, sum_below = 0, best = -1;
     int first = 0, last = 0;
     if (!(high > low)) { low = (double)image->minimum; high = (double)image->maximum; }
     if (!(high > low)) return image->minimum;
-    for (size_t n = 0; n < total; n++) counts[class_of(image->data[n], low, high, OTSU_CLASSES)]++;
+    for (size_t n = 0; n < volume_voxels(image); n++) counts[class_of(image->data[n], low, high, OTSU_CLASSES)]++;
+    counts[0] -= image->replaced; /* these voxels have the minimum */
     for (int c = 0; c < OTSU_CLASSES; c++) sum += (double)c * (double)counts[c];
     for (int c = 0; c + 1 < OTSU_CLASSES; c++) {
         below += (double)counts[c];
@@ -344,6 +347,44 @@ bool segment_keep_largest(const int dims[3], float *phi)
         phi[n] = components[n] == largest[0] || components[n] == largest[1] ? phi[n] : -phi[n];
     }
     const bool good = components && queue;
+    free(components);
+    free(queue);
+    return good;
+}
+
+bool segment_remove_parts(const int dims[3], float *phi, size_t least, bool largest, struct segment_parts *parts)
+{
+    const int total = dims[0] * dims[1] * dims[2];
+    int *components = calloc((size_t)total, sizeof *components), *queue = malloc((size_t)total * sizeof *queue);
+    const bool good = components && queue;
+    int component = 0, best = 0;
+    size_t most = 0;
+    memset(parts, 0, sizeof *parts);
+    for (int n = 0; good && n < total; ++n) {
+        if (phi[n] < 0.0f && components[n] == 0) {
+            const size_t count = (size_t)flood(dims, phi, n, ++component, components, queue);
+            best = count > most ? component : best;
+            most = count > most ? count : most;
+            parts->kept++;
+            parts->voxels += count;
+            if (count < least) { /* floods do not mix parts: what is above zero now is not visited again */
+                for (size_t i = 0; i < count; ++i) {
+                    phi[queue[i]] = -phi[queue[i]];
+                }
+                parts->kept--;
+                parts->removed++;
+                parts->voxels -= count;
+            }
+        }
+    }
+    if (good && largest && parts->kept > 1) {
+        for (int n = 0; n < total; ++n) {
+            phi[n] = phi[n] < 0.0f && components[n] != best ? -phi[n] : phi[n];
+        }
+        parts->removed += parts->kept - 1;
+        parts->kept = 1;
+        parts->voxels = most;
+    }
     free(components);
     free(queue);
     return good;

@@ -19,11 +19,11 @@ void segment_resample(const struct volume *from, const float *values, const stru
  * width counts as a standard deviation of half of it. Returns false if memory is short. */
 bool segment_blur(const struct volume *image, float size, float *values);
 
-/* Computes Otsu's threshold over 1024 classes between the 0.1st and the 99.9th percentile. */
+/* Computes Otsu's threshold over 1024 classes between the 0.1st and the 99.9th percentile of the finite voxels. */
 float segment_otsu(const struct volume *image);
 
-/* Returns the intensity below which `share` (0..1) of the voxels lie, within 1/4096 of the range: of all
- * voxels, or of 99 % of them where the others lie far away. */
+/* Returns the intensity below which `share` (0..1) of the finite voxels lie, within 1/4096 of the range: of all of them, or of
+ * 99 % where the others lie far away. */
 float segment_percentile(const struct volume *image, double share);
 
 /* Computes the pressure, -1..1, positive where low < intensity < high: the distance of the intensity from the window's nearer
@@ -58,6 +58,16 @@ size_t segment_mask(const struct volume *labels, const int *wanted, int count, u
 /* Keeps only the largest component (joined through faces) of the voxels below zero: the signs of the others, and of enclosed
  * voxels above zero, are reversed. Returns false if memory is short. */
 bool segment_keep_largest(const int dims[3], float *phi);
+
+/* The parts (connected through faces) of the voxels below zero. */
+struct segment_parts {
+    int kept, removed;
+    size_t voxels; /* of the parts that were kept */
+};
+
+/* Removes the parts of fewer than `least` voxels, and with `largest` all but the largest part: reverses the sign of their
+ * voxels. Returns false if memory is short. */
+bool segment_remove_parts(const int dims[3], float *phi, size_t least, bool largest, struct segment_parts *parts);
 
 /* Extends a distance in mm that is right where it is less than `known` to all voxels, to first order (|grad| = 1 by fast
  * sweeping, Zhao 2005). */

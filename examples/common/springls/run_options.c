@@ -125,8 +125,7 @@ static bool make_folders(const char *path)
     return false;
 }
 
-/* Makes the folder of --out before the run, so that a mistake is found early. */
-static int make_folder(const char *program, const char *path)
+int run_make_folder(const char *program, const char *path)
 {
     const bool made = make_folders(path);
     struct stat info;
@@ -156,7 +155,8 @@ int run_options(const char *program, const struct cli_common *common, const char
         return cli_fail(program, CLI_EXIT_FAILURE, "--threads %d: built without threads (OpenMP)", common->threads);
     }
 #endif
-    return common->out ? make_folder(program, common->out) : CLI_CONTINUE;
+    /* The folder of --out is made before the run, so that a mistake is found early. */
+    return common->out ? run_make_folder(program, common->out) : CLI_CONTINUE;
 }
 
 int run_threads(void)

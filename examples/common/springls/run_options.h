@@ -19,6 +19,10 @@ const char *run_member_at(size_t offset);
 
 int run_threads(void); /* present number of threads of parallel loops */
 
+/* Makes a folder and those that it lies in, as far as they are missing. Returns CLI_CONTINUE, or the exit status after one line
+ * on stderr. */
+int run_make_folder(const char *program, const char *path);
+
 /* Builds "folder/name", cut to `size` - 1 characters. */
 const char *run_path(const char *folder, const char *name, char *path, size_t size);
 

@@ -110,6 +110,8 @@ bool surface_distances_measure(const struct surface *a, const struct surface *b,
             result->mean_ab = ab.mean;
             result->mean_ba = ba.mean;
             result->assd = wa * ab.mean + wb * ba.mean;
+            result->hd95_ab = ab.p95;
+            result->hd95_ba = ba.p95;
             result->hd95 = fmax(ab.p95, ba.p95);
             result->max = fmax(ab.max, ba.max);
             result->surface_dice = wa * ab.within + wb * ba.within;

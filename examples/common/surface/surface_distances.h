@@ -5,7 +5,8 @@
  * the nearest point of B's triangles (exact, not to vertices or voxel centres).
  *   mean_ab, mean_ba  mean of d(A->B), of d(B->A)
  *   assd              average symmetric surface distance: (mean_ab * area(A) + mean_ba * area(B)) / (area(A) + area(B))
- *   hd95              the larger of the two 95th percentiles (each direction on its own, not pooled)
+ *   hd95_ab, hd95_ba  the 95th percentile of d(A->B), of d(B->A)
+ *   hd95              the larger of the two (each direction on its own, not pooled)
  *   max               the larger of the two maxima (Hausdorff distance, over the sample points)
  *   surface_dice      area-weighted share of both surfaces that lies within `tolerance` of the other one */
 #ifndef EXAMPLES_SURFACE_SURFACE_DISTANCES_H
@@ -23,7 +24,7 @@ struct surface {
 
 struct surface_distances {
     double area_a, area_b;
-    double mean_ab, mean_ba, assd, hd95, max;
+    double mean_ab, mean_ba, assd, hd95_ab, hd95_ba, hd95, max;
     double surface_dice, tolerance;
     size_t samples; /* on each surface */
 };

@@ -1,0 +1,112 @@
+/* grid.c - the finest grid, and what a run leaves: islands removed, the result on the image's grid. */
+#include "segment/segment.h"
+
+#include "base/progress.h"
+#include "imaging/segment_image.h"
+
+#include <math.h>
+#include <stdio.h>
+
+enum { MIN_CELLS = 24 };
+
+/* Measured on brains and bones of 64 to 256 cells: bytes of a springl with its share of bricks, and springls over cells^(2/3) of
+ * a folded surface that fills the image. */
+static const double springl_bytes = 1500.0, folded = 12.0;
+
+static float longest_side(const struct volume *image)
+{
+    const float *spacing = image->spacing;
+    const int *dims = image->dims;
+    return fmaxf(spacing[0] * (float)dims[0], fmaxf(spacing[1] * (float)dims[1], spacing[2] * (float)dims[2]));
+}
+
+/* Estimates the memory that a run on cells of this side takes beside the image, MiB. */
+static double memory_for(const struct segment *run, double side)
+{
+    double cells = 1.0;
+    for (int a = 0; a < 3; ++a) {
+        cells *= ceil((double)run->image.spacing[a] * run->image.dims[a] / side) + 6.0;
+    }
+    const double forces = (5.0 + (run->settings.gvf > 0.0 ? 6.0 : 0.0)) * sizeof(float) * (double)run->voxels;
+    return (forces + 3.0 * sizeof(float) * cells + springl_bytes * folded * cbrt(cells * cells)) / (1024.0 * 1024.0);
+}
+
+void segment_choose_side(struct segment *run)
+{
+    const float *spacing = run->image.spacing;
+    const int grid = run->settings.common.grid;
+    const double own = cbrt((double)(spacing[0] * spacing[1] * spacing[2])), there_is = free_memory_mib();
+    double side = grid > 0 ? (double)longest_side(&run->image) / grid : own;
+    const double most = (double)longest_side(&run->image) / (2.0 * MIN_CELLS);
+    while (grid == 0 && there_is > 0.0 && memory_for(run, side) > there_is && side < most) {
+        side *= 1.25;
+    }
+    run->side = (float)side;
+    if (cli_may_print(&run->settings.common)) {
+        if (side > own && grid == 0) {
+            printf("note: cells of the image's %.3g mm would take about %.0f MiB, and %.0f are free: --grid decides otherwise\n",
+                   own, memory_for(run, own), there_is);
+        }
+        printf("grid: cells of %.3g mm, %.0f along the longest side; at most about %.0f MiB\n", side,
+               (double)longest_side(&run->image) / side, memory_for(run, side));
+    }
+}
+
+/* Returns the number of grids, each half as fine as the next; a start at the object needs no coarser ones. */
+int segment_choose_levels(const struct segment *run)
+{
+    const float cells = longest_side(&run->image) / run->side;
+    int levels = 1;
+    if (run->settings.levels > 0 || !segment_starts_far(run)) {
+        return run->settings.levels > 0 ? run->settings.levels : 1;
+    }
+    while (levels < SEGMENT_MAX_LEVELS && ldexpf(cells, -levels) >= (float)MIN_CELLS) {
+        levels++;
+    }
+    return levels;
+}
+
+/* ---- the end ---- */
+
+/* Removes parts that --min-volume and --keep-largest exclude, without them those of a single voxel. size: of a voxel, mm^3. */
+static bool remove_parts(const struct segment *run, const int dims[3], double size, float *phi, struct segment_parts *parts)
+{
+    const struct segment_settings *set = &run->settings;
+    const size_t least = isnan(set->min_volume) ? 2 : (size_t)ceil(set->min_volume / size);
+    if (!segment_remove_parts(dims, phi, least, set->keep_largest, parts)) {
+        return segment_no_memory();
+    }
+    return parts->voxels > 0 || segment_fail("nothing is left: no part of the result has the volume of --min-volume");
+}
+
+bool segment_remove_islands(struct segment *run)
+{
+    const double side = (double)run->grid.spacing[0];
+    struct segment_parts parts;
+    if (!remove_parts(run, run->grid.dims, side * side * side, run->grid.data, &parts)) {
+        return false;
+    }
+    run->result->islands = parts.removed;
+    run->refitted = parts.removed > 0;
+    return !run->refitted || segment_check(run->ctx, springls_set_level_set(run->ctx, run->grid.data), "without islands");
+}
+
+bool segment_map_back(struct segment *run)
+{
+    const float size = run->grid.spacing[0], *spacing = run->image.spacing;
+    struct segment_parts parts;
+    segment_resample(&run->grid, run->grid.data, &run->image, run->distance);
+    if (!remove_parts(run, run->image.dims, (double)(spacing[0] * spacing[1] * spacing[2]), run->distance, &parts)) {
+        return false;
+    }
+    run->result->label_components = parts.kept;
+    run->result->share = (double)parts.voxels / (double)run->voxels;
+    for (size_t n = 0; n < run->voxels; ++n) {
+        run->distance[n] *= size;
+        run->inside[n] = run->distance[n] < 0.0f;
+    }
+    if (run->settings.common.out) {
+        segment_extend_distance(&run->image, 2.0f * size, run->distance);
+    }
+    return true;
+}

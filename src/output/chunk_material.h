@@ -1,0 +1,233 @@
+/* chunk_material.h - finds the nearest springl and the correspondence of all vertices of a chunk, with the bits of
+   springls__nearest_springl and springls__correspondence_at: several vertices at once, over one list of springls. */
+#ifndef SPRINGLS__OUTPUT_CHUNK_MATERIAL_H
+#define SPRINGLS__OUTPUT_CHUNK_MATERIAL_H
+
+#include "../../kernels_embed/output/isosurface.h"
+#include "../runtime/context.h"
+
+enum { SPRINGLS__CHUNK_CANDIDATES = 1024 }; /* a multiple of SPRINGLS__LANES */
+
+/* How far from a vertex its springl may be, voxels. */
+#define SPRINGLS__CHUNK_RADIUS 1.0f
+
+/* The springls that may count for a vertex of a chunk, in the order of the cells, and the numbers of those that may for a few
+   vertices of it. reach: voxels from the particle of one within which it may. */
+typedef struct springls__candidates {
+    float x[SPRINGLS__CHUNK_CANDIDATES], y[SPRINGLS__CHUNK_CANDIDATES], z[SPRINGLS__CHUNK_CANDIDATES]; /* particles */
+    float reach[SPRINGLS__CHUNK_CANDIDATES], bounding_radius[SPRINGLS__CHUNK_CANDIDATES];
+    springls__v3 n[SPRINGLS__CHUNK_CANDIDATES], a[SPRINGLS__CHUNK_CANDIDATES];
+    int springl[SPRINGLS__CHUNK_CANDIDATES], list[SPRINGLS__CHUNK_CANDIDATES];
+    int count, listed;
+} springls__candidates;
+
+/* A few vertices, one a lane; nearest: the candidates nearest to them, or -1. */
+typedef struct springls__vertex_group {
+    springls__vec3 x;
+    springls__v3 lower, upper; /* their box */
+    int nearest[SPRINGLS__LANES];
+} springls__vertex_group;
+
+/* Returns the distance from its particle within which a springl may be nearest to a vertex, or take part in a fit. */
+SPRINGLS__FN float springls__reach_of(float bounding_radius)
+{
+    return springls__max(SPRINGLS__FIT_RADIUS, SPRINGLS__CHUNK_RADIUS + bounding_radius);
+}
+
+/* Returns true when a place is within r of a box, by each coordinate. */
+SPRINGLS__FN bool springls__is_around_box(springls__v3 p, springls__v3 lower, springls__v3 upper, float r)
+{
+    return p.x >= lower.x - r && p.x <= upper.x + r && p.y >= lower.y - r && p.y <= upper.y + r && p.z >= lower.z - r
+        && p.z <= upper.z + r;
+}
+
+/* Lists the candidates of a box. Returns false where single vertices have to look for themselves: there are too many, some at a
+   sharp edge, or of bodies that stay apart. */
+SPRINGLS__FN bool springls__find_candidates(const springls__model *model, springls__v3 lower, springls__v3 upper,
+                                            springls__candidates *c)
+{
+    const float r = springls__reach_of(model->cells.bounding_radius);
+    springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(lower.x - r, lower.y - r, lower.z - r),
+                                                         springls__v3_make(upper.x + r, upper.y + r, upper.z + r));
+    int i;
+    c->count = 0;
+    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE) return false;
+    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+        const springls__springl *s = &model->set.s[i];
+        if (!springls__is_around_box(s->p, lower, upper, springls__reach_of(s->bounding_radius))) continue;
+        if (c->count == SPRINGLS__CHUNK_CANDIDATES || springls__at_edge(model, i)) return false;
+        c->x[c->count] = s->p.x;
+        c->y[c->count] = s->p.y;
+        c->z[c->count] = s->p.z;
+        c->reach[c->count] = springls__reach_of(s->bounding_radius);
+        c->n[c->count] = springls__springl_normal(*s);
+        c->a[c->count] = model->set.a[i];
+        c->bounding_radius[c->count] = s->bounding_radius;
+        c->springl[c->count++] = i;
+    }
+    return true;
+}
+
+/* Makes a group of vertices 0 .. count - 1; the last one fills the lanes that are left. */
+SPRINGLS__FN springls__vertex_group springls__vertex_group_of(const springls__v3 *vertex, int count)
+{
+    springls__vertex_group group;
+    float x[3][SPRINGLS__LANES];
+    int lane;
+    group.lower = group.upper = vertex[0];
+    for (lane = 0; lane < SPRINGLS__LANES; lane++) {
+        springls__v3 v = vertex[springls__imin(lane, count - 1)];
+        x[0][lane] = v.x;
+        x[1][lane] = v.y;
+        x[2][lane] = v.z;
+        group.lower = springls__min3(group.lower, v);
+        group.upper = springls__max3(group.upper, v);
+        group.nearest[lane] = -1;
+    }
+    group.x = springls__vec_load_v3(x[0], x[1], x[2]);
+    return group;
+}
+
+/* Returns the squares of how far numbers are beyond the interval from lower to upper. */
+SPRINGLS__FN springls__vec springls__beyond2(springls__vec x, float lower, float upper)
+{
+    const springls__vec beyond = springls__vec_max(springls__vec_max(lower - x, x - upper), springls__vec_broadcast(0.0f));
+    return beyond * beyond;
+}
+
+/* Lists the candidates whose reach the group's box is in. */
+SPRINGLS__FN void springls__list_candidates(const springls__vertex_group *group, springls__candidates *c)
+{
+    const float slack = 1e-3f; /* more than all rounding errors */
+    const springls__v3 lo = group->lower, hi = group->upper;
+    float within[SPRINGLS__LANES];
+    int k, lane;
+    c->listed = 0;
+    for (k = 0; k < c->count; k += SPRINGLS__LANES) {
+        springls__vec d2 = springls__beyond2(springls__vec_load(c->x + k), lo.x, hi.x)
+                         + springls__beyond2(springls__vec_load(c->y + k), lo.y, hi.y)
+                         + springls__beyond2(springls__vec_load(c->z + k), lo.z, hi.z);
+        springls__vec reach = springls__vec_load(c->reach + k) + slack;
+        if (!springls__vec_any(d2 <= reach * reach)) continue;
+        springls__vec_store(within, reach * reach - d2);
+        for (lane = 0; lane < SPRINGLS__LANES; lane++) {
+            c->list[c->listed] = k + lane;
+            c->listed += (k + lane < c->count) & (within[lane] >= 0.0f);
+        }
+    }
+}
+
+/* Returns the particle of candidate k, in every lane. */
+SPRINGLS__FN springls__vec3 springls__particle_of(const springls__candidates *c, int k)
+{
+    return springls__vec_broadcast3(springls__v3_make(c->x[k], c->y[k], c->z[k]));
+}
+
+/* Squared distances to the nearest springls so far, and the distances beyond which none can be nearer. */
+typedef struct springls__nearest_search { float best[SPRINGLS__LANES], limit[SPRINGLS__LANES]; } springls__nearest_search;
+
+/* Takes candidate k for the vertices that it is nearest to so far; of two as near the springl of the lower index. */
+SPRINGLS__FN void springls__try_candidate(const springls__model *model, const springls__candidates *c, int k,
+                                          springls__vertex_group *group, springls__nearest_search *search)
+{
+    const springls__vec within = springls__vec_load(search->limit) + c->bounding_radius[k];
+    const springls__vec3 d = springls__vec_sub(springls__particle_of(c, k), group->x);
+    const springls__vmask near_by = springls__vec_length2(d) <= within * within;
+    springls__tri_plan plan;
+    float d2[SPRINGLS__LANES];
+    int lane;
+    if (!springls__vec_any(near_by)) return;
+    plan = springls__tri_plan_make(springls__springl_tri(model->set.s[c->springl[k]]));
+    springls__vec_store(d2, springls__vec_select(near_by, springls__vec_tri_distance2(&plan, group->x),
+                                                 springls__vec_broadcast(FLT_MAX)));
+    for (lane = 0; lane < SPRINGLS__LANES; lane++) {
+        const int nearest = group->nearest[lane];
+        if (d2[lane] > search->best[lane]) continue;
+        if (d2[lane] == search->best[lane] && (nearest < 0 || c->springl[k] >= c->springl[nearest])) continue;
+        group->nearest[lane] = k;
+        search->best[lane] = d2[lane];
+        search->limit[lane] = springls__nearest_limit(d2[lane], SPRINGLS__CHUNK_RADIUS);
+    }
+}
+
+/* Finds the candidates nearest to the vertices. guess: one that is probably near, or -1; it cannot change the result. */
+SPRINGLS__FN void springls__find_nearest(const springls__model *model, const springls__candidates *c, int guess,
+                                         springls__vertex_group *group)
+{
+    springls__nearest_search search;
+    int i;
+    for (i = 0; i < SPRINGLS__LANES; i++) {
+        search.best[i] = SPRINGLS__CHUNK_RADIUS * SPRINGLS__CHUNK_RADIUS;
+        search.limit[i] = SPRINGLS__CHUNK_RADIUS;
+    }
+    if (guess >= 0) springls__try_candidate(model, c, guess, group, &search);
+    for (i = 0; i < c->listed; i++) springls__try_candidate(model, c, c->list[i], group, &search);
+}
+
+/* Reads a row of vectors, one a lane; where `index` is -1, zero. */
+SPRINGLS__FN springls__vec3 springls__vectors_at(const springls__v3 *row, const int index[SPRINGLS__LANES])
+{
+    float x[3][SPRINGLS__LANES];
+    int lane;
+    for (lane = 0; lane < SPRINGLS__LANES; lane++) {
+        const springls__v3 v = index[lane] < 0 ? springls__v3_make(0.0f, 0.0f, 0.0f) : row[index[lane]];
+        x[0][lane] = v.x;
+        x[1][lane] = v.y;
+        x[2][lane] = v.z;
+    }
+    return springls__vec_load_v3(x[0], x[1], x[2]);
+}
+
+/* Returns tangents to normals, as springls__fit_begin takes them. */
+SPRINGLS__FN springls__vec3 springls__tangents_of(const springls__candidates *c, const int index[SPRINGLS__LANES])
+{
+    springls__v3 tangent[SPRINGLS__LANES];
+    int lane, own[SPRINGLS__LANES];
+    for (lane = 0; lane < SPRINGLS__LANES; lane++) {
+        own[lane] = index[lane] < 0 ? -1 : lane;
+        if (own[lane] >= 0) tangent[lane] = springls__any_tangent(c->n[index[lane]]);
+    }
+    return springls__vectors_at(tangent, own);
+}
+
+/* Finds the correspondences of the vertices: by the quadratic fits around them, or else those of their springls. */
+SPRINGLS__FN springls__vec3 springls__group_correspondences(const springls__candidates *c, const springls__vertex_group *group)
+{
+    const springls__vec3 a = springls__vectors_at(c->a, group->nearest);
+    springls__vec_fit fit = springls__vec_fit_begin_in(group->x, springls__vectors_at(c->n, group->nearest),
+                                                       springls__tangents_of(c, group->nearest), a);
+    springls__vec_fit_box box = springls__vec_fit_box_begin();
+    springls__vec_fit_result result;
+    int i;
+    for (i = 0; i < c->listed; i++) {
+        const int k = c->list[i];
+        springls__vec_fit_add_in_box(&fit, &box, springls__particle_of(c, k), springls__vec_broadcast3(c->n[k]),
+                                     springls__vec_broadcast3(c->a[k]));
+    }
+    result = springls__vec_fit_end_in_box(&fit, &box);
+    return springls__vec_select3(result.ok, result.a, a);
+}
+
+/* Finds the springls nearest to up to LANES vertices, -1: none, and the correspondences of those that have one. *guess: as in
+   springls__find_nearest; it becomes one for vertices beside these. */
+SPRINGLS__FN void springls__group_material(const springls__model *model, springls__candidates *c, const springls__v3 *vertex,
+                                           int count, int *guess, int *springl, springls__v3 *a)
+{
+    springls__vertex_group group = springls__vertex_group_of(vertex, count);
+    float x[3][SPRINGLS__LANES];
+    springls__vec3 found;
+    int lane;
+    springls__list_candidates(&group, c);
+    springls__find_nearest(model, c, *guess, &group);
+    found = springls__group_correspondences(c, &group);
+    springls__vec_store(x[0], found.x);
+    springls__vec_store(x[1], found.y);
+    springls__vec_store(x[2], found.z);
+    for (lane = 0; lane < count; lane++) {
+        springl[lane] = group.nearest[lane] < 0 ? -1 : c->springl[group.nearest[lane]];
+        a[lane] = springls__v3_make(x[0][lane], x[1][lane], x[2][lane]);
+        if (group.nearest[lane] >= 0) *guess = group.nearest[lane];
+    }
+}
+
+#endif

@@ -1,0 +1,22 @@
+/* fuzz_file.h - the bytes of an input as a file, for readers that take a path. */
+#ifndef FUZZ_FILE_H
+#define FUZZ_FILE_H
+
+#include "fuzz.h"
+#include <unistd.h>
+
+/* Writes the bytes to a file of this process whose name ends as given. */
+FIXTURE void fuzz_file_write(char path[256], const char *extension, const uint8_t *data, size_t size)
+{
+    const char *folder = getenv("TMPDIR");
+    FILE *file;
+    snprintf(path, 256, "%s/springls-fuzz-%ld%s", folder && strlen(folder) < 128 ? folder : "/tmp", (long)getpid(), extension);
+    file = fopen(path, "wb");
+    FUZZ_CHECK(file && fwrite(data, 1, size, file) == size);
+    fclose(file);
+}
+
+/* Checks that a reader that failed has given its reason in one line. */
+FIXTURE void fuzz_check_reason(const char *error) { FUZZ_CHECK(strlen(error) > 5 && !strchr(error, '\n')); }
+
+#endif

@@ -1,0 +1,14 @@
+/* The declarations of stdlib.h that springls.h uses. */
+#ifndef MSVC_STDLIB_H
+#define MSVC_STDLIB_H
+#include <stddef.h>
+#ifdef __cplusplus
+extern "C" {
+#endif
+void *malloc(size_t size);
+void free(void *memory);
+void qsort(void *base, size_t count, size_t size, int (*compare)(const void *, const void *));
+#ifdef __cplusplus
+}
+#endif
+#endif
