@@ -29,6 +29,7 @@ register_USES     = springls surface registration
 track4d_USES      = springls surface shapes registration
 atlas_USES        = springls surface shapes registration
 morph_USES        = springls character
+rig_USES          = springls character
 viewer_USES       = springls surface
 
 atlas_LIBS        = -lcjson

@@ -41,6 +41,7 @@ test_contour_USES   = $(segment_USES)
 test_imaging_USES   = base
 test_morph_USES     = $(morph_USES)
 test_register_USES  = $(register_USES)
+test_rig_USES       = $(rig_USES)
 test_segment_USES   = imaging
 test_soft_body_USES = $(soft_body_USES)
 test_track_USES     = $(track4d_USES)

@@ -5,9 +5,9 @@
 #include "base/progress.h"
 #include "base/vec3.h"
 #include "character/gltf_write.h"
-#include "character/heat_weights.h"
 #include "character/skeleton_align.h"
 #include "character/skeleton_fit.h"
+#include "character/skin_weights.h"
 
 #include <math.h>
 #include <stdint.h>
@@ -76,20 +76,6 @@ void morph_rig_free(struct rig_mesh *mesh)
     memset(mesh, 0, sizeof *mesh);
 }
 
-/* Converts weights of bones to the largest weights of the joints at which they begin. */
-static struct influences of_bones(const float *weights, int count, const int *joints)
-{
-    struct influences in;
-    memset(&in, 0, sizeof in);
-    for (int b = 0; b < count; ++b) {
-        if (weights[b] > 1e-4f) {
-            influences_add(&in, joints[b], weights[b]);
-        }
-    }
-    influences_normalize(&in, joints[0]);
-    return in;
-}
-
 /* Extends the last bones of hands, feet and heads, which have no joint at their end, four fifths of the way to the surface. */
 static bool extend_bones(const struct character *body, const struct rig_mesh *mesh, struct bone *bones, const int *joints,
                          int count)
@@ -114,57 +100,22 @@ static bool extend_bones(const struct character *body, const struct rig_mesh *me
     return true;
 }
 
-static bool add_weights(const struct character *body, struct rig_mesh *mesh)
+static bool add_weights(struct character *body, struct rig_mesh *mesh)
 {
+    const struct skin_surface surface = {mesh->positions, mesh->triangles, mesh->vertex_count, mesh->triangle_count};
     const size_t capacity = 2 * (size_t)body->joint_count + 1;
     struct bone *bones = malloc(capacity * sizeof *bones);
     int *joints = malloc(capacity * sizeof *joints);
     const int count = bones && joints ? skeleton_bones(body, bones, joints) : 0;
-    float *weights = malloc(((size_t)mesh->vertex_count * (size_t)count + 1) * sizeof *weights);
     mesh->influences = malloc(((size_t)mesh->vertex_count + 1) * sizeof *mesh->influences);
-    bool good = (bones && joints && weights && mesh->influences) || morph_no_memory();
+    bool good = (bones && joints && mesh->influences) || morph_no_memory();
     good = good && extend_bones(body, mesh, bones, joints, count)
-        && (heat_weights(mesh->positions, mesh->vertex_count, mesh->triangles, mesh->triangle_count, bones, count, weights,
-                         &mesh->heat)
-            || morph_fail("no bone is seen from the body's surface"));
-    for (int v = 0; good && v < mesh->vertex_count; ++v) {
-        mesh->influences[v] = of_bones(weights + (size_t)v * (size_t)count, count, joints);
-    }
+        && (skin_weights_heat(&surface, bones, joints, count, mesh->influences, &mesh->heat)
+            || morph_fail("no bone is seen from the body's surface"))
+        && (skin_weights_transfer(&surface, mesh->influences, body) || morph_no_memory());
     free(bones);
     free(joints);
-    free(weights);
     return good;
-}
-
-/* Copies to the body's own vertices the weights of the nearest vertex of the closed surface. */
-static bool transfer_weights(const struct rig_mesh *mesh, struct character *body)
-{
-    struct bvh bvh;
-    if (!bvh_build(&bvh, mesh->positions, (const uint32_t *)mesh->triangles, (size_t)mesh->triangle_count)) {
-        return morph_no_memory();
-    }
-    for (int j = 0; j < body->joint_count; ++j) {
-        body->joints[j].bone = false;
-    }
-    for (int v = 0; v < body->vertex_count; ++v) {
-        uint32_t triangle = 0;
-        bvh_distance(&bvh, body->positions + 3 * v, NULL, &triangle);
-        float best = INFINITY;
-        for (int k = 0; k < 3; ++k) {
-            float d[3];
-            const int corner = mesh->triangles[3 * triangle + (uint32_t)k];
-            vec3_sub(body->positions + 3 * v, mesh->positions + 3 * corner, d);
-            if (vec3_length(d) < best) {
-                best = vec3_length(d);
-                body->influences[v] = mesh->influences[corner];
-            }
-        }
-        for (int k = 0; k < CHARACTER_BONES; ++k) {
-            body->joints[body->influences[v].joint[k]].bone |= body->influences[v].weight[k] > 0.0f;
-        }
-    }
-    bvh_free(&bvh);
-    return true;
 }
 
 bool morph_rig(const struct morph *morph, struct character *body, const struct character *donor, struct rig_mesh *mesh)
@@ -176,7 +127,7 @@ bool morph_rig(const struct morph *morph, struct character *body, const struct c
                             &mesh->fit_distance)
                || morph_fail("the donor's skeleton cannot be fitted");
     }
-    return good && add_weights(body, mesh) && transfer_weights(mesh, body);
+    return good && add_weights(body, mesh);
 }
 
 /* ---- --weights ---- */

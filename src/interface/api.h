@@ -497,9 +497,9 @@ SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls
    until the step is done. Forces are called in springls_step_continue only.
 
    While a step is in progress:
-   - counts, views, ids, springls_get_provenance, _springl_materials, _mesh_attribute, _sample_*, _closest, _raycast,
-     _extract_surfels and _extract_soup read the model as it is at that moment: springls have moved, and the level set may
-     not have followed (in SPRINGLS_MODE_ELASTIC it may be incomplete);
+   - counts, views, ids, springls_get_provenance, _springl_materials, _mesh_attribute, _sample_*, _copy_level_set,
+     _pack_matrix, _closest, _raycast, _extract_surfels and _extract_soup read the model as it is at that moment: springls
+     have moved, and the level set may not have followed (in SPRINGLS_MODE_ELASTIC it may be incomplete);
    - springls_set_* inputs, springls_reset and springls_restore drop the step together with the model;
    - every other call that changes the model or needs it whole completes the step first, however long that takes, and
      returns its failure: stages, steps, parameters, time, mask, reference, springls_max_speed, meshes, chunks, measures,

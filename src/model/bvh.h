@@ -1,6 +1,5 @@
 /* bvh.h - builds a bounding volume hierarchy over triangles: by median splits along the longest axis of the triangles' centroids,
-   ties broken by index. So the tree depends on the triangles alone, and is never deeper than log2(count). The builder works in
-   scratch buffer 7. */
+   ties broken by index. So the tree depends on the triangles alone, and is never deeper than log2(count). */
 #ifndef SPRINGLS__MODEL_BVH_H
 #define SPRINGLS__MODEL_BVH_H
 
@@ -172,14 +171,21 @@ SPRINGLS__FN springls_status springls__surface_reserve(springls_context *ctx, sp
     return springls__surface_room(ctx, surface, n, 0);
 }
 
+/* Makes room for the builder's items of n triangles. They are no scratch, since a query can build a hierarchy between two phases
+   of a step that keep theirs there. */
+SPRINGLS__FN springls_status springls__bvh_reserve(springls_context *ctx, size_t n)
+{
+    return springls__buffer_grow(ctx, &ctx->bvh_memory, n, sizeof(springls__bvh_item), 0);
+}
+
 /* Builds the hierarchy of the first `count` triangles in surface->points. */
 SPRINGLS__FN springls_status springls__surface_finish(springls_context *ctx, springls__surface *surface, int count)
 {
     springls__bvh_item *items;
     int i;
     if (count <= 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, bvh_items, count));
-    items = springls__bvh_items(&ctx->model);
+    SPRINGLS__TRY(springls__bvh_reserve(ctx, (size_t)count));
+    items = (springls__bvh_item *)ctx->bvh_memory.data;
     for (i = 0; i < count; i++) {
         const springls__v3 *p = surface->points + 3 * i;
         items[i].center[0] = p[0].x + p[1].x + p[2].x;

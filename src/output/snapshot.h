@@ -652,7 +652,7 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI,
                                  (size_t)(SPRINGLS__FIRST_SLOT + s->reference_bricks),
                                  (size_t)ctx->model.reference.slot_count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, bvh_items, n));
+    SPRINGLS__TRY(springls__bvh_reserve(ctx, n));
     SPRINGLS__TRY(springls__surface_room(ctx, original, n + 1, kept));
     return springls__buffer_grow(ctx, &original->source_memory, n + 1, sizeof(int), original->source ? kept * sizeof(int) : 0);
 }

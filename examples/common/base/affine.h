@@ -2,6 +2,8 @@
 #ifndef EXAMPLES_BASE_AFFINE_H
 #define EXAMPLES_BASE_AFFINE_H
 
+#include "base/vec3.h"
+
 #include <math.h>
 
 /* The map x -> A x + b as a row-major matrix [A b]. */
@@ -66,6 +68,35 @@ static inline void affine_add(struct affine *sum, double weight, const struct af
     for (int i = 0; i < 12; ++i) {
         sum->m[i] += weight * a->m[i];
     }
+}
+
+/* Returns the smallest rotation from the direction of a to the direction of b (Rodrigues). */
+static inline struct affine affine_turn(const float a[3], const float b[3])
+{
+    float u[3] = {a[0], a[1], a[2]}, v[3] = {b[0], b[1], b[2]}, axis[3];
+    struct affine r = affine_identity();
+    vec3_normalize(u);
+    vec3_normalize(v);
+    vec3_cross(u, v, axis);
+    const double cosine = (double)vec3_dot(u, v);
+    double x = (double)axis[0], y = (double)axis[1], z = (double)axis[2], k = 1.0 / (1.0 + cosine);
+    if (cosine < -0.9999) { /* half a turn about any perpendicular axis */
+        const float other[3] = {fabsf(u[0]) < 0.5f ? 1.0f : 0.0f, fabsf(u[0]) < 0.5f ? 0.0f : 1.0f, 0.0f};
+        vec3_cross(u, other, axis);
+        vec3_normalize(axis);
+        for (int i = 0; i < 3; ++i) {
+            for (int j = 0; j < 3; ++j) {
+                r.m[4 * i + j] = 2.0 * (double)axis[i] * (double)axis[j] - (i == j);
+            }
+        }
+        return r;
+    }
+    const double m[9] = {cosine + k * x * x, k * x * y - z, k * x * z + y, k * x * y + z, cosine + k * y * y,
+                         k * y * z - x,      k * x * z - y, k * y * z + x, cosine + k * z * z};
+    for (int i = 0; i < 9; ++i) {
+        r.m[4 * (i / 3) + i % 3] = m[i];
+    }
+    return r;
 }
 
 static inline struct placement placement_identity(void)

@@ -12,7 +12,7 @@ static void free_keys(struct keys *keys)
     free(keys->values);
 }
 
-void character_free(struct character *character)
+void character_free_rig(struct character *character)
 {
     for (int a = 0; a < character->animation_count; ++a) {
         struct animation *animation = &character->animations[a];
@@ -23,10 +23,19 @@ void character_free(struct character *character)
         }
         free(animation->channels);
     }
+    free(character->joints);
+    free(character->animations);
+    character->joints = NULL;
+    character->animations = NULL;
+    character->joint_count = character->animation_count = 0;
+}
+
+void character_free(struct character *character)
+{
+    character_free_rig(character);
     for (int i = 0; i < character->image_count; ++i) {
         image_free(&character->images[i]);
     }
-    free(character->joints);
     free(character->positions);
     free(character->uvs);
     free(character->colors);
@@ -34,7 +43,6 @@ void character_free(struct character *character)
     free(character->triangles);
     free(character->images_of);
     free(character->images);
-    free(character->animations);
     free(character->props);
     memset(character, 0, sizeof *character);
 }

@@ -73,6 +73,7 @@ bool character_read(const char *path, const char *props, struct character *chara
 bool character_build(int number, struct character *character, char error[CHARACTER_TEXT]);
 
 void character_free(struct character *character);
+void character_free_rig(struct character *character); /* only joints and animations */
 
 /* Finds an animation by name, or by number from 0 as text. Returns -1 if there is none; NULL selects the first. */
 int character_animation(const struct character *character, const char *name);

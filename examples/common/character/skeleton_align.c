@@ -240,35 +240,6 @@ static int mapped_above(const struct character *source, const int *map, int join
     return up;
 }
 
-/* Returns the smallest rotation from the direction of a to the direction of b (Rodrigues). */
-static struct affine turn_onto(const float a[3], const float b[3])
-{
-    float u[3] = {a[0], a[1], a[2]}, v[3] = {b[0], b[1], b[2]}, axis[3];
-    struct affine r = affine_identity();
-    vec3_normalize(u);
-    vec3_normalize(v);
-    vec3_cross(u, v, axis);
-    const double cosine = (double)vec3_dot(u, v);
-    double x = (double)axis[0], y = (double)axis[1], z = (double)axis[2], k = 1.0 / (1.0 + cosine);
-    if (cosine < -0.9999) { /* half a turn about any perpendicular axis */
-        const float other[3] = {fabsf(u[0]) < 0.5f ? 1.0f : 0.0f, fabsf(u[0]) < 0.5f ? 0.0f : 1.0f, 0.0f};
-        vec3_cross(u, other, axis);
-        vec3_normalize(axis);
-        for (int i = 0; i < 3; ++i) {
-            for (int j = 0; j < 3; ++j) {
-                r.m[4 * i + j] = 2.0 * (double)axis[i] * (double)axis[j] - (i == j);
-            }
-        }
-        return r;
-    }
-    const double m[9] = {cosine + k * x * x, k * x * y - z, k * x * z + y, k * x * y + z, cosine + k * y * y,
-                         k * y * z - x,      k * x * z - y, k * y * z + x, cosine + k * z * z};
-    for (int i = 0; i < 9; ++i) {
-        r.m[4 * (i / 3) + i % 3] = m[i];
-    }
-    return r;
-}
-
 struct bone_ends { /* of a joint and its mapped children: three or more points, the joint first */
     float *from, *to;
     double *weights;
@@ -322,7 +293,7 @@ static struct affine fit_bone(struct bone_ends *ends, const struct affine *above
     struct affine linear = *above;
     linear.m[3] = linear.m[7] = linear.m[11] = 0.0;
     affine_apply(&linear, d, turned);
-    const struct affine turn = turn_onto(turned, e);
+    const struct affine turn = affine_turn(turned, e);
     struct affine a = affine_after(&turn, &linear);
     for (int i = 0; i < 12; ++i) {
         a.m[i] *= wanted / (length * scale);

@@ -178,19 +178,6 @@ static bool copy_animations(const struct character *donor, struct character *bod
     return good;
 }
 
-static void free_rig(struct character *body)
-{
-    struct character rig;
-    memset(&rig, 0, sizeof rig);
-    rig.joints = body->joints;
-    rig.animations = body->animations;
-    rig.animation_count = body->animation_count;
-    character_free(&rig);
-    body->joints = NULL;
-    body->animations = NULL;
-    body->joint_count = body->animation_count = 0;
-}
-
 /* Places the joints by the fit and rotates them with the bones between them. */
 static bool place_joints(const struct character *donor, const struct fit *f, struct character *body)
 {
@@ -238,12 +225,12 @@ bool skeleton_fit(const struct character *donor, const float *positions, int ver
 {
     struct fit f;
     memset(&f, 0, sizeof f);
-    free_rig(body);
+    character_free_rig(body);
     const bool good = lay_on(donor, positions, vertex_count, triangles, triangle_count, &f, distance)
                       && place_joints(donor, &f, body) && copy_animations(donor, body);
     fit_free(&f);
     if (!good) {
-        free_rig(body);
+        character_free_rig(body);
     }
     body->skinned = good;
     return good;

@@ -1,0 +1,179 @@
+/* body.c - from a file to a body with the template's joints and weights. */
+#include "rig/rig.h"
+
+#include "base/vec3.h"
+#include "pictures/raycast.h"
+
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { MARGIN = 5 };
+
+static const double OPEN_SHARE = 0.05; /* of edges: a mesh with more boundary edges is no body */
+static const double BRIDGE = 0.1;      /* of the longest side: the longest bridge between parts */
+
+bool rig_find_template(const char *name, const char *program, char *path, size_t size)
+{
+    const char *slash = strrchr(program, '/');
+    const int folder = slash ? (int)(slash - program + 1) : 0;
+    FILE *file = NULL;
+    for (int k = 0; k < 3 && !file; ++k) {
+        if (k == 0) {
+            snprintf(path, size, "%s", name);
+        } else if (k == 1) {
+            snprintf(path, size, "examples/rig/%s.json", name);
+        } else {
+            snprintf(path, size, "%.*s../examples/rig/%s.json", folder, program, name);
+        }
+        file = strchr(name, '.') || k > 0 ? fopen(path, "rb") : NULL;
+    }
+    if (!file) { return rig_fail("--template %s: biped, quadruped or a JSON file", name); }
+    fclose(file);
+    return true;
+}
+
+static bool grid_around(const struct rig *rig, const struct character *body, struct solid_grid *grid)
+{
+    float lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
+    raycast_grow_box(body->positions, (size_t)body->vertex_count, lo, hi);
+    const double longest = (double)fmaxf(hi[0] - lo[0], fmaxf(hi[1] - lo[1], hi[2] - lo[2]));
+    grid->spacing = longest / (rig->settings.common.grid - 2 * MARGIN);
+    for (int k = 0; k < 3; ++k) {
+        grid->origin[k] = (double)lo[k] - MARGIN * grid->spacing;
+        grid->size[k] =
+            grid->spacing > 0.0 ? (int)fmax(8.0, ceil((double)(hi[k] - lo[k]) / grid->spacing) + 2 * MARGIN) : 8;
+    }
+    return grid->spacing > 0.0;
+}
+
+static bool set_mesh(const struct rig *rig, const char *path, struct rig_body *body)
+{
+    const struct character *c = &body->character;
+    springls_params params = rig->params;
+    springls_desc desc;
+    springls_mesh_report report;
+    memset(&desc, 0, sizeof desc);
+    for (int k = 0; k < 3; ++k) {
+        desc.grid.size[k] = body->grid.size[k];
+        desc.grid.origin[k] = body->grid.origin[k];
+        desc.grid.spacing[k] = body->grid.spacing;
+    }
+    params.split_input = 0;
+    desc.params = &params;
+    if (run_create("rig", &desc, &body->ctx) != CLI_CONTINUE) { return false; }
+    const springls_status status =
+        springls_set_mesh(body->ctx, c->positions, c->vertex_count, 0, c->triangles, c->triangle_count, &report);
+    if (status == SPRINGLS_BAD_MESH) { return rig_fail("%s: the mesh encloses nothing", path); }
+    body->boundary_edges = report.boundary_edges;
+    return run_check("rig", body->ctx, status, path)
+        && (report.boundary_edges <= OPEN_SHARE * 1.5 * c->triangle_count
+            || rig_fail("%s: the mesh is open: %d boundary edges of %d triangles; a body is closed", path,
+                        report.boundary_edges, c->triangle_count));
+}
+
+/* Samples phi, makes one body of it and embeds the template. */
+static bool embed(const struct rig *rig, const char *path, const float *up, const float *facing,
+                  struct rig_body *body)
+{
+    const size_t count = (size_t)body->grid.size[0] * (size_t)body->grid.size[1] * (size_t)body->grid.size[2];
+    const float band = springls_get_params(body->ctx).band_half_width;
+    char error[CHARACTER_TEXT] = "not enough memory";
+    float *phi = malloc(count * sizeof *phi);
+    bool good = phi || rig_fail("not enough memory");
+    good = good && run_check("rig", body->ctx, springls_copy_level_set(body->ctx, phi), path);
+    good = good
+        && ((solid_repair(&body->grid, phi, (int)(BRIDGE * rig->settings.common.grid), &body->repair)
+             && solid_create(&body->grid, phi, band, &body->solid))
+            || rig_fail("not enough memory"));
+    good = good && run_check("rig", body->ctx, springls_set_level_set(body->ctx, phi), path);
+    good = good
+        && (skeleton_embed(&rig->skeleton, &body->solid, up, facing, &body->embedding, error)
+            || rig_fail("%s: %s", path, error));
+    free(phi);
+    return good;
+}
+
+bool rig_body_read(const struct rig *rig, const char *path, const float *up, const float *facing,
+                   struct rig_body *body)
+{
+    char error[CHARACTER_TEXT];
+    memset(body, 0, sizeof *body);
+    if (!character_read(path, NULL, &body->character, error)) { return rig_fail("%s", error); }
+    return (grid_around(rig, &body->character, &body->grid) || rig_fail("%s: the body has no size", path))
+        && set_mesh(rig, path, body) && embed(rig, path, up, facing, body);
+}
+
+void rig_body_free(struct rig_body *body)
+{
+    character_free(&body->character);
+    solid_free(&body->solid);
+    springls_destroy(body->ctx);
+    memset(body, 0, sizeof *body);
+}
+
+/* Lists bones: from each joint to those below it. Ends are on the surface: bones go four fifths of the way to them. */
+static int list_bones(const struct rig *rig, struct bone *bones, int *joints)
+{
+    const struct skeleton_template *s = &rig->skeleton;
+    const struct skeleton_embedding *e = &rig->body.embedding;
+    int count = 0;
+    for (int t = 1; t < s->count; ++t) {
+        const int up = s->joints[t].parent;
+        if (!e->present[t] || !e->present[up]) { continue; }
+        float d[3];
+        vec3_sub(e->place[t], e->place[up], d);
+        memcpy(bones[count].from, e->place[up], sizeof bones[count].from);
+        vec3_add_scaled(e->place[up], s->joints[t].end ? 0.8f : 1.0f, d, bones[count].to);
+        joints[count++] = rig->joint_of[up];
+    }
+    return count;
+}
+
+bool rig_skin(struct rig *rig)
+{
+    struct rig_body *body = &rig->body;
+    struct bone bones[TEMPLATE_JOINTS];
+    int joints[TEMPLATE_JOINTS];
+    if (!skeleton_make_joints(&rig->skeleton, &body->embedding, &body->character, rig->joint_of)) {
+        return rig_fail("not enough memory");
+    }
+    const int count = list_bones(rig, bones, joints);
+    if (!run_check("rig", body->ctx, springls_extract_mesh(body->ctx, &rig->surface), rig->settings.mesh)) {
+        return false;
+    }
+    const struct skin_surface surface = {rig->surface.positions, rig->surface.triangles, rig->surface.vertex_count,
+                                         rig->surface.triangle_count};
+    rig->influences = malloc(((size_t)surface.vertex_count + 1) * sizeof *rig->influences);
+    return (rig->influences || rig_fail("not enough memory"))
+        && (skin_weights_heat(&surface, bones, joints, count, rig->influences, &rig->heat)
+            || rig_fail("%s: no bone is seen from the body's surface", rig->settings.mesh))
+        && (skin_weights_transfer(&surface, rig->influences, &body->character) || rig_fail("not enough memory"));
+}
+
+bool rig_move(struct rig *rig)
+{
+    const struct rig_settings *set = &rig->settings;
+    struct rig_body other;
+    bool good = rig_body_read(rig, set->animation, NULL, NULL, &other);
+    const int animation = good ? character_animation(&other.character, set->motion) : -1;
+    if (good && (!other.character.skinned || animation < 0)) {
+        good = rig_fail(other.character.skinned && other.character.animation_count > 0 ? "%s: no such animation"
+                                                                                       : "%s: no skeleton that moves",
+                        set->animation);
+    }
+    if (good) {
+        rig->theirs = other.embedding;
+        rig->pairs = skeleton_pair(&rig->skeleton, &other.embedding, &other.character, rig->pair);
+        good = (rig->pairs >= 5
+                || rig_fail("%s: only %d joints have a partner in the template", set->animation, rig->pairs))
+            && (skeleton_retarget(&rig->skeleton, &rig->body.embedding, rig->joint_of, &other.character,
+                                  &other.embedding, rig->pair, animation, set->fps, &rig->body.character)
+                || rig_fail("not enough memory"));
+        rig->other = other.character;
+        memset(&other.character, 0, sizeof other.character);
+    }
+    rig_body_free(&other);
+    return good;
+}

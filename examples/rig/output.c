@@ -1,0 +1,232 @@
+/* output.c - glTF, pictures, report. */
+#include "rig/rig.h"
+
+#include "base/json.h"
+#include "base/vec3.h"
+#include "character/gltf_write.h"
+#include "character/surface_place.h"
+#include "pictures/raycast.h"
+#include "shapes/surface_fit.h"
+
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { FILM = 4 };
+
+/* ---- glTF ---- */
+
+/* Computes vertex colors, from the image where there is one. */
+static void vertex_colors(const struct character *c, float *colors)
+{
+    memcpy(colors, c->colors, 3 * (size_t)c->vertex_count * sizeof *colors);
+    for (int i = 0; i < 3 * c->triangle_count; ++i) {
+        struct place place = {i / 3, {0.0f, 0.0f, 0.0f}};
+        place.weight[i % 3] = 1.0f;
+        place_color(c, &place, colors + 3 * c->triangles[i]);
+    }
+}
+
+static bool write_gltf(const struct rig *rig, const char *path)
+{
+    const struct character *c = &rig->body.character;
+    const size_t size = 3 * (size_t)c->vertex_count * sizeof(float);
+    float *colors = malloc(size), *normals = malloc(size);
+    bool good = (colors && normals) || rig_fail("not enough memory");
+    if (good) {
+        vertex_colors(c, colors);
+        mesh_normals(c->positions, (size_t)c->vertex_count, c->triangles, (size_t)c->triangle_count, normals);
+        const struct gltf_mesh mesh = {c->positions,  normals,      c->uvs,          colors,
+                                       c->influences, c->triangles, c->vertex_count, c->triangle_count};
+        good = gltf_write_skinned(path, &mesh, c, c->animation_count - 1, rig->settings.fps)
+            || rig_fail("%s cannot be written", path);
+    }
+    free(colors);
+    free(normals);
+    return good;
+}
+
+/* ---- pictures ---- */
+
+/* Mixes a color of each bone by the weights. */
+static void weight_color(const struct influences *in, float color[3])
+{
+    memset(color, 0, 3 * sizeof *color);
+    for (int k = 0; k < CHARACTER_BONES; ++k) {
+        const struct color c = color_hsv(0.618034f * (float)in->joint[k], 0.5f, in->joint[k] % 2 ? 0.95f : 0.75f);
+        const float rgb[3] = {c.r, c.g, c.b};
+        vec3_add_scaled(color, in->weight[k], rgb, color);
+    }
+}
+
+struct drawing {
+    const struct rig *rig;
+    struct raycast_camera camera;
+    int width, height;
+    const float *colors;
+};
+
+/* Draws the closed surface at `positions` and the skeleton over it. */
+static bool draw(const struct drawing *d, const float *positions, const struct affine *places, struct image *image)
+{
+    const struct rig *rig = d->rig;
+    const struct character *c = &rig->body.character;
+    const float aspect = (float)d->width / (float)d->height;
+    struct raycast_scene scene;
+    memset(&scene, 0, sizeof scene);
+    scene.positions = positions;
+    scene.vertex_count = (size_t)rig->surface.vertex_count;
+    scene.indices = (const uint32_t *)rig->surface.triangles;
+    scene.triangle_count = (size_t)rig->surface.triangle_count;
+    scene.vertex_colors = d->colors;
+    scene.plain = true;
+    scene.camera = d->camera;
+    if (!raycast_render(&scene, d->width, d->height, image)) { return false; }
+    const struct raycast_frame frame = raycast_camera_frame(&d->camera, aspect);
+    for (int j = 0; j < c->joint_count; ++j) {
+        float ends[2][2];
+        const int parent = c->joints[j].parent >= 0 ? c->joints[j].parent : j;
+        for (int e = 0; e < 2; ++e) {
+            float place[3], away[3];
+            for (int i = 0; i < 3; ++i) { place[i] = (float)places[e ? parent : j].m[4 * i + 3]; }
+            vec3_sub(place, d->camera.eye, away);
+            const float depth = vec3_dot(away, frame.forward);
+            ends[e][0] = 0.5f * (float)d->width * (1.0f + vec3_dot(away, frame.right) / (depth * frame.half_width));
+            ends[e][1] = 0.5f * (float)d->height * (1.0f - vec3_dot(away, frame.up) / (depth * frame.half_height));
+        }
+        const bool left = strstr(c->joints[j].name, ".L") != NULL;
+        const struct color ink = left ? color_rgb(0.75f, 0.0f, 0.0f) : color_rgb(0.1f, 0.1f, 0.1f);
+        image_line(image, ends[0][0], ends[0][1], ends[1][0], ends[1][1], 2.0f, ink);
+        image_disc(image, ends[0][0], ends[0][1], 3.0f, ink);
+    }
+    return true;
+}
+
+static bool draw_all(const struct rig *rig, struct drawing *d, float *posed, struct image *pictures, int count)
+{
+    const struct character *c = &rig->body.character;
+    const struct skeleton_embedding *e = &rig->body.embedding;
+    const size_t joints = (size_t)c->joint_count + 1;
+    struct affine *skin = malloc(joints * sizeof *skin), *places = malloc(joints * sizeof *places);
+    float direction[3] = {0.0f, 0.0f, 0.0f};
+    bool good = (skin && places) || rig_fail("not enough memory");
+    vec3_add_scaled(direction, rig->settings.view[0], e->forward, direction);
+    vec3_add_scaled(direction, rig->settings.view[1], e->left, direction);
+    vec3_add_scaled(direction, rig->settings.view[2], e->up, direction);
+    for (int pass = 0; pass < 2; ++pass) { /* first the place of all frames, for one camera */
+        for (int p = 0; good && p < count; ++p) {
+            float *frame = posed + 3 * (size_t)p * (size_t)rig->surface.vertex_count;
+            const double time = p > 0 ? c->animations[0].duration * (p - 1) / (count - 1) : 0.0;
+            character_pose(c, p > 0 ? 0 : -1, time, 1.0, skin, places);
+            for (int v = 0; pass == 0 && v < rig->surface.vertex_count; ++v) {
+                const struct affine blend = influences_blend(&rig->influences[v], skin);
+                affine_apply(&blend, rig->surface.positions + 3 * v, frame + 3 * v);
+            }
+            good = pass == 0 || draw(d, frame, places, &pictures[p]) || rig_fail("a picture cannot be drawn");
+        }
+        if (pass == 0) {
+            d->camera = raycast_frame_points(posed, (size_t)count * (size_t)rig->surface.vertex_count, direction,
+                                             e->up, 25.0f, (float)d->width / (float)d->height);
+        }
+    }
+    free(skin);
+    free(places);
+    return good;
+}
+
+/* Writes the body with its weights as colors and its skeleton, left joints red; and poses of the animation. */
+static bool write_picture(const struct rig *rig, const char *path)
+{
+    const int count = rig->body.character.animation_count > 0 ? 1 + FILM : 1;
+    const size_t vertices = (size_t)rig->surface.vertex_count;
+    float *colors = malloc(3 * vertices * sizeof *colors),
+          *posed = malloc(3 * vertices * (size_t)count * sizeof *posed);
+    struct drawing d = {
+        .rig = rig, .width = rig->settings.size * 4 / 5, .height = rig->settings.size, .colors = colors};
+    struct image pictures[1 + FILM], strip;
+    memset(pictures, 0, sizeof pictures);
+    memset(&strip, 0, sizeof strip);
+    bool good = (colors && posed) || rig_fail("not enough memory");
+    for (size_t v = 0; good && v < vertices; ++v) { weight_color(&rig->influences[v], colors + 3 * v); }
+    good = good && draw_all(rig, &d, posed, pictures, count)
+        && ((image_strip(pictures, NULL, count, count, color_rgb(1.0f, 1.0f, 1.0f), &strip)
+             && image_write_png(&strip, path))
+            || rig_fail("%s cannot be written", path));
+    for (int p = 0; p < count; ++p) { image_free(&pictures[p]); }
+    image_free(&strip);
+    free(colors);
+    free(posed);
+    return good;
+}
+
+bool rig_write(struct rig *rig)
+{
+    char path[1200];
+    if (rig->settings.glb) { return write_gltf(rig, rig->settings.glb); }
+    return write_gltf(rig, run_path(rig->settings.common.out, "rigged.glb", path, sizeof path))
+        && write_picture(rig, run_path(rig->settings.common.out, "rigged.png", path, sizeof path));
+}
+
+/* ---- report ---- */
+
+static void report_vector(struct json_writer *json, const char *key, const float v[3])
+{
+    const double values[3] = {(double)v[0], (double)v[1], (double)v[2]};
+    json_numbers(json, key, values, 3);
+}
+
+bool rig_report(const struct rig *rig, const char *path)
+{
+    const struct skeleton_embedding *e = &rig->body.embedding;
+    struct json_writer json;
+    if (!json_open(&json, path)) { return rig_fail("%s: cannot write", path); }
+    json_object_begin(&json, NULL);
+    json_string(&json, "problem", "rig");
+    json_string(&json, "file", rig->settings.mesh);
+    json_string(&json, "template", rig->skeleton.name);
+    json_integer(&json, "grid", rig->settings.common.grid);
+    json_integer(&json, "parts", rig->body.repair.parts);
+    json_integer(&json, "parts_joined", rig->body.repair.joined);
+    json_integer(&json, "boundary_edges", rig->body.boundary_edges);
+    json_number(&json, "role_cost", (double)e->roles.cost);
+    json_number(&json, "height", (double)e->height);
+    json_number(&json, "asymmetry", (double)e->asymmetry);
+    json_number(&json, "facing_margin", (double)e->facing);
+    report_vector(&json, "left", e->left);
+    report_vector(&json, "up", e->up);
+    report_vector(&json, "forward", e->forward);
+    json_object_begin(&json, "joints");
+    for (int t = 0; t < rig->skeleton.count; ++t) {
+        if (e->present[t]) { report_vector(&json, rig->skeleton.joints[t].name, e->place[t]); }
+    }
+    json_object_end(&json);
+    if (rig->pairs > 0) {
+        json_object_begin(&json, "pairs");
+        for (int t = 0; t < rig->skeleton.count; ++t) {
+            if (rig->pair[t] >= 0) {
+                json_string(&json, rig->skeleton.joints[t].name, rig->other.joints[rig->pair[t]].name);
+            }
+        }
+        json_object_end(&json);
+    }
+    json_integer(&json, "surface_vertices", rig->surface.vertex_count);
+    json_integer(&json, "vertices_that_see_their_bone", rig->heat.visible);
+    json_number(&json, "weight_sum_error_max", rig->heat.sum_error);
+    json_number(&json, "seconds", rig->seconds);
+    json_object_end(&json);
+    return json_close(&json) || rig_fail("%s: cannot write", path);
+}
+
+void rig_print(const struct rig *rig)
+{
+    const struct skeleton_embedding *e = &rig->body.embedding;
+    printf("%d joints in %s, %.3g high; faces %.2f %.2f %.2f, up %.2f %.2f %.2f; %d of %d vertices see their bone\n",
+           rig->body.character.joint_count, rig->settings.mesh, (double)e->height, (double)e->forward[0],
+           (double)e->forward[1], (double)e->forward[2], (double)e->up[0], (double)e->up[1], (double)e->up[2],
+           rig->heat.visible, rig->surface.vertex_count);
+    if (rig->pairs > 0) {
+        printf("moves as %s: %s, %d joints paired\n", rig->settings.animation, rig->body.character.animations[0].name,
+               rig->pairs);
+    }
+}
