@@ -202,8 +202,8 @@ Ogre::AxisAlignedBox write_vertices(const springls_chunk &chunk, float grid, Ogr
 void write_triangles(const springls_chunk &chunk, Ogre::IndexData &data)
 {
     data.indexCount = 3 * static_cast<size_t>(chunk.triangle_count);
-    data.indexBuffer = Ogre::HardwareBufferManager::getSingleton().createIndexBuffer(Ogre::HardwareIndexBuffer::IT_16BIT, data.indexCount,
-                                                                                     Ogre::HBU_GPU_ONLY);
+    data.indexBuffer = Ogre::HardwareBufferManager::getSingleton().createIndexBuffer(Ogre::HardwareIndexBuffer::IT_16BIT,
+                                                                                     data.indexCount, Ogre::HBU_GPU_ONLY);
     data.indexBuffer->writeData(0, data.indexCount * sizeof(uint16_t), chunk.triangles);
 }
 
@@ -231,8 +231,8 @@ public:
 
     void update(const springls_chunk &chunk)
     {
-        const std::string name = Ogre::StringConverter::toString(chunk.brick[0]) + "," + Ogre::StringConverter::toString(chunk.brick[1])
-            + "," + Ogre::StringConverter::toString(chunk.brick[2]);
+        const std::string name = Ogre::StringConverter::toString(chunk.brick[0]) + ","
+            + Ogre::StringConverter::toString(chunk.brick[1]) + "," + Ogre::StringConverter::toString(chunk.brick[2]);
         if (manager.hasEntity(name)) {
             manager.destroyEntity(name);
             Ogre::MeshManager::getSingleton().remove(name, group());
@@ -309,7 +309,8 @@ bool parse(int argc, char **argv, Options &options)
 {
     for (int i = 1; i < argc; ++i) {
         const std::string name = argv[i];
-        int *number = name == "--grid" ? &options.grid : name == "--steps" ? &options.steps : name == "--threads" ? &options.threads : nullptr;
+        int *number = name == "--grid" ? &options.grid : name == "--steps" ? &options.steps
+            : name == "--threads" ? &options.threads : nullptr;
         if (name == "--alone") {
             options.alone = true;
         } else if (name == "--picture" && i + 1 < argc) {

@@ -223,7 +223,8 @@ class Model:
         >>> abs(model.measure().volume / 16 ** 3 - 1) < 0.03
         True
         """
-        self._check(_lib.springls_set_labels(self._ctx, _pointer(_array(labels, 'i4', self.size, 'F', 'labels'), 'int32_t[]'), label))
+        labels = _array(labels, 'i4', self.size, 'F', 'labels')
+        self._check(_lib.springls_set_labels(self._ctx, _pointer(labels, 'int32_t[]'), label))
 
     def set_threshold(self, image, low, high=np.inf):
         """Sets the model from the voxels of a volume with low <= value <= high."""
@@ -233,7 +234,8 @@ class Model:
     def set_implicit(self, distance):
         """Sets the model from a function that gives the signed distance at points (n, 3) in world units, negative inside."""
         with _Calls(self) as calls:
-            evaluate = calls.wrap('void(void *, const float *, int, float *)', distance, (), lambda u, x, n, out: ((_points(x, n),), n, out))
+            evaluate = calls.wrap('void(void *, const float *, int, float *)', distance, (),
+                                  lambda u, x, n, out: ((_points(x, n),), n, out))
             status = _lib.springls_set_implicit(calls.context, evaluate, _ffi.NULL)
         self._check(status)
 
@@ -243,7 +245,8 @@ class Model:
              curvature=0, mode='fluid', one_to_one=False, stop_at_topology=False, integrator='rk4'):
         """Moves the surface for a time `dt` (0: as long as the fastest point takes for `max_displacement` voxels).
 
-        velocity(points, time) -> (n, 3), pressure(points, normals, time) -> (n,), affine(points, correspondences, time) -> (n, 3, 4):
+        velocity(points, time) -> (n, 3), pressure(points, normals, time) -> (n,),
+        affine(points, correspondences, time) -> (n, 3, 4):
         functions of places in voxels, voxels a unit of time. velocity_field: array (nx, ny, nz, 3), pressure_field: (nx, ny, nz),
         samples at the voxels. curvature: motion towards the centre of curvature, voxel^2 a unit of time. mode: 'fluid',
         'elastic' or 'advect_only'. An exception in a function ends the step and is raised again.
@@ -379,10 +382,12 @@ class Model:
         ([6.0, 4.0], [[16.0, 16.0, 24.0], [8.0, 16.0, 16.0]])
         """
         points = _array(points, 'f4', (-1, 3), name='points')
-        return self._hits(len(points), lambda hits: _lib.springls_closest(self._ctx, int(soup), _pointer(points), len(points), hits))
+        return self._hits(len(points), lambda hits: _lib.springls_closest(self._ctx, int(soup), _pointer(points), len(points),
+                                                                          hits))
 
     def raycast(self, origins, directions, max_distance=0, soup=False):
-        """Finds the first place along rays within max_distance (0: any). Members as for `closest`; springl is -1 where nothing is hit.
+        """Finds the first place along rays within max_distance (0: any). Members as for `closest`; springl is -1 where nothing is
+        hit.
 
         >>> ball = Model((32, 32, 32))
         >>> ball.set_implicit(lambda points: np.linalg.norm(points - 16, axis=1) - 8)
@@ -392,8 +397,8 @@ class Model:
         """
         origins = _array(origins, 'f4', (-1, 3), name='origins')
         directions = _array(directions, 'f4', origins.shape, name='directions')
-        return self._hits(len(origins), lambda hits: _lib.springls_raycast(self._ctx, int(soup), _pointer(origins), _pointer(directions),
-                                                                           len(origins), max_distance, hits))
+        return self._hits(len(origins), lambda hits: _lib.springls_raycast(self._ctx, int(soup), _pointer(origins),
+                                                                           _pointer(directions), len(origins), max_distance, hits))
 
     # ---- attributes: values that springls carry ----
 

@@ -11,7 +11,8 @@ N, PERIOD = 64, 1.5
 def velocity(points, time):
     (x, y, z), k = np.pi * points.T / N, 2 * np.pi / N * np.cos(np.pi * time / PERIOD)
     sx, sy, sz = np.sin(2 * x), np.sin(2 * y), np.sin(2 * z)
-    return N * N / np.pi / 2 * k * np.stack([2 * np.sin(x) ** 2 * sy * sz, -sx * np.sin(y) ** 2 * sz, -sx * sy * np.sin(z) ** 2], axis=1)
+    v = 2 * np.sin(x) ** 2 * sy * sz, -sx * np.sin(y) ** 2 * sz, -sx * sy * np.sin(z) ** 2
+    return N * N / np.pi / 2 * k * np.stack(v, axis=1)
 
 
 model = springls.Model((N, N, N))

@@ -49,8 +49,8 @@ static int read_command_line(struct run *run, int argc, char **argv)
         {"warp-labels", CLI_STRING, &run->warp.labels, "FILE", "take a label map of the moving image to the fixed one", 0, 0, NULL},
         {"warp-points", CLI_STRING, &run->warp.points, "FILE", "the same for points (elastix's text)", 0, 0, NULL},
         {"warp-mesh", CLI_STRING, &run->warp.mesh, "FILE", "the same for a mesh, mm in RAS+ axes", 0, 0, NULL},
-        {"inverse-labels", CLI_STRING, &run->inverse_warp.labels, "FILE", "take a label map of the fixed image to the moving one", 0, 0,
-         NULL},
+        {"inverse-labels", CLI_STRING, &run->inverse_warp.labels, "FILE", "take a label map of the fixed image to the moving one",
+         0, 0, NULL},
         {"inverse-points", CLI_STRING, &run->inverse_warp.points, "FILE", "the same for points", 0, 0, NULL},
         {"inverse-mesh", CLI_STRING, &run->inverse_warp.mesh, "FILE", "the same for a mesh", 0, 0, NULL},
     };
@@ -82,7 +82,8 @@ static int read_command_line(struct run *run, int argc, char **argv)
     }
     const struct carried *w = &run->warp, *i = &run->inverse_warp;
     if (!run->common.out && (w->labels || w->points || w->mesh || i->labels || i->points || i->mesh)) {
-        return cli_fail("register", CLI_EXIT_USAGE, "--warp-... and --inverse-... write into the folder of --out, which is missing");
+        return cli_fail("register", CLI_EXIT_USAGE,
+                        "--warp-... and --inverse-... write into the folder of --out, which is missing");
     }
     return CLI_CONTINUE;
 }

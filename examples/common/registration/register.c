@@ -527,8 +527,8 @@ static bool is_flat(const struct volume *image, const char *name, char error[VOL
 {
     const bool flat = image->dims[0] < 2 || image->dims[1] < 2 || image->dims[2] < 2;
     if (flat) { /* without a gradient across its plane no map of space is determined */
-        snprintf(error, VOLUME_TEXT, "the %s image is flat (%d x %d x %d voxels): only images of three dimensions are registered", name,
-                 image->dims[0], image->dims[1], image->dims[2]);
+        snprintf(error, VOLUME_TEXT, "the %s image is flat (%d x %d x %d voxels): only images of three dimensions are registered",
+                 name, image->dims[0], image->dims[1], image->dims[2]);
     }
     return flat;
 }
