@@ -569,7 +569,7 @@
      - Chunks are named by bricks of the lattice. All are meshed again after a move.
      - Correspondences and the original surface stay in the window that they were set in: where the model has come from.
      - Snapshots hold the place of the window. An input and springls_reset put it back, to springls_desc.window.
-     - springls_combine takes models in different windows of one lattice.
+     - springls_combine takes models in different windows of one lattice; a union has to fit in one window.
 
    Rounding: a coordinate that a move makes smaller keeps all its bits. One that becomes larger is rounded to a float of that
    size, by at most 2^-24 of the window's width: as much as one addition of a wind, and once in at least eight voxels. Nothing else
@@ -577,8 +577,8 @@
    10,000 voxels of a wind of whole voxels (tests/unit/test_window.c).
 
    The window's sides should be at least 40 voxels longer than the model: the margin on both sides and a brick. A model that is
-   less than a brick shorter than the window, or longer, is cut off at its border, as in a grid that stays. springls_stats.left counts springls
-   that were removed because they had left the grid. A window moves by at most 2^30 voxels from its place.
+   less than a brick shorter than the window, or longer, is cut off at its border, as in a grid that stays. springls_stats.left
+   counts springls that were removed because they had left the grid. A window moves by at most 2^30 voxels from its place.
 
    THREADS
 
@@ -1074,7 +1074,7 @@ typedef struct springls_desc {
     const springls_params *params; /* copied; NULL: springls_default_params()                                       */
     int max_springls;              /* more are refused and counted in springls_stats.refused; springls_set_springls and
                                       springls_combine fail, springls_set_mesh takes any number of triangles, but
-                                      divides no more when there are so many. 0: 64 million                         */
+                                      divides no more when there are so many. 0: 64,000,000                         */
     springls_allocator allocator;
     springls_tasks tasks;
     springls_logger logger;
@@ -1409,9 +1409,9 @@ SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls
    until the step is done. Forces are called in springls_step_continue only.
 
    While a step is in progress:
-   - counts, views, ids, springls_get_provenance, _springl_materials, _mesh_attribute, _sample_*, _closest, _raycast,
-     _extract_surfels and _extract_soup read the model as it is at that moment: springls have moved, and the level set may
-     not have followed (in SPRINGLS_MODE_ELASTIC it may be incomplete);
+   - counts, views, ids, springls_get_provenance, _springl_materials, _mesh_attribute, _sample_*, _copy_level_set,
+     _pack_matrix, _closest, _raycast, _extract_surfels and _extract_soup read the model as it is at that moment: springls
+     have moved, and the level set may not have followed (in SPRINGLS_MODE_ELASTIC it may be incomplete);
    - springls_set_* inputs, springls_reset and springls_restore drop the step together with the model;
    - every other call that changes the model or needs it whole completes the step first, however long that takes, and
      returns its failure: stages, steps, parameters, time, mask, reference, springls_max_speed, meshes, chunks, measures,
@@ -1656,12 +1656,14 @@ typedef struct springls_hit {
     float material_barycentric[3];
 } springls_hit;
 
-/* Finds the closest place of the surface to each point, at any distance. A model without springls has none. */
+/* Finds the closest place of the surface to each point, at any distance: beyond 10^7 voxels one that is the
+   closest as far as a float resolves the distance. Distances are at most FLT_MAX. A model without springls has none. */
 SPRINGLS_API springls_status springls_closest(springls_context *ctx, springls_surface surface, const float *points, int count,
                                               springls_hit *out);
 
 /* Finds the first place of the surface along each ray, from either side, within max_distance (world units; 0: any).
-   directions: 3 floats a ray, of any length; a direction of length 0 finds nothing. A ray from outside to a place inside the
+   directions: 3 floats a ray, of any length; a direction of length 0 finds nothing. No digit is lost
+   however far a ray begins. A ray from outside to a place inside the
    watertight surface always finds it. */
 SPRINGLS_API springls_status springls_raycast(springls_context *ctx, springls_surface surface, const float *origins,
                                               const float *directions, int count, float max_distance, springls_hit *out);
@@ -1803,7 +1805,8 @@ typedef enum springls_operation {
 
 /* Combines the solid with another one, on the same grid and with the same band_half_width.
    - Grids that have moved (springls_desc.follow) may be at different places. For a union a grid that follows first moves to the
-     middle of both; what lies beyond it is cut off. Correspondences keep their voxel coordinates.
+     middle of both. INVALID_ARGUMENT, and nothing has changed: it is a union, and the particles of both do not lie in one window.
+     Correspondences keep their voxel coordinates.
    - Springls of both stay where they bound the result; those of a subtracted solid are turned round. Springls that cross
      the seam are pulled in to it and its gaps are filled; params.keep_edges makes it sharp.
    - An attribute of the other model with the name and channels of one here is taken over; its springls get zeros in the
@@ -1969,8 +1972,8 @@ typedef struct springls__write_arguments { int first, vertices, particles; } spr
 /* stir. first: number of the first springl; which: of those that stir (SPRINGLS__STIR_...). */
 typedef struct springls__stir_arguments { int first, which; } springls__stir_arguments;
 
-/* reach. side: 0 for the margin of the window, so many voxels; 1 to 6 for a side (springls__reach_element). */
-typedef struct springls__reach_arguments { int side; float margin; } springls__reach_arguments;
+/* extent. side: 0 for the margin of the window, so many voxels; 1 to 6 for a side (springls__extent_element). */
+typedef struct springls__extent_arguments { int side; float margin; } springls__extent_arguments;
 
 /* relax, cover. kept: 1 where relaxed_springls has the springls that are asleep as they are. */
 typedef struct springls__relax_arguments { int kept; } springls__relax_arguments;
@@ -2031,7 +2034,7 @@ typedef union springls__arguments {
     springls__fit_arguments fit;
     springls__write_arguments write;
     springls__stir_arguments stir;
-    springls__reach_arguments reach;
+    springls__extent_arguments extent;
     springls__relax_arguments relax;
     springls__neighbors_arguments neighbors;
     springls__edge_arguments edge;
@@ -2070,8 +2073,8 @@ typedef union springls__arguments {
     X(moved_error, float, 4)                    /* ERROR after a motion; trades places with it                                */ \
     X(is_moving, uint8_t, 3)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \
     /* window */                                                                                                                 \
-    X(reach, float, 7)                          /* of a particle: see springls__reach_element                                 */ \
-    X(has_left, uint8_t, 2)                     /* 1: is removed because it has left the window                               */ \
+    X(extent, float, 7)                         /* of a particle: see springls__extent_element                                 */ \
+    X(has_departed, uint8_t, 2)                 /* 1: is removed because it has left the window                               */ \
     /* relax */                                                                                                                  \
     X(relaxed_springls, springls__springl, 1)   /* springls after an iteration; trades places with S                          */ \
     /* contract, compaction, inheritance of attributes */                                                                        \
@@ -5871,7 +5874,7 @@ typedef enum springls__late_count {
     SPRINGLS__COUNT_OPPOSED,
     SPRINGLS__COUNT_OPPOSED_ASLEEP,
     SPRINGLS__COUNT_RESHAPED,
-    SPRINGLS__COUNT_LEFT,
+    SPRINGLS__COUNT_DEPARTED,
     SPRINGLS__COUNT_SPLITS,
     SPRINGLS__COUNT_LATE
 } springls__late_count;
@@ -6106,9 +6109,9 @@ SPRINGLS__FN springls_status springls__fail_null(springls_context *ctx, const ch
 /* Fails when a number is negative or not finite. */
 SPRINGLS__FN springls_status springls__check_amount(springls_context *ctx, const char *call, const char *argument, double x)
 {
-    if (x >= 0.0 && x < (double)FLT_MAX) return SPRINGLS_OK;
+    if (x >= 0.0 && x <= (double)FLT_MAX) return SPRINGLS_OK;
     return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: %s is %s", call, argument,
-                          x < 0.0 && x > -(double)FLT_MAX ? "negative" : "not finite");
+                          x < 0.0 && x >= -(double)FLT_MAX ? "negative" : "not finite");
 }
 
 /* Reports the progress of a long call, a fraction in [0,1]; returns true when the caller cancels it. */
@@ -10789,7 +10792,7 @@ SPRINGLS__MATHS void springls__with_sign_element(const springls__model *model, s
 /* ======== >>window:kernel  (kernels_embed/stages/window.h) ===================================================== */
 /* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */
 
-#define SPRINGLS__REACH_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */
+#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */
 
 /* Returns by how much x lies nearer to the border of the window than `margin` (voxels), along the axis where that is most. */
 SPRINGLS__MATHS float springls__nearness(const springls__grid *g, springls__v3 x, float margin)
@@ -10800,22 +10803,22 @@ SPRINGLS__MATHS float springls__nearness(const springls__grid *g, springls__v3 x
     return springls__max(springls__max(dx, dy), dz);
 }
 
-/* Finds how far the particle of springl i reaches. side 0: into the margin of the window, voxels; 1, 2, ... 6: along -x, x, -y, y,
-   -z, z, from SPRINGLS__REACH_BEYOND on the other side. */
-SPRINGLS__MATHS void springls__reach_element(const springls__model *model, springls__arguments args, int i)
+/* Finds the extent of the particle of springl i. side 0: into the margin of the window, voxels; 1, 2, ... 6: along -x, x, -y, y,
+   -z, z, from SPRINGLS__EXTENT_BEYOND on the other side. */
+SPRINGLS__MATHS void springls__extent_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__v3 p = model->set.s[i].p;
-    const int side = args.reach.side;
+    const int side = args.extent.side;
     float along = side < 3 ? p.x : side < 5 ? p.y : p.z;
-    if (side == 0) springls__reach(model)[i] = springls__nearness(&model->grid, p, args.reach.margin);
-    else springls__reach(model)[i] = (side & 1 ? -along : along) + SPRINGLS__REACH_BEYOND;
+    if (side == 0) springls__extent(model)[i] = springls__nearness(&model->grid, p, args.extent.margin);
+    else springls__extent(model)[i] = (side & 1 ? -along : along) + SPRINGLS__EXTENT_BEYOND;
 }
 
 /* Finds whether contract removes springl i because it has left the window: 1. */
-SPRINGLS__MATHS void springls__left_element(const springls__model *model, springls__arguments args, int i)
+SPRINGLS__MATHS void springls__departed_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
-    springls__has_left(model)[i] = springls__contract_action(model)[i] == SPRINGLS__REMOVE
+    springls__has_departed(model)[i] = springls__contract_action(model)[i] == SPRINGLS__REMOVE
                                            && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f
                                        ? 1 : 0;
 }
@@ -11147,8 +11150,8 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(grow_line, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                            \
     X(mark_phi_synced, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                                     \
     X(displacement, 1024, SPRINGLS__ROLE_BIT(synced_distance2))                                                                  \
-    X(reach, 1024, SPRINGLS__ROLE_BIT(reach))                                                                                    \
-    X(left, 1024, SPRINGLS__ROLE_BIT(has_left))                                                                                  \
+    X(extent, 1024, SPRINGLS__ROLE_BIT(extent))                                                                                  \
+    X(departed, 1024, SPRINGLS__ROLE_BIT(has_departed))                                                                          \
     X(attach_vertex_data, 256, SPRINGLS__ROLE_BIT(vertex_gradient) | SPRINGLS__ROLE_BIT(vertex_correspondence)                   \
                                    | SPRINGLS__ROLE_BIT(vertex_springl))
 
@@ -12579,7 +12582,8 @@ SPRINGLS__FN const char *springls__grid_transform(const springls_grid_desc *grid
         m[4 * row + 3] = grid->origin[row];
         for (column = 0; column < 4; column++)
             if (!(m[4 * row + column] > -1e30 && m[4 * row + column] < 1e30))
-                return column == 3 ? "grid.origin is not finite" : "grid.spacing or grid.direction is not finite";
+                return column == 3 ? "grid.origin is no number between -1e30 and 1e30"
+                                   : "grid.spacing times grid.direction is no number between -1e30 and 1e30";
     }
     det = springls__determinant(m);
     if (!(det > 1e-30 || det < -1e-30)) return "the axes of grid.direction lie in one plane";
@@ -12725,15 +12729,21 @@ SPRINGLS__FN springls__v3 springls__voxel_to_model(const springls_context *ctx, 
 }
 
 /* Converts a place, clamped far outside any model, so that squares of distances stay finite. */
-SPRINGLS__FN springls__v3 springls__world_to_model(const springls_context *ctx, const float *world)
+SPRINGLS__FN springls__v3 springls__place_to_model(const springls_context *ctx, const double world[3])
 {
     double s = 1.0 / (double)ctx->smallest_spacing, v[3];
     int k;
     for (k = 0; k < 3; k++) {
-        v[k] = s * ((double)world[k] - ctx->window.to_world[4 * k + 3]);
+        v[k] = s * (world[k] - ctx->window.to_world[4 * k + 3]);
         v[k] = v[k] < -1e15 ? -1e15 : v[k] > 1e15 ? 1e15 : v[k];
     }
     return springls__v3_make((float)v[0], (float)v[1], (float)v[2]);
+}
+
+SPRINGLS__FN springls__v3 springls__world_to_model(const springls_context *ctx, const float *world)
+{
+    const double x[3] = { (double)world[0], (double)world[1], (double)world[2] };
+    return springls__place_to_model(ctx, x);
 }
 
 SPRINGLS_API void springls_window_offset(const springls_context *ctx, int offset[3])
@@ -13278,8 +13288,8 @@ SPRINGLS__FN springls_status springls__region_prepare(springls_context *ctx, con
     int k;
     for (k = 0; k < 3; k++) {
         motion->has_region = motion->has_region || lower[k] != 0.0f || upper[k] != 0.0f;
-        if (!(lower[k] > -FLT_MAX && lower[k] < FLT_MAX && upper[k] > -FLT_MAX && upper[k] < FLT_MAX))
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "the region of the forces is not finite");
+        if (!(lower[k] >= -FLT_MAX && lower[k] <= FLT_MAX && upper[k] >= -FLT_MAX && upper[k] <= FLT_MAX))
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "region_lower or region_upper of the forces is not finite");
         if (lower[k] > upper[k])
             return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "region_lower of the forces exceeds region_upper");
     }
@@ -13322,7 +13332,7 @@ SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
 {
     int k;
     float spread = motion->ctx->model.params.half_time_sampling ? 0.5f * motion->dt : motion->dt;
-    if (!(motion->dt > -FLT_MAX && motion->dt < FLT_MAX))
+    if (!(motion->dt >= -FLT_MAX && motion->dt <= FLT_MAX))
         return springls__fail(motion->ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is not finite");
     motion->rule.dt = motion->dt;
     motion->rule.stage_time[0] = motion->time;
@@ -13530,7 +13540,9 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
     }
     springls__displaced(motion);
     if (motion->moved < 0.0f)
-        return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)motion->time);
+        return springls__fail(ctx, SPRINGLS_NON_FINITE,
+                              "advect: a force is NaN, or would move a springl by 1e9 voxels or more, at time %g",
+                              (double)motion->time);
     if (motion->max_displacement > 0.0f && motion->moved > motion->max_displacement && ++motion->tries < TRIES) {
         motion->dt *= springls__max(0.95f * motion->max_displacement / motion->moved, 0.1f);
         return springls__next_phase(ctx, SPRINGLS__ADVECT_DISPLACE);
@@ -13558,22 +13570,25 @@ SPRINGLS__FN springls_status springls__max_speed_begin(springls_context *ctx, co
     return springls__displace_all(motion);
 }
 
-/* Writes the speed that springls__max_speed_begin has found, voxels a unit of time. */
-SPRINGLS__FN springls_status springls__max_speed_end(springls_context *ctx, float *speed)
+/* Writes the speed that springls__max_speed_begin has found, voxels a unit of time. call: for the message of a failure. */
+SPRINGLS__FN springls_status springls__max_speed_end(springls_context *ctx, const char *call, float *speed)
 {
     springls__motion *motion = &ctx->motion;
     springls__displaced(motion);
-    if (motion->moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "max_speed: a force is NaN or infinite");
+    if (motion->moved < 0.0f)
+        return springls__fail(ctx, SPRINGLS_NON_FINITE,
+                              "%s: a force is NaN, or a speed is 1e9 voxels a unit of time or more", call);
     *speed = motion->moved;
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed)
+SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const char *call, const springls_forces *forces, float time,
+                                                 float *speed)
 {
     springls__use_device(ctx);
     SPRINGLS__TRY(springls__report_device_failure(ctx, springls__max_speed_begin(ctx, forces, time)));
     springls__finish_loop(ctx);
-    return springls__max_speed_end(ctx, speed);
+    return springls__max_speed_end(ctx, call, speed);
 }
 
 /* Writes the velocities of the deformation at SPRINGLS__LANES points, xyz each, to out. */
@@ -14449,14 +14464,14 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
                                                                                                : SPRINGLS__CONTRACT_MERGE);
     case SPRINGLS__CONTRACT_REMOVE:
     default:
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_left, count));
-        springls__run(ctx, SPRINGLS__KERNEL_left, count, NULL);
-        springls__count_later(ctx, SPRINGLS__COUNT_LEFT, SPRINGLS__ROLE_ARRAY(has_left), count, 1);
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_departed, count));
+        springls__run(ctx, SPRINGLS__KERNEL_departed, count, NULL);
+        springls__count_later(ctx, SPRINGLS__COUNT_DEPARTED, SPRINGLS__ROLE_ARRAY(has_departed), count, 1);
         SPRINGLS__TRY(springls__attributes_before_removal(ctx));
         springls__stir(ctx, SPRINGLS__STIR_CONTRACTED, 0, count);
         SPRINGLS__TRY(springls__constellation_compact(ctx));
         ctx->stats.reshaped += (int)springls__count_found(ctx, SPRINGLS__COUNT_RESHAPED);
-        ctx->stats.left += (int)springls__count_found(ctx, SPRINGLS__COUNT_LEFT);
+        ctx->stats.left += (int)springls__count_found(ctx, SPRINGLS__COUNT_DEPARTED);
         springls__attributes_after_removal(ctx, count);
         ctx->stats.removed += count - ctx->model.set.count;
         springls__constellation_changed(ctx);
@@ -17179,14 +17194,14 @@ SPRINGLS__FN springls_status springls__move_window(springls_context *ctx, const 
 
 /* ---- when it moves ---- */
 
-/* Returns the largest of springls__reach_element over all springls. */
-SPRINGLS__FN float springls__furthest_reach(springls_context *ctx, int side)
+/* Returns the largest of springls__extent_element over all springls. */
+SPRINGLS__FN float springls__largest_extent(springls_context *ctx, int side)
 {
     springls__arguments args;
-    args.reach.side = side;
-    args.reach.margin = (float)SPRINGLS__WINDOW_MARGIN;
-    springls__run(ctx, SPRINGLS__KERNEL_reach, ctx->model.set.count, &args);
-    return springls__find_largest(ctx, SPRINGLS__ROLE_ARRAY(reach), ctx->model.set.count, 0.0f).value;
+    args.extent.side = side;
+    args.extent.margin = (float)SPRINGLS__WINDOW_MARGIN;
+    springls__run(ctx, SPRINGLS__KERNEL_extent, ctx->model.set.count, &args);
+    return springls__find_largest(ctx, SPRINGLS__ROLE_ARRAY(extent), ctx->model.set.count, 0.0f).value;
 }
 
 /* Returns by how many bricks the window has to move along an axis for a box to be in its middle, as far as one move may go. */
@@ -17207,11 +17222,11 @@ SPRINGLS__FN springls_status springls__follow_model(springls_context *ctx)
 {
     int bricks[3], axis;
     if (ctx->model.set.count == 0 || (ctx->at_rest && ctx->motion.still)) return SPRINGLS_OK;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, reach, ctx->model.set.count));
-    if (!(springls__furthest_reach(ctx, 0) > 0.0f)) return SPRINGLS_OK;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, extent, ctx->model.set.count));
+    if (!(springls__largest_extent(ctx, 0) > 0.0f)) return SPRINGLS_OK;
     for (axis = 0; axis < 3; axis++) {
-        double lower = (double)SPRINGLS__REACH_BEYOND - (double)springls__furthest_reach(ctx, 2 * axis + 1);
-        double upper = (double)springls__furthest_reach(ctx, 2 * axis + 2) - (double)SPRINGLS__REACH_BEYOND;
+        double lower = (double)SPRINGLS__EXTENT_BEYOND - (double)springls__largest_extent(ctx, 2 * axis + 1);
+        double upper = (double)springls__largest_extent(ctx, 2 * axis + 2) - (double)SPRINGLS__EXTENT_BEYOND;
         bricks[axis] = springls__bricks_to_middle(ctx, axis, lower, upper);
     }
     if (bricks[0] == 0 && bricks[1] == 0 && bricks[2] == 0) return SPRINGLS_OK;
@@ -17597,7 +17612,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
         SPRINGLS__TRY(springls__max_speed_begin(ctx, &step->forces, (float)ctx->time));
         return springls__next_phase(ctx, SPRINGLS__PLAN_DECIDE);
     }
-    SPRINGLS__TRY(springls__max_speed_end(ctx, &speed));
+    SPRINGLS__TRY(springls__max_speed_end(ctx, "step", &speed));
     if (desc->dt == 0.0f) { /* section 4.8: dt = d_max / f_max */
         step->longest_substep = speed > 1e-6f ? limit / speed : 0.0f;
         return SPRINGLS_OK;
@@ -17911,7 +17926,7 @@ SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const spr
     *speed = 0.0f;
     if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: forces is NULL");
     SPRINGLS__TRY(forces->curvature_weight != 0.0f ? springls__begin_reading(ctx) : springls__finish_step(ctx));
-    return springls__max_speed(ctx, forces, time, speed);
+    return springls__max_speed(ctx, "max_speed", forces, time, speed);
 }
 
 SPRINGLS_API springls_status springls_advect(springls_context *ctx, const springls_forces *forces, float time, float dt)
@@ -18233,7 +18248,7 @@ SPRINGLS__FN const char *springls__desc_fault(const springls_desc *desc, double 
     *params = desc->params ? *desc->params : springls_default_params();
     fault = springls__params_fault(params);
     if (fault) return fault;
-    if (desc->max_springls < 0) return "max_springls is negative: it may be 0, for 64 million, to 2147483647";
+    if (desc->max_springls < 0) return "max_springls is negative: it may be 1 to 2147483647, or 0 for the default of 64000000";
     if (desc->allocator.alloc && !desc->allocator.free) return "allocator.free is NULL, but alloc is not";
     if (desc->allocator.free && !desc->allocator.alloc) return "allocator.alloc is NULL, but free is not";
     return NULL;
@@ -20306,7 +20321,8 @@ SPRINGLS__FN springls_status springls__check_springls(springls_context *ctx, con
         if (!springls__valid_point(vertices + 9 * i) || !springls__valid_point(vertices + 9 * i + 3)
             || !springls__valid_point(vertices + 9 * i + 6) || !springls__valid_point(particles ? particles + 3 * i : NULL)
             || !springls__valid_point(correspondences ? correspondences + 3 * i : NULL))
-            return springls__fail(ctx, SPRINGLS_NON_FINITE, "set_springls: springl %d is not finite, or far outside the grid", i);
+            return springls__fail(ctx, SPRINGLS_NON_FINITE,
+                                  "set_springls: a coordinate of springl %d is NaN or not between -1e6 and 1e6 voxels", i);
     return SPRINGLS_OK;
 }
 
@@ -20390,7 +20406,8 @@ SPRINGLS__FN springls_status springls__check_written(springls_context *ctx, cons
     size_t i, n = points ? (size_t)count * (size_t)each : 0;
     for (i = 0; i < n; i++)
         if (!springls__valid_point(points + 3 * i))
-            return springls__fail(ctx, SPRINGLS_NON_FINITE, "write: springl %d is not finite, or far outside the grid",
+            return springls__fail(ctx, SPRINGLS_NON_FINITE,
+                                  "write: a coordinate of springl %d is NaN or not between -1e6 and 1e6 voxels",
                                   first + (int)(i / (size_t)each));
     return SPRINGLS_OK;
 }
@@ -22480,9 +22497,75 @@ SPRINGLS__FN void springls__hit_material(const springls_context *ctx, const spri
     springls__source_of(&ctx->original, material, &out->material_triangle, out->material_barycentric);
 }
 
+/* ---- far away ---- */
+
+/* Finds the middle of the grid in the world. Returns the radius of the ball around it that holds the grid, world units. */
+SPRINGLS__FN double springls__grid_ball(const springls_context *ctx, double middle[3])
+{
+    const int *size = ctx->model.grid.size;
+    const double *m = ctx->window.to_world;
+    double radius = 0.0;
+    int k;
+    springls__transform(m, 0.5 * (size[0] - 1), 0.5 * (size[1] - 1), 0.5 * (size[2] - 1), middle);
+    for (k = 0; k < 3; k++) /* half the sum of the edges exceeds half the diagonal */
+        radius += 0.5 * (size[k] + 2) * sqrt(m[k] * m[k] + m[4 + k] * m[4 + k] + m[8 + k] * m[8 + k]);
+    return radius;
+}
+
+/* Writes to near_point a query point; or one in its direction from the grid, 10^7 voxels away, where it is further: the closest
+   place is the same within what a float resolves of the distance. Returns how much nearer that is, world units. */
+SPRINGLS__FN double springls__bring_near(const springls_context *ctx, const float *world, float near_point[3])
+{
+    const double furthest = 1e7 * (double)ctx->smallest_spacing;
+    double middle[3], d[3], length;
+    int k;
+    springls__grid_ball(ctx, middle);
+    for (k = 0; k < 3; k++) d[k] = (double)world[k] - middle[k];
+    length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    for (k = 0; k < 3; k++) near_point[k] = length > furthest ? (float)(middle[k] + d[k] * (furthest / length)) : world[k];
+    return length > furthest ? length - furthest : 0.0;
+}
+
+/* Returns the sum of a distance and what was left out of it, as far as a float goes. */
+SPRINGLS__FN float springls__whole_distance(double distance, double left_out)
+{
+    return distance + left_out < (double)FLT_MAX ? (float)(distance + left_out) : FLT_MAX;
+}
+
+/* Writes where a ray begins; or, where that is more than 10^4 voxels before the grid, where it comes near the grid. That point is
+   found from the ray's moment about the world's origin, of which the products of floats are exact in double: no digit is lost
+   however far the ray begins. The direction must not be zero. Returns how much later the ray begins there, world units. */
+SPRINGLS__FN double springls__begin_near(const springls_context *ctx, const float *origin, const float *direction, double from[3])
+{
+    const double far_away = 1e4 * (double)ctx->smallest_spacing;
+    double middle[3], o[3], d[3], moment[3], length2 = 0.0, along = 0.0, before = 0.0, radius = springls__grid_ball(ctx, middle);
+    int k;
+    for (k = 0; k < 3; k++) {
+        from[k] = o[k] = (double)origin[k];
+        d[k] = (double)direction[k];
+        length2 += d[k] * d[k];
+    }
+    for (k = 0; k < 3; k++) moment[k] = o[(k + 1) % 3] * d[(k + 2) % 3] - o[(k + 2) % 3] * d[(k + 1) % 3];
+    for (k = 0; k < 3; k++) {
+        along += d[k] * middle[k] / sqrt(length2);
+        before -= d[k] * o[k] / sqrt(length2);
+    }
+    if (!(along + before - radius > far_away)) return 0.0;
+    for (k = 0; k < 3; k++)
+        from[k] = (d[(k + 1) % 3] * moment[(k + 2) % 3] - d[(k + 2) % 3] * moment[(k + 1) % 3]) / length2
+                + (along - radius) * d[k] / sqrt(length2);
+    return along + before - radius;
+}
+
+/* Returns how far a ray may go on after it has left out a part; negative: not even to there. */
+SPRINGLS__FN double springls__left_to_go(float max_distance, double left_out)
+{
+    return max_distance < FLT_MAX ? (double)max_distance - left_out : DBL_MAX;
+}
+
 /* ---- on the springls ---- */
 
-/* Converts a hit on the springls to the public form. distance: model units. */
+/* Converts a hit on the springls to the public form. distance: world units. */
 SPRINGLS__FN void springls__soup_hit(const springls_context *ctx, const springls__surface_hit *h, float distance,
                                      springls_hit *out)
 {
@@ -22493,7 +22576,7 @@ SPRINGLS__FN void springls__soup_hit(const springls_context *ctx, const springls
     if (h->triangle < 0) return;
     t = springls__springl_tri(ctx->model.set.s[h->triangle]);
     voxel = springls__tri_point(t, h->hit.bary);
-    springls__hit_begin(ctx, h->triangle, voxel, springls__tri_area2(t), h->hit.bary, distance * ctx->smallest_spacing, out);
+    springls__hit_begin(ctx, h->triangle, voxel, springls__tri_area2(t), h->hit.bary, distance, out);
     material = springls__material_at(ctx, h->triangle, voxel);
     springls__hit_material(ctx, &material, out);
 }
@@ -22504,26 +22587,36 @@ SPRINGLS__FN void springls__closest_soup_task(void *arg, int begin, int end)
     const springls__hit_query *q = (const springls__hit_query *)arg;
     int i, guess = -1;
     for (i = begin; i < end; i++) {
-        springls__v3 x = springls__world_to_model(q->ctx, q->points + 3 * (size_t)i);
+        float point[3];
+        double left_out = springls__bring_near(q->ctx, q->points + 3 * (size_t)i, point);
+        springls__v3 x = springls__world_to_model(q->ctx, point);
         springls__surface_hit h = springls__surface_closest_from(&q->ctx->springl_surface, x, FLT_MAX, guess);
+        float distance = springls__whole_distance((double)(springls__sqrt(h.hit.d2) * q->ctx->smallest_spacing), left_out);
         guess = h.triangle;
-        springls__soup_hit(q->ctx, &h, springls__sqrt(h.hit.d2), &q->out[i]);
+        springls__soup_hit(q->ctx, &h, distance, &q->out[i]);
     }
 }
 
 SPRINGLS__FN void springls__raycast_soup_task(void *arg, int begin, int end)
 {
     const springls__hit_query *q = (const springls__hit_query *)arg;
-    const float max_distance = springls__min(q->max_distance / q->ctx->smallest_spacing, 1e18f);
+    const float spacing = q->ctx->smallest_spacing;
     int i;
     for (i = begin; i < end; i++) {
-        springls__v3 x = springls__world_to_model(q->ctx, q->points + 3 * (size_t)i);
-        springls__v3 d = springls__load3(q->directions + 3 * (size_t)i);
+        const float *origin = q->points + 3 * (size_t)i;
+        springls__v3 d = springls__load3(q->directions + 3 * (size_t)i), x;
         springls__surface_hit h;
         float largest = springls__max_coordinate(d);
-        if (largest > 0.0f) d = springls__normalize(springls__v3_make(d.x / largest, d.y / largest, d.z / largest));
-        h = springls__surface_ray(&q->ctx->springl_surface, x, d, max_distance);
-        springls__soup_hit(q->ctx, &h, h.t, &q->out[i]);
+        double from[3], left_out, left_to_go;
+        springls__hit_none(&q->out[i]);
+        if (!(largest > 0.0f)) continue;
+        left_out = springls__begin_near(q->ctx, origin, q->directions + 3 * (size_t)i, from);
+        left_to_go = springls__left_to_go(q->max_distance, left_out) / (double)spacing;
+        if (left_to_go < 0.0) continue;
+        x = springls__place_to_model(q->ctx, from);
+        d = springls__normalize(springls__v3_make(d.x / largest, d.y / largest, d.z / largest));
+        h = springls__surface_ray(&q->ctx->springl_surface, x, d, left_to_go < 1e18 ? (float)left_to_go : 1e18f);
+        springls__soup_hit(q->ctx, &h, springls__whole_distance((double)(h.t * spacing), left_out), &q->out[i]);
     }
 }
 
@@ -22575,21 +22668,27 @@ SPRINGLS__FN void springls__closest_level_task(void *arg, int begin, int end)
     int i, guess = -1;
     springls__level_search_begin(q->ctx, &search);
     for (i = begin; i < end; i++) {
-        springls__level_hit h = springls__level_closest(&search, q->points + 3 * (size_t)i);
-        springls__level_hit_out(q, &h, springls__sqrt(search.d2) * q->ctx->smallest_spacing, &guess, &q->out[i]);
+        float point[3];
+        double left_out = springls__bring_near(q->ctx, q->points + 3 * (size_t)i, point);
+        springls__level_hit h = springls__level_closest(&search, point);
+        float distance = springls__whole_distance((double)(springls__sqrt(search.d2) * q->ctx->smallest_spacing), left_out);
+        springls__level_hit_out(q, &h, distance, &guess, &q->out[i]);
     }
 }
 
-/* Converts a ray to voxels, for a parameter in world units. Returns false when the direction has no length. */
+/* Converts a ray to voxels, for a parameter in world units. Returns false when the direction has no length. *left_out: how much
+   later it begins than `origin` (springls__begin_near). */
 SPRINGLS__FN bool springls__ray_to_voxel(const springls_context *ctx, const float *origin, const float *direction, double from[3],
-                                         double along[3])
+                                         double along[3], double *left_out)
 {
     const double *m = ctx->window.to_voxel;
     const double d[3] = { (double)direction[0], (double)direction[1], (double)direction[2] };
     const double length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    double start[3];
     int k;
     if (!(length > 0.0)) return false;
-    springls__transform(m, (double)origin[0], (double)origin[1], (double)origin[2], from);
+    *left_out = springls__begin_near(ctx, origin, direction, start);
+    springls__transform(m, start[0], start[1], start[2], from);
     for (k = 0; k < 3; k++) along[k] = (m[4 * k] * d[0] + m[4 * k + 1] * d[1] + m[4 * k + 2] * d[2]) / length;
     return true;
 }
@@ -22599,12 +22698,14 @@ SPRINGLS__FN void springls__raycast_level_task(void *arg, int begin, int end)
     const springls__hit_query *q = (const springls__hit_query *)arg;
     int i, guess = -1;
     for (i = begin; i < end; i++) {
-        double from[3], along[3], t = (double)q->max_distance;
+        double from[3], along[3], left_out = 0.0, t = 0.0;
         springls__level_hit h;
         h.found = false;
-        if (springls__ray_to_voxel(q->ctx, q->points + 3 * (size_t)i, q->directions + 3 * (size_t)i, from, along))
-            h = springls__level_ray_first(&q->ctx->model.grid, from, along, &t);
-        springls__level_hit_out(q, &h, (float)t, &guess, &q->out[i]);
+        if (springls__ray_to_voxel(q->ctx, q->points + 3 * (size_t)i, q->directions + 3 * (size_t)i, from, along, &left_out)) {
+            t = springls__left_to_go(q->max_distance, left_out);
+            if (t >= 0.0) h = springls__level_ray_first(&q->ctx->model.grid, from, along, &t);
+        }
+        springls__level_hit_out(q, &h, springls__whole_distance(t, left_out), &guess, &q->out[i]);
     }
 }
 
@@ -25081,7 +25182,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1955 \"springls.h\"\n",
+    "#line 1958 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -25099,8 +25200,8 @@ static const char *const springls__kernel_lines[] = {
     "/* stir. first: number of the first springl; which: of those that stir (SPRINGLS__STIR_...). */\n",
     "typedef struct springls__stir_arguments { int first, which; } springls__stir_arguments;\n",
     "\n",
-    "/* reach. side: 0 for the margin of the window, so many voxels; 1 to 6 for a side (springls__reach_element). */\n",
-    "typedef struct springls__reach_arguments { int side; float margin; } springls__reach_arguments;\n",
+    "/* extent. side: 0 for the margin of the window, so many voxels; 1 to 6 for a side (springls__extent_element). */\n",
+    "typedef struct springls__extent_arguments { int side; float margin; } springls__extent_arguments;\n",
     "\n",
     "/* relax, cover. kept: 1 where relaxed_springls has the springls that are asleep as they are. */\n",
     "typedef struct springls__relax_arguments { int kept; } springls__relax_arguments;\n",
@@ -25161,7 +25262,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__fit_arguments fit;\n",
     "    springls__write_arguments write;\n",
     "    springls__stir_arguments stir;\n",
-    "    springls__reach_arguments reach;\n",
+    "    springls__extent_arguments extent;\n",
     "    springls__relax_arguments relax;\n",
     "    springls__neighbors_arguments neighbors;\n",
     "    springls__edge_arguments edge;\n",
@@ -25180,7 +25281,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 2055 \"springls.h\"\n",
+    "#line 2058 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -25199,8 +25300,8 @@ static const char *const springls__kernel_lines[] = {
     "    X(moved_error, float, 4)                    /* ERROR after a motion; trades places with it                                */ \\\n",
     "    X(is_moving, uint8_t, 3)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \\\n",
     "    /* window */                                                                                                                 \\\n",
-    "    X(reach, float, 7)                          /* of a particle: see springls__reach_element                                 */ \\\n",
-    "    X(has_left, uint8_t, 2)                     /* 1: is removed because it has left the window                               */ \\\n",
+    "    X(extent, float, 7)                         /* of a particle: see springls__extent_element                                 */ \\\n",
+    "    X(has_departed, uint8_t, 2)                 /* 1: is removed because it has left the window                               */ \\\n",
     "    /* relax */                                                                                                                  \\\n",
     "    X(relaxed_springls, springls__springl, 1)   /* springls after an iteration; trades places with S                          */ \\\n",
     "    /* contract, compaction, inheritance of attributes */                                                                        \\\n",
@@ -25273,7 +25374,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 2149 \"springls.h\"\n",
+    "#line 2152 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -25349,7 +25450,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2226 \"springls.h\"\n",
+    "#line 2229 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -25370,7 +25471,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2248 \"springls.h\"\n",
+    "#line 2251 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25385,7 +25486,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2264 \"springls.h\"\n",
+    "#line 2267 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -25509,7 +25610,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2388 \"springls.h\"\n",
+    "#line 2391 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -25535,7 +25636,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2415 \"springls.h\"\n",
+    "#line 2418 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -25735,7 +25836,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2616 \"springls.h\"\n",
+    "#line 2619 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25750,7 +25851,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2631 \"springls.h\"\n",
+    "#line 2634 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -25874,14 +25975,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2755 \"springls.h\"\n",
+    "#line 2758 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2763 \"springls.h\"\n",
+    "#line 2766 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -25893,7 +25994,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2775 \"springls.h\"\n",
+    "#line 2778 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25908,7 +26009,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2791 \"springls.h\"\n",
+    "#line 2794 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -25952,7 +26053,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2835 \"springls.h\"\n",
+    "#line 2838 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25967,7 +26068,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2850 \"springls.h\"\n",
+    "#line 2853 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -26011,7 +26112,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2894 \"springls.h\"\n",
+    "#line 2897 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -26090,7 +26191,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2973 \"springls.h\"\n",
+    "#line 2976 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26105,7 +26206,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2989 \"springls.h\"\n",
+    "#line 2992 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -26172,7 +26273,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3056 \"springls.h\"\n",
+    "#line 3059 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26187,7 +26288,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3071 \"springls.h\"\n",
+    "#line 3074 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -26254,7 +26355,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3139 \"springls.h\"\n",
+    "#line 3142 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -26606,7 +26707,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3492 \"springls.h\"\n",
+    "#line 3495 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -27205,7 +27306,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4092 \"springls.h\"\n",
+    "#line 4095 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -27396,7 +27497,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4284 \"springls.h\"\n",
+    "#line 4287 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -27405,7 +27506,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__FIT_VALUES 4 /* height, and the three coordinates of a      */\n",
     "#define SPRINGLS__FIT_RADIUS 2.5f /* voxels */\n",
     "\n",
-    "#line 4293 \"springls.h\"\n",
+    "#line 4296 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27420,7 +27521,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4309 \"springls.h\"\n",
+    "#line 4312 \"springls.h\"\n",
     "/* fit_body.h - the quadratic fit of fit.h, for one place and for several at once. */\n",
     "\n",
     "typedef struct SPRINGLS__W(fit) {\n",
@@ -27660,7 +27761,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok & (off2 <= 1.0f) & (facing >= 0.3f);\n",
     "    return result;\n",
     "}\n",
-    "#line 4549 \"springls.h\"\n",
+    "#line 4552 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27675,7 +27776,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4564 \"springls.h\"\n",
+    "#line 4567 \"springls.h\"\n",
     "/* fit_body.h - the quadratic fit of fit.h, for one place and for several at once. */\n",
     "\n",
     "typedef struct SPRINGLS__W(fit) {\n",
@@ -27915,7 +28016,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok & (off2 <= 1.0f) & (facing >= 0.3f);\n",
     "    return result;\n",
     "}\n",
-    "#line 4804 \"springls.h\"\n",
+    "#line 4807 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls__v3 n, springls__v3 a0)\n",
     "{\n",
@@ -27924,7 +28025,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Returns how many terms a number of neighbors is enough for: a quadratic's with ten or more, a plane's with four or more. */\n",
     "SPRINGLS__MATHS int springls__fit_terms(float count) { return count >= 10.0f ? 6 : count >= 4.0f ? 3 : 0; }\n",
-    "#line 4814 \"springls.h\"\n",
+    "#line 4817 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -28043,7 +28144,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 4934 \"springls.h\"\n",
+    "#line 4937 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -28193,7 +28294,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;\n",
     "}\n",
     "\n",
-    "#line 5084 \"springls.h\"\n",
+    "#line 5087 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28208,7 +28309,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5100 \"springls.h\"\n",
+    "#line 5103 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -28539,7 +28640,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5431 \"springls.h\"\n",
+    "#line 5434 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28554,7 +28655,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5446 \"springls.h\"\n",
+    "#line 5449 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -28885,7 +28986,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5777 \"springls.h\"\n",
+    "#line 5780 \"springls.h\"\n",
     "\n",
     "/* Finds what becomes of springl i by the forces of the rule. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -28902,7 +29003,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 6375 \"springls.h\"\n",
+    "#line 6378 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -28928,7 +29029,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6402 \"springls.h\"\n",
+    "#line 6405 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -29014,7 +29115,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6489 \"springls.h\"\n",
+    "#line 6492 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -29154,7 +29255,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6630 \"springls.h\"\n",
+    "#line 6633 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -29254,7 +29355,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6731 \"springls.h\"\n",
+    "#line 6734 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -29475,7 +29576,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6953 \"springls.h\"\n",
+    "#line 6956 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -29505,7 +29606,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6983 \"springls.h\"\n",
+    "#line 6986 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29520,7 +29621,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6999 \"springls.h\"\n",
+    "#line 7002 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -29689,7 +29790,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7168 \"springls.h\"\n",
+    "#line 7171 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29704,7 +29805,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7183 \"springls.h\"\n",
+    "#line 7186 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -29873,7 +29974,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7352 \"springls.h\"\n",
+    "#line 7355 \"springls.h\"\n",
     "\n",
     "/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -29920,7 +30021,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7400 \"springls.h\"\n",
+    "#line 7403 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -29935,7 +30036,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 7415 \"springls.h\"\n",
+    "#line 7418 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29950,7 +30051,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7431 \"springls.h\"\n",
+    "#line 7434 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -29961,7 +30062,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 7442 \"springls.h\"\n",
+    "#line 7445 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29976,7 +30077,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7457 \"springls.h\"\n",
+    "#line 7460 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -29987,7 +30088,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 7468 \"springls.h\"\n",
+    "#line 7471 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -30106,7 +30207,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7588 \"springls.h\"\n",
+    "#line 7591 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -30659,7 +30760,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8142 \"springls.h\"\n",
+    "#line 8145 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -30756,7 +30857,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8240 \"springls.h\"\n",
+    "#line 8243 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -30880,7 +30981,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8365 \"springls.h\"\n",
+    "#line 8368 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -31100,7 +31201,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8586 \"springls.h\"\n",
+    "#line 8589 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -31176,7 +31277,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8663 \"springls.h\"\n",
+    "#line 8666 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -31318,7 +31419,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 8806 \"springls.h\"\n",
+    "#line 8809 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -31507,7 +31608,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 8996 \"springls.h\"\n",
+    "#line 8999 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -31634,7 +31735,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9124 \"springls.h\"\n",
+    "#line 9127 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -31667,7 +31768,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (others == 0) return 0;\n",
     "    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;\n",
     "}\n",
-    "#line 9158 \"springls.h\"\n",
+    "#line 9161 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -32153,7 +32254,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9645 \"springls.h\"\n",
+    "#line 9648 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -32305,7 +32406,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 9798 \"springls.h\"\n",
+    "#line 9801 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -32389,7 +32490,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 9883 \"springls.h\"\n",
+    "#line 9886 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -32486,7 +32587,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 9981 \"springls.h\"\n",
+    "#line 9984 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -32980,7 +33081,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10476 \"springls.h\"\n",
+    "#line 10479 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -33056,7 +33157,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10553 \"springls.h\"\n",
+    "#line 10556 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -33292,10 +33393,10 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 10790 \"springls.h\"\n",
+    "#line 10793 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
-    "#define SPRINGLS__REACH_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
+    "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
     "\n",
     "/* Returns by how much x lies nearer to the border of the window than `margin` (voxels), along the axis where that is most. */\n",
     "SPRINGLS__MATHS float springls__nearness(const springls__grid *g, springls__v3 x, float margin)\n",
@@ -33306,26 +33407,26 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__max(springls__max(dx, dy), dz);\n",
     "}\n",
     "\n",
-    "/* Finds how far the particle of springl i reaches. side 0: into the margin of the window, voxels; 1, 2, ... 6: along -x, x, -y, y,\n",
-    "   -z, z, from SPRINGLS__REACH_BEYOND on the other side. */\n",
-    "SPRINGLS__MATHS void springls__reach_element(const springls__model *model, springls__arguments args, int i)\n",
+    "/* Finds the extent of the particle of springl i. side 0: into the margin of the window, voxels; 1, 2, ... 6: along -x, x, -y, y,\n",
+    "   -z, z, from SPRINGLS__EXTENT_BEYOND on the other side. */\n",
+    "SPRINGLS__MATHS void springls__extent_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const springls__v3 p = model->set.s[i].p;\n",
-    "    const int side = args.reach.side;\n",
+    "    const int side = args.extent.side;\n",
     "    float along = side < 3 ? p.x : side < 5 ? p.y : p.z;\n",
-    "    if (side == 0) springls__reach(model)[i] = springls__nearness(&model->grid, p, args.reach.margin);\n",
-    "    else springls__reach(model)[i] = (side & 1 ? -along : along) + SPRINGLS__REACH_BEYOND;\n",
+    "    if (side == 0) springls__extent(model)[i] = springls__nearness(&model->grid, p, args.extent.margin);\n",
+    "    else springls__extent(model)[i] = (side & 1 ? -along : along) + SPRINGLS__EXTENT_BEYOND;\n",
     "}\n",
     "\n",
     "/* Finds whether contract removes springl i because it has left the window: 1. */\n",
-    "SPRINGLS__MATHS void springls__left_element(const springls__model *model, springls__arguments args, int i)\n",
+    "SPRINGLS__MATHS void springls__departed_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
-    "    springls__has_left(model)[i] = springls__contract_action(model)[i] == SPRINGLS__REMOVE\n",
+    "    springls__has_departed(model)[i] = springls__contract_action(model)[i] == SPRINGLS__REMOVE\n",
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 10824 \"springls.h\"\n",
+    "#line 10827 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -33350,7 +33451,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 10850 \"springls.h\"\n",
+    "#line 10853 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -33600,7 +33701,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11101 \"springls.h\"\n",
+    "#line 11104 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -33650,8 +33751,8 @@ static const char *const springls__kernel_lines[] = {
     "    X(grow_line, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                            \\\n",
     "    X(mark_phi_synced, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                                     \\\n",
     "    X(displacement, 1024, SPRINGLS__ROLE_BIT(synced_distance2))                                                                  \\\n",
-    "    X(reach, 1024, SPRINGLS__ROLE_BIT(reach))                                                                                    \\\n",
-    "    X(left, 1024, SPRINGLS__ROLE_BIT(has_left))                                                                                  \\\n",
+    "    X(extent, 1024, SPRINGLS__ROLE_BIT(extent))                                                                                  \\\n",
+    "    X(departed, 1024, SPRINGLS__ROLE_BIT(has_departed))                                                                          \\\n",
     "    X(attach_vertex_data, 256, SPRINGLS__ROLE_BIT(vertex_gradient) | SPRINGLS__ROLE_BIT(vertex_correspondence)                   \\\n",
     "                                   | SPRINGLS__ROLE_BIT(vertex_springl))\n",
     "\n",
@@ -33700,7 +33801,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 33704 \"springls.h\"\n",
+    "#line 33805 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -34764,17 +34865,24 @@ SPRINGLS__FN void springls__widen_range(const springls_context *ctx, const int *
     }
 }
 
-/* Moves the window of a model to the middle of both models. */
+/* Moves the window of a model, if it follows, to the middle of both models. Fails, and changes nothing, when both do not lie in one
+   window. */
 SPRINGLS__FN springls_status springls__center_window(springls_context *ctx, const springls_context *other)
 {
     int bricks[3], axis;
     for (axis = 0; axis < 3; axis++) {
-        double lower = DBL_MAX, upper = -DBL_MAX;
+        const double last = (double)ctx->model.grid.size[axis] - 0.5; /* voxel: the border of the domain */
+        double lower = DBL_MAX, upper = -DBL_MAX, moved;
         springls__widen_range(ctx, ctx->window.offset, axis, &lower, &upper);
         springls__widen_range(other, ctx->window.offset, axis, &lower, &upper);
-        bricks[axis] = springls__bricks_to_middle(ctx, axis, lower, upper);
+        bricks[axis] = ctx->desc.follow ? springls__bricks_to_middle(ctx, axis, lower, upper) : 0;
+        moved = (double)SPRINGLS__BRICK * (double)bricks[axis];
+        if (lower - moved < -0.5 || upper - moved > last)
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
+                                  "combine: along axis %d both models reach from voxel %.0f to %.0f: a window has %d", axis, lower,
+                                  upper, ctx->model.grid.size[axis]);
     }
-    return springls__move_window(ctx, bricks);
+    return ctx->desc.follow ? springls__move_window(ctx, bricks) : SPRINGLS_OK;
 }
 
 /* Makes `to` equal to `from`; both have grids of the same lattice. On failure the reason is in the error of one of them. */
@@ -34803,8 +34911,9 @@ SPRINGLS__FN springls_status springls__copy_into_window(springls_context *ctx, s
     if (springls_create(&desc, copy) != SPRINGLS_OK) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: out of memory");
     status = springls__copy_model(*copy, other);
     if (status == SPRINGLS_OK) status = springls__change_level_set(*copy); /* a snapshot has phi as the steps have left it */
-    for (axis = 0; axis < 3; axis++)
-        bricks[axis] = (ctx->window.offset[axis] - other->window.offset[axis]) / SPRINGLS__BRICK;
+    for (axis = 0; axis < 3; axis++) /* where windows are further apart, nothing is in both */
+        bricks[axis] = springls__iclamp(ctx->window.offset[axis] / SPRINGLS__BRICK - other->window.offset[axis] / SPRINGLS__BRICK,
+                                        -SPRINGLS__FURTHEST_MOVE, SPRINGLS__FURTHEST_MOVE);
     if (status == SPRINGLS_OK) status = springls__move_window(*copy, bricks);
     return status == SPRINGLS_OK ? status : springls__fail(ctx, status, "combine: the other model could not be copied");
 }
@@ -34903,7 +35012,7 @@ SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_op
     if (status != SPRINGLS_OK) return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
     SPRINGLS__TRY(springls__use_host(ctx, true));
     if (springls__same_place(&ctx->window, &other->window)) return springls__combine_in_window(ctx, operation, other);
-    if (ctx->desc.follow && operation == SPRINGLS_OPERATION_UNION) SPRINGLS__TRY(springls__center_window(ctx, other));
+    if (operation == SPRINGLS_OPERATION_UNION) SPRINGLS__TRY(springls__center_window(ctx, other));
     status = springls__copy_into_window(ctx, other, &copy);
     if (status == SPRINGLS_OK) status = springls__combine_in_window(ctx, operation, copy);
     springls_destroy(copy);
@@ -35137,7 +35246,7 @@ SPRINGLS__FN springls_status springls__smooth(springls_context *ctx, float durat
     step.mode = SPRINGLS_MODE_FLUID;
     ctx->curvature_span = SPRINGLS__CURVATURE_SPAN;
     while (left > 0.0f && !at_rest) {
-        SPRINGLS__TRY(springls__max_speed(ctx, &forces, 0.0f, &curvature));
+        SPRINGLS__TRY(springls__max_speed(ctx, "smooth", &forces, 0.0f, &curvature));
         ctx->curvature_span = springls__smoothing_span(curvature, duration - left, ctx->curvature_span);
         step.dt = 0.125f * ctx->curvature_span * ctx->curvature_span; /* half of the way to the mean of the ring: stable */
         step.dt = left / (springls__floor(left / step.dt) + 1.0f);

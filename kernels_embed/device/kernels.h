@@ -74,8 +74,8 @@
     X(grow_line, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                            \
     X(mark_phi_synced, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                                     \
     X(displacement, 1024, SPRINGLS__ROLE_BIT(synced_distance2))                                                                  \
-    X(reach, 1024, SPRINGLS__ROLE_BIT(reach))                                                                                    \
-    X(left, 1024, SPRINGLS__ROLE_BIT(has_left))                                                                                  \
+    X(extent, 1024, SPRINGLS__ROLE_BIT(extent))                                                                                  \
+    X(departed, 1024, SPRINGLS__ROLE_BIT(has_departed))                                                                          \
     X(attach_vertex_data, 256, SPRINGLS__ROLE_BIT(vertex_gradient) | SPRINGLS__ROLE_BIT(vertex_correspondence)                   \
                                    | SPRINGLS__ROLE_BIT(vertex_springl))
 

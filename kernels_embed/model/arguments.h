@@ -17,8 +17,8 @@ typedef struct springls__write_arguments { int first, vertices, particles; } spr
 /* stir. first: number of the first springl; which: of those that stir (SPRINGLS__STIR_...). */
 typedef struct springls__stir_arguments { int first, which; } springls__stir_arguments;
 
-/* reach. side: 0 for the margin of the window, so many voxels; 1 to 6 for a side (springls__reach_element). */
-typedef struct springls__reach_arguments { int side; float margin; } springls__reach_arguments;
+/* extent. side: 0 for the margin of the window, so many voxels; 1 to 6 for a side (springls__extent_element). */
+typedef struct springls__extent_arguments { int side; float margin; } springls__extent_arguments;
 
 /* relax, cover. kept: 1 where relaxed_springls has the springls that are asleep as they are. */
 typedef struct springls__relax_arguments { int kept; } springls__relax_arguments;
@@ -79,7 +79,7 @@ typedef union springls__arguments {
     springls__fit_arguments fit;
     springls__write_arguments write;
     springls__stir_arguments stir;
-    springls__reach_arguments reach;
+    springls__extent_arguments extent;
     springls__relax_arguments relax;
     springls__neighbors_arguments neighbors;
     springls__edge_arguments edge;

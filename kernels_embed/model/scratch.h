@@ -18,8 +18,8 @@
     X(moved_error, float, 4)                    /* ERROR after a motion; trades places with it                                */ \
     X(is_moving, uint8_t, 3)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \
     /* window */                                                                                                                 \
-    X(reach, float, 7)                          /* of a particle: see springls__reach_element                                 */ \
-    X(has_left, uint8_t, 2)                     /* 1: is removed because it has left the window                               */ \
+    X(extent, float, 7)                         /* of a particle: see springls__extent_element                                 */ \
+    X(has_departed, uint8_t, 2)                 /* 1: is removed because it has left the window                               */ \
     /* relax */                                                                                                                  \
     X(relaxed_springls, springls__springl, 1)   /* springls after an iteration; trades places with S                          */ \
     /* contract, compaction, inheritance of attributes */                                                                        \

@@ -5,7 +5,7 @@
 #include "../model/grid.h"
 #include "../model/model.h"
 
-#define SPRINGLS__REACH_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */
+#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */
 
 /* Returns by how much x lies nearer to the border of the window than `margin` (voxels), along the axis where that is most. */
 SPRINGLS__MATHS float springls__nearness(const springls__grid *g, springls__v3 x, float margin)
@@ -16,22 +16,22 @@ SPRINGLS__MATHS float springls__nearness(const springls__grid *g, springls__v3 x
     return springls__max(springls__max(dx, dy), dz);
 }
 
-/* Finds how far the particle of springl i reaches. side 0: into the margin of the window, voxels; 1, 2, ... 6: along -x, x, -y, y,
-   -z, z, from SPRINGLS__REACH_BEYOND on the other side. */
-SPRINGLS__MATHS void springls__reach_element(const springls__model *model, springls__arguments args, int i)
+/* Finds the extent of the particle of springl i. side 0: into the margin of the window, voxels; 1, 2, ... 6: along -x, x, -y, y,
+   -z, z, from SPRINGLS__EXTENT_BEYOND on the other side. */
+SPRINGLS__MATHS void springls__extent_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__v3 p = model->set.s[i].p;
-    const int side = args.reach.side;
+    const int side = args.extent.side;
     float along = side < 3 ? p.x : side < 5 ? p.y : p.z;
-    if (side == 0) springls__reach(model)[i] = springls__nearness(&model->grid, p, args.reach.margin);
-    else springls__reach(model)[i] = (side & 1 ? -along : along) + SPRINGLS__REACH_BEYOND;
+    if (side == 0) springls__extent(model)[i] = springls__nearness(&model->grid, p, args.extent.margin);
+    else springls__extent(model)[i] = (side & 1 ? -along : along) + SPRINGLS__EXTENT_BEYOND;
 }
 
 /* Finds whether contract removes springl i because it has left the window: 1. */
-SPRINGLS__MATHS void springls__left_element(const springls__model *model, springls__arguments args, int i)
+SPRINGLS__MATHS void springls__departed_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
-    springls__has_left(model)[i] = springls__contract_action(model)[i] == SPRINGLS__REMOVE
+    springls__has_departed(model)[i] = springls__contract_action(model)[i] == SPRINGLS__REMOVE
                                            && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f
                                        ? 1 : 0;
 }

@@ -35,7 +35,8 @@ SPRINGLS__FN springls_status springls__check_springls(springls_context *ctx, con
         if (!springls__valid_point(vertices + 9 * i) || !springls__valid_point(vertices + 9 * i + 3)
             || !springls__valid_point(vertices + 9 * i + 6) || !springls__valid_point(particles ? particles + 3 * i : NULL)
             || !springls__valid_point(correspondences ? correspondences + 3 * i : NULL))
-            return springls__fail(ctx, SPRINGLS_NON_FINITE, "set_springls: springl %d is not finite, or far outside the grid", i);
+            return springls__fail(ctx, SPRINGLS_NON_FINITE,
+                                  "set_springls: a coordinate of springl %d is NaN or not between -1e6 and 1e6 voxels", i);
     return SPRINGLS_OK;
 }
 

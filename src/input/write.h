@@ -56,7 +56,8 @@ SPRINGLS__FN springls_status springls__check_written(springls_context *ctx, cons
     size_t i, n = points ? (size_t)count * (size_t)each : 0;
     for (i = 0; i < n; i++)
         if (!springls__valid_point(points + 3 * i))
-            return springls__fail(ctx, SPRINGLS_NON_FINITE, "write: springl %d is not finite, or far outside the grid",
+            return springls__fail(ctx, SPRINGLS_NON_FINITE,
+                                  "write: a coordinate of springl %d is NaN or not between -1e6 and 1e6 voxels",
                                   first + (int)(i / (size_t)each));
     return SPRINGLS_OK;
 }

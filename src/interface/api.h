@@ -162,7 +162,7 @@ typedef struct springls_desc {
     const springls_params *params; /* copied; NULL: springls_default_params()                                       */
     int max_springls;              /* more are refused and counted in springls_stats.refused; springls_set_springls and
                                       springls_combine fail, springls_set_mesh takes any number of triangles, but
-                                      divides no more when there are so many. 0: 64 million                         */
+                                      divides no more when there are so many. 0: 64,000,000                         */
     springls_allocator allocator;
     springls_tasks tasks;
     springls_logger logger;
@@ -497,9 +497,9 @@ SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls
    until the step is done. Forces are called in springls_step_continue only.
 
    While a step is in progress:
-   - counts, views, ids, springls_get_provenance, _springl_materials, _mesh_attribute, _sample_*, _closest, _raycast,
-     _extract_surfels and _extract_soup read the model as it is at that moment: springls have moved, and the level set may
-     not have followed (in SPRINGLS_MODE_ELASTIC it may be incomplete);
+   - counts, views, ids, springls_get_provenance, _springl_materials, _mesh_attribute, _sample_*, _copy_level_set,
+     _pack_matrix, _closest, _raycast, _extract_surfels and _extract_soup read the model as it is at that moment: springls
+     have moved, and the level set may not have followed (in SPRINGLS_MODE_ELASTIC it may be incomplete);
    - springls_set_* inputs, springls_reset and springls_restore drop the step together with the model;
    - every other call that changes the model or needs it whole completes the step first, however long that takes, and
      returns its failure: stages, steps, parameters, time, mask, reference, springls_max_speed, meshes, chunks, measures,
@@ -744,12 +744,14 @@ typedef struct springls_hit {
     float material_barycentric[3];
 } springls_hit;
 
-/* Finds the closest place of the surface to each point, at any distance. A model without springls has none. */
+/* Finds the closest place of the surface to each point, at any distance: beyond 10^7 voxels one that is the
+   closest as far as a float resolves the distance. Distances are at most FLT_MAX. A model without springls has none. */
 SPRINGLS_API springls_status springls_closest(springls_context *ctx, springls_surface surface, const float *points, int count,
                                               springls_hit *out);
 
 /* Finds the first place of the surface along each ray, from either side, within max_distance (world units; 0: any).
-   directions: 3 floats a ray, of any length; a direction of length 0 finds nothing. A ray from outside to a place inside the
+   directions: 3 floats a ray, of any length; a direction of length 0 finds nothing. No digit is lost
+   however far a ray begins. A ray from outside to a place inside the
    watertight surface always finds it. */
 SPRINGLS_API springls_status springls_raycast(springls_context *ctx, springls_surface surface, const float *origins,
                                               const float *directions, int count, float max_distance, springls_hit *out);
@@ -891,7 +893,8 @@ typedef enum springls_operation {
 
 /* Combines the solid with another one, on the same grid and with the same band_half_width.
    - Grids that have moved (springls_desc.follow) may be at different places. For a union a grid that follows first moves to the
-     middle of both; what lies beyond it is cut off. Correspondences keep their voxel coordinates.
+     middle of both. INVALID_ARGUMENT, and nothing has changed: it is a union, and the particles of both do not lie in one window.
+     Correspondences keep their voxel coordinates.
    - Springls of both stay where they bound the result; those of a subtracted solid are turned round. Springls that cross
      the seam are pulled in to it and its gaps are filled; params.keep_edges makes it sharp.
    - An attribute of the other model with the name and channels of one here is taken over; its springls get zeros in the

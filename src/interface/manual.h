@@ -450,7 +450,7 @@
      - Chunks are named by bricks of the lattice. All are meshed again after a move.
      - Correspondences and the original surface stay in the window that they were set in: where the model has come from.
      - Snapshots hold the place of the window. An input and springls_reset put it back, to springls_desc.window.
-     - springls_combine takes models in different windows of one lattice.
+     - springls_combine takes models in different windows of one lattice; a union has to fit in one window.
 
    Rounding: a coordinate that a move makes smaller keeps all its bits. One that becomes larger is rounded to a float of that
    size, by at most 2^-24 of the window's width: as much as one addition of a wind, and once in at least eight voxels. Nothing else
@@ -458,8 +458,8 @@
    10,000 voxels of a wind of whole voxels (tests/unit/test_window.c).
 
    The window's sides should be at least 40 voxels longer than the model: the margin on both sides and a brick. A model that is
-   less than a brick shorter than the window, or longer, is cut off at its border, as in a grid that stays. springls_stats.left counts springls
-   that were removed because they had left the grid. A window moves by at most 2^30 voxels from its place.
+   less than a brick shorter than the window, or longer, is cut off at its border, as in a grid that stays. springls_stats.left
+   counts springls that were removed because they had left the grid. A window moves by at most 2^30 voxels from its place.
 
 
    THREADS

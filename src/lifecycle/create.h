@@ -64,7 +64,7 @@ SPRINGLS__FN const char *springls__desc_fault(const springls_desc *desc, double 
     *params = desc->params ? *desc->params : springls_default_params();
     fault = springls__params_fault(params);
     if (fault) return fault;
-    if (desc->max_springls < 0) return "max_springls is negative: it may be 0, for 64 million, to 2147483647";
+    if (desc->max_springls < 0) return "max_springls is negative: it may be 1 to 2147483647, or 0 for the default of 64000000";
     if (desc->allocator.alloc && !desc->allocator.free) return "allocator.free is NULL, but alloc is not";
     if (desc->allocator.free && !desc->allocator.alloc) return "allocator.alloc is NULL, but free is not";
     return NULL;

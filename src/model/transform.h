@@ -54,7 +54,8 @@ SPRINGLS__FN const char *springls__grid_transform(const springls_grid_desc *grid
         m[4 * row + 3] = grid->origin[row];
         for (column = 0; column < 4; column++)
             if (!(m[4 * row + column] > -1e30 && m[4 * row + column] < 1e30))
-                return column == 3 ? "grid.origin is not finite" : "grid.spacing or grid.direction is not finite";
+                return column == 3 ? "grid.origin is no number between -1e30 and 1e30"
+                                   : "grid.spacing times grid.direction is no number between -1e30 and 1e30";
     }
     det = springls__determinant(m);
     if (!(det > 1e-30 || det < -1e-30)) return "the axes of grid.direction lie in one plane";
@@ -200,15 +201,21 @@ SPRINGLS__FN springls__v3 springls__voxel_to_model(const springls_context *ctx, 
 }
 
 /* Converts a place, clamped far outside any model, so that squares of distances stay finite. */
-SPRINGLS__FN springls__v3 springls__world_to_model(const springls_context *ctx, const float *world)
+SPRINGLS__FN springls__v3 springls__place_to_model(const springls_context *ctx, const double world[3])
 {
     double s = 1.0 / (double)ctx->smallest_spacing, v[3];
     int k;
     for (k = 0; k < 3; k++) {
-        v[k] = s * ((double)world[k] - ctx->window.to_world[4 * k + 3]);
+        v[k] = s * (world[k] - ctx->window.to_world[4 * k + 3]);
         v[k] = v[k] < -1e15 ? -1e15 : v[k] > 1e15 ? 1e15 : v[k];
     }
     return springls__v3_make((float)v[0], (float)v[1], (float)v[2]);
+}
+
+SPRINGLS__FN springls__v3 springls__world_to_model(const springls_context *ctx, const float *world)
+{
+    const double x[3] = { (double)world[0], (double)world[1], (double)world[2] };
+    return springls__place_to_model(ctx, x);
 }
 
 SPRINGLS_API void springls_window_offset(const springls_context *ctx, int offset[3])

@@ -262,9 +262,75 @@ SPRINGLS__FN void springls__hit_material(const springls_context *ctx, const spri
     springls__source_of(&ctx->original, material, &out->material_triangle, out->material_barycentric);
 }
 
+/* ---- far away ---- */
+
+/* Finds the middle of the grid in the world. Returns the radius of the ball around it that holds the grid, world units. */
+SPRINGLS__FN double springls__grid_ball(const springls_context *ctx, double middle[3])
+{
+    const int *size = ctx->model.grid.size;
+    const double *m = ctx->window.to_world;
+    double radius = 0.0;
+    int k;
+    springls__transform(m, 0.5 * (size[0] - 1), 0.5 * (size[1] - 1), 0.5 * (size[2] - 1), middle);
+    for (k = 0; k < 3; k++) /* half the sum of the edges exceeds half the diagonal */
+        radius += 0.5 * (size[k] + 2) * sqrt(m[k] * m[k] + m[4 + k] * m[4 + k] + m[8 + k] * m[8 + k]);
+    return radius;
+}
+
+/* Writes to near_point a query point; or one in its direction from the grid, 10^7 voxels away, where it is further: the closest
+   place is the same within what a float resolves of the distance. Returns how much nearer that is, world units. */
+SPRINGLS__FN double springls__bring_near(const springls_context *ctx, const float *world, float near_point[3])
+{
+    const double furthest = 1e7 * (double)ctx->smallest_spacing;
+    double middle[3], d[3], length;
+    int k;
+    springls__grid_ball(ctx, middle);
+    for (k = 0; k < 3; k++) d[k] = (double)world[k] - middle[k];
+    length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    for (k = 0; k < 3; k++) near_point[k] = length > furthest ? (float)(middle[k] + d[k] * (furthest / length)) : world[k];
+    return length > furthest ? length - furthest : 0.0;
+}
+
+/* Returns the sum of a distance and what was left out of it, as far as a float goes. */
+SPRINGLS__FN float springls__whole_distance(double distance, double left_out)
+{
+    return distance + left_out < (double)FLT_MAX ? (float)(distance + left_out) : FLT_MAX;
+}
+
+/* Writes where a ray begins; or, where that is more than 10^4 voxels before the grid, where it comes near the grid. That point is
+   found from the ray's moment about the world's origin, of which the products of floats are exact in double: no digit is lost
+   however far the ray begins. The direction must not be zero. Returns how much later the ray begins there, world units. */
+SPRINGLS__FN double springls__begin_near(const springls_context *ctx, const float *origin, const float *direction, double from[3])
+{
+    const double far_away = 1e4 * (double)ctx->smallest_spacing;
+    double middle[3], o[3], d[3], moment[3], length2 = 0.0, along = 0.0, before = 0.0, radius = springls__grid_ball(ctx, middle);
+    int k;
+    for (k = 0; k < 3; k++) {
+        from[k] = o[k] = (double)origin[k];
+        d[k] = (double)direction[k];
+        length2 += d[k] * d[k];
+    }
+    for (k = 0; k < 3; k++) moment[k] = o[(k + 1) % 3] * d[(k + 2) % 3] - o[(k + 2) % 3] * d[(k + 1) % 3];
+    for (k = 0; k < 3; k++) {
+        along += d[k] * middle[k] / sqrt(length2);
+        before -= d[k] * o[k] / sqrt(length2);
+    }
+    if (!(along + before - radius > far_away)) return 0.0;
+    for (k = 0; k < 3; k++)
+        from[k] = (d[(k + 1) % 3] * moment[(k + 2) % 3] - d[(k + 2) % 3] * moment[(k + 1) % 3]) / length2
+                + (along - radius) * d[k] / sqrt(length2);
+    return along + before - radius;
+}
+
+/* Returns how far a ray may go on after it has left out a part; negative: not even to there. */
+SPRINGLS__FN double springls__left_to_go(float max_distance, double left_out)
+{
+    return max_distance < FLT_MAX ? (double)max_distance - left_out : DBL_MAX;
+}
+
 /* ---- on the springls ---- */
 
-/* Converts a hit on the springls to the public form. distance: model units. */
+/* Converts a hit on the springls to the public form. distance: world units. */
 SPRINGLS__FN void springls__soup_hit(const springls_context *ctx, const springls__surface_hit *h, float distance,
                                      springls_hit *out)
 {
@@ -275,7 +341,7 @@ SPRINGLS__FN void springls__soup_hit(const springls_context *ctx, const springls
     if (h->triangle < 0) return;
     t = springls__springl_tri(ctx->model.set.s[h->triangle]);
     voxel = springls__tri_point(t, h->hit.bary);
-    springls__hit_begin(ctx, h->triangle, voxel, springls__tri_area2(t), h->hit.bary, distance * ctx->smallest_spacing, out);
+    springls__hit_begin(ctx, h->triangle, voxel, springls__tri_area2(t), h->hit.bary, distance, out);
     material = springls__material_at(ctx, h->triangle, voxel);
     springls__hit_material(ctx, &material, out);
 }
@@ -286,26 +352,36 @@ SPRINGLS__FN void springls__closest_soup_task(void *arg, int begin, int end)
     const springls__hit_query *q = (const springls__hit_query *)arg;
     int i, guess = -1;
     for (i = begin; i < end; i++) {
-        springls__v3 x = springls__world_to_model(q->ctx, q->points + 3 * (size_t)i);
+        float point[3];
+        double left_out = springls__bring_near(q->ctx, q->points + 3 * (size_t)i, point);
+        springls__v3 x = springls__world_to_model(q->ctx, point);
         springls__surface_hit h = springls__surface_closest_from(&q->ctx->springl_surface, x, FLT_MAX, guess);
+        float distance = springls__whole_distance((double)(springls__sqrt(h.hit.d2) * q->ctx->smallest_spacing), left_out);
         guess = h.triangle;
-        springls__soup_hit(q->ctx, &h, springls__sqrt(h.hit.d2), &q->out[i]);
+        springls__soup_hit(q->ctx, &h, distance, &q->out[i]);
     }
 }
 
 SPRINGLS__FN void springls__raycast_soup_task(void *arg, int begin, int end)
 {
     const springls__hit_query *q = (const springls__hit_query *)arg;
-    const float max_distance = springls__min(q->max_distance / q->ctx->smallest_spacing, 1e18f);
+    const float spacing = q->ctx->smallest_spacing;
     int i;
     for (i = begin; i < end; i++) {
-        springls__v3 x = springls__world_to_model(q->ctx, q->points + 3 * (size_t)i);
-        springls__v3 d = springls__load3(q->directions + 3 * (size_t)i);
+        const float *origin = q->points + 3 * (size_t)i;
+        springls__v3 d = springls__load3(q->directions + 3 * (size_t)i), x;
         springls__surface_hit h;
         float largest = springls__max_coordinate(d);
-        if (largest > 0.0f) d = springls__normalize(springls__v3_make(d.x / largest, d.y / largest, d.z / largest));
-        h = springls__surface_ray(&q->ctx->springl_surface, x, d, max_distance);
-        springls__soup_hit(q->ctx, &h, h.t, &q->out[i]);
+        double from[3], left_out, left_to_go;
+        springls__hit_none(&q->out[i]);
+        if (!(largest > 0.0f)) continue;
+        left_out = springls__begin_near(q->ctx, origin, q->directions + 3 * (size_t)i, from);
+        left_to_go = springls__left_to_go(q->max_distance, left_out) / (double)spacing;
+        if (left_to_go < 0.0) continue;
+        x = springls__place_to_model(q->ctx, from);
+        d = springls__normalize(springls__v3_make(d.x / largest, d.y / largest, d.z / largest));
+        h = springls__surface_ray(&q->ctx->springl_surface, x, d, left_to_go < 1e18 ? (float)left_to_go : 1e18f);
+        springls__soup_hit(q->ctx, &h, springls__whole_distance((double)(h.t * spacing), left_out), &q->out[i]);
     }
 }
 
@@ -357,21 +433,27 @@ SPRINGLS__FN void springls__closest_level_task(void *arg, int begin, int end)
     int i, guess = -1;
     springls__level_search_begin(q->ctx, &search);
     for (i = begin; i < end; i++) {
-        springls__level_hit h = springls__level_closest(&search, q->points + 3 * (size_t)i);
-        springls__level_hit_out(q, &h, springls__sqrt(search.d2) * q->ctx->smallest_spacing, &guess, &q->out[i]);
+        float point[3];
+        double left_out = springls__bring_near(q->ctx, q->points + 3 * (size_t)i, point);
+        springls__level_hit h = springls__level_closest(&search, point);
+        float distance = springls__whole_distance((double)(springls__sqrt(search.d2) * q->ctx->smallest_spacing), left_out);
+        springls__level_hit_out(q, &h, distance, &guess, &q->out[i]);
     }
 }
 
-/* Converts a ray to voxels, for a parameter in world units. Returns false when the direction has no length. */
+/* Converts a ray to voxels, for a parameter in world units. Returns false when the direction has no length. *left_out: how much
+   later it begins than `origin` (springls__begin_near). */
 SPRINGLS__FN bool springls__ray_to_voxel(const springls_context *ctx, const float *origin, const float *direction, double from[3],
-                                         double along[3])
+                                         double along[3], double *left_out)
 {
     const double *m = ctx->window.to_voxel;
     const double d[3] = { (double)direction[0], (double)direction[1], (double)direction[2] };
     const double length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    double start[3];
     int k;
     if (!(length > 0.0)) return false;
-    springls__transform(m, (double)origin[0], (double)origin[1], (double)origin[2], from);
+    *left_out = springls__begin_near(ctx, origin, direction, start);
+    springls__transform(m, start[0], start[1], start[2], from);
     for (k = 0; k < 3; k++) along[k] = (m[4 * k] * d[0] + m[4 * k + 1] * d[1] + m[4 * k + 2] * d[2]) / length;
     return true;
 }
@@ -381,12 +463,14 @@ SPRINGLS__FN void springls__raycast_level_task(void *arg, int begin, int end)
     const springls__hit_query *q = (const springls__hit_query *)arg;
     int i, guess = -1;
     for (i = begin; i < end; i++) {
-        double from[3], along[3], t = (double)q->max_distance;
+        double from[3], along[3], left_out = 0.0, t = 0.0;
         springls__level_hit h;
         h.found = false;
-        if (springls__ray_to_voxel(q->ctx, q->points + 3 * (size_t)i, q->directions + 3 * (size_t)i, from, along))
-            h = springls__level_ray_first(&q->ctx->model.grid, from, along, &t);
-        springls__level_hit_out(q, &h, (float)t, &guess, &q->out[i]);
+        if (springls__ray_to_voxel(q->ctx, q->points + 3 * (size_t)i, q->directions + 3 * (size_t)i, from, along, &left_out)) {
+            t = springls__left_to_go(q->max_distance, left_out);
+            if (t >= 0.0) h = springls__level_ray_first(&q->ctx->model.grid, from, along, &t);
+        }
+        springls__level_hit_out(q, &h, springls__whole_distance(t, left_out), &guess, &q->out[i]);
     }
 }
 

@@ -291,7 +291,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
         SPRINGLS__TRY(springls__max_speed_begin(ctx, &step->forces, (float)ctx->time));
         return springls__next_phase(ctx, SPRINGLS__PLAN_DECIDE);
     }
-    SPRINGLS__TRY(springls__max_speed_end(ctx, &speed));
+    SPRINGLS__TRY(springls__max_speed_end(ctx, "step", &speed));
     if (desc->dt == 0.0f) { /* section 4.8: dt = d_max / f_max */
         step->longest_substep = speed > 1e-6f ? limit / speed : 0.0f;
         return SPRINGLS_OK;

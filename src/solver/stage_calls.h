@@ -43,7 +43,7 @@ SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const spr
     *speed = 0.0f;
     if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: forces is NULL");
     SPRINGLS__TRY(forces->curvature_weight != 0.0f ? springls__begin_reading(ctx) : springls__finish_step(ctx));
-    return springls__max_speed(ctx, forces, time, speed);
+    return springls__max_speed(ctx, "max_speed", forces, time, speed);
 }
 
 SPRINGLS_API springls_status springls_advect(springls_context *ctx, const springls_forces *forces, float time, float dt)

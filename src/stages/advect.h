@@ -355,8 +355,8 @@ SPRINGLS__FN springls_status springls__region_prepare(springls_context *ctx, con
     int k;
     for (k = 0; k < 3; k++) {
         motion->has_region = motion->has_region || lower[k] != 0.0f || upper[k] != 0.0f;
-        if (!(lower[k] > -FLT_MAX && lower[k] < FLT_MAX && upper[k] > -FLT_MAX && upper[k] < FLT_MAX))
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "the region of the forces is not finite");
+        if (!(lower[k] >= -FLT_MAX && lower[k] <= FLT_MAX && upper[k] >= -FLT_MAX && upper[k] <= FLT_MAX))
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "region_lower or region_upper of the forces is not finite");
         if (lower[k] > upper[k])
             return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "region_lower of the forces exceeds region_upper");
     }
@@ -399,7 +399,7 @@ SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
 {
     int k;
     float spread = motion->ctx->model.params.half_time_sampling ? 0.5f * motion->dt : motion->dt;
-    if (!(motion->dt > -FLT_MAX && motion->dt < FLT_MAX))
+    if (!(motion->dt >= -FLT_MAX && motion->dt <= FLT_MAX))
         return springls__fail(motion->ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is not finite");
     motion->rule.dt = motion->dt;
     motion->rule.stage_time[0] = motion->time;
@@ -607,7 +607,9 @@ SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
     }
     springls__displaced(motion);
     if (motion->moved < 0.0f)
-        return springls__fail(ctx, SPRINGLS_NON_FINITE, "advect: a force is NaN or infinite at time %g", (double)motion->time);
+        return springls__fail(ctx, SPRINGLS_NON_FINITE,
+                              "advect: a force is NaN, or would move a springl by 1e9 voxels or more, at time %g",
+                              (double)motion->time);
     if (motion->max_displacement > 0.0f && motion->moved > motion->max_displacement && ++motion->tries < TRIES) {
         motion->dt *= springls__max(0.95f * motion->max_displacement / motion->moved, 0.1f);
         return springls__next_phase(ctx, SPRINGLS__ADVECT_DISPLACE);
@@ -635,22 +637,25 @@ SPRINGLS__FN springls_status springls__max_speed_begin(springls_context *ctx, co
     return springls__displace_all(motion);
 }
 
-/* Writes the speed that springls__max_speed_begin has found, voxels a unit of time. */
-SPRINGLS__FN springls_status springls__max_speed_end(springls_context *ctx, float *speed)
+/* Writes the speed that springls__max_speed_begin has found, voxels a unit of time. call: for the message of a failure. */
+SPRINGLS__FN springls_status springls__max_speed_end(springls_context *ctx, const char *call, float *speed)
 {
     springls__motion *motion = &ctx->motion;
     springls__displaced(motion);
-    if (motion->moved < 0.0f) return springls__fail(ctx, SPRINGLS_NON_FINITE, "max_speed: a force is NaN or infinite");
+    if (motion->moved < 0.0f)
+        return springls__fail(ctx, SPRINGLS_NON_FINITE,
+                              "%s: a force is NaN, or a speed is 1e9 voxels a unit of time or more", call);
     *speed = motion->moved;
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed)
+SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const char *call, const springls_forces *forces, float time,
+                                                 float *speed)
 {
     springls__use_device(ctx);
     SPRINGLS__TRY(springls__report_device_failure(ctx, springls__max_speed_begin(ctx, forces, time)));
     springls__finish_loop(ctx);
-    return springls__max_speed_end(ctx, speed);
+    return springls__max_speed_end(ctx, call, speed);
 }
 
 /* Writes the velocities of the deformation at SPRINGLS__LANES points, xyz each, to out. */

@@ -67,14 +67,14 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
                                                                                                : SPRINGLS__CONTRACT_MERGE);
     case SPRINGLS__CONTRACT_REMOVE:
     default:
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_left, count));
-        springls__run(ctx, SPRINGLS__KERNEL_left, count, NULL);
-        springls__count_later(ctx, SPRINGLS__COUNT_LEFT, SPRINGLS__ROLE_ARRAY(has_left), count, 1);
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_departed, count));
+        springls__run(ctx, SPRINGLS__KERNEL_departed, count, NULL);
+        springls__count_later(ctx, SPRINGLS__COUNT_DEPARTED, SPRINGLS__ROLE_ARRAY(has_departed), count, 1);
         SPRINGLS__TRY(springls__attributes_before_removal(ctx));
         springls__stir(ctx, SPRINGLS__STIR_CONTRACTED, 0, count);
         SPRINGLS__TRY(springls__constellation_compact(ctx));
         ctx->stats.reshaped += (int)springls__count_found(ctx, SPRINGLS__COUNT_RESHAPED);
-        ctx->stats.left += (int)springls__count_found(ctx, SPRINGLS__COUNT_LEFT);
+        ctx->stats.left += (int)springls__count_found(ctx, SPRINGLS__COUNT_DEPARTED);
         springls__attributes_after_removal(ctx, count);
         ctx->stats.removed += count - ctx->model.set.count;
         springls__constellation_changed(ctx);

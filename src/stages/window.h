@@ -91,14 +91,14 @@ SPRINGLS__FN springls_status springls__move_window(springls_context *ctx, const 
 
 /* ---- when it moves ---- */
 
-/* Returns the largest of springls__reach_element over all springls. */
-SPRINGLS__FN float springls__furthest_reach(springls_context *ctx, int side)
+/* Returns the largest of springls__extent_element over all springls. */
+SPRINGLS__FN float springls__largest_extent(springls_context *ctx, int side)
 {
     springls__arguments args;
-    args.reach.side = side;
-    args.reach.margin = (float)SPRINGLS__WINDOW_MARGIN;
-    springls__run(ctx, SPRINGLS__KERNEL_reach, ctx->model.set.count, &args);
-    return springls__find_largest(ctx, SPRINGLS__ROLE_ARRAY(reach), ctx->model.set.count, 0.0f).value;
+    args.extent.side = side;
+    args.extent.margin = (float)SPRINGLS__WINDOW_MARGIN;
+    springls__run(ctx, SPRINGLS__KERNEL_extent, ctx->model.set.count, &args);
+    return springls__find_largest(ctx, SPRINGLS__ROLE_ARRAY(extent), ctx->model.set.count, 0.0f).value;
 }
 
 /* Returns by how many bricks the window has to move along an axis for a box to be in its middle, as far as one move may go. */
@@ -119,11 +119,11 @@ SPRINGLS__FN springls_status springls__follow_model(springls_context *ctx)
 {
     int bricks[3], axis;
     if (ctx->model.set.count == 0 || (ctx->at_rest && ctx->motion.still)) return SPRINGLS_OK;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, reach, ctx->model.set.count));
-    if (!(springls__furthest_reach(ctx, 0) > 0.0f)) return SPRINGLS_OK;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, extent, ctx->model.set.count));
+    if (!(springls__largest_extent(ctx, 0) > 0.0f)) return SPRINGLS_OK;
     for (axis = 0; axis < 3; axis++) {
-        double lower = (double)SPRINGLS__REACH_BEYOND - (double)springls__furthest_reach(ctx, 2 * axis + 1);
-        double upper = (double)springls__furthest_reach(ctx, 2 * axis + 2) - (double)SPRINGLS__REACH_BEYOND;
+        double lower = (double)SPRINGLS__EXTENT_BEYOND - (double)springls__largest_extent(ctx, 2 * axis + 1);
+        double upper = (double)springls__largest_extent(ctx, 2 * axis + 2) - (double)SPRINGLS__EXTENT_BEYOND;
         bricks[axis] = springls__bricks_to_middle(ctx, axis, lower, upper);
     }
     if (bricks[0] == 0 && bricks[1] == 0 && bricks[2] == 0) return SPRINGLS_OK;

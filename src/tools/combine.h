@@ -420,17 +420,24 @@ SPRINGLS__FN void springls__widen_range(const springls_context *ctx, const int *
     }
 }
 
-/* Moves the window of a model to the middle of both models. */
+/* Moves the window of a model, if it follows, to the middle of both models. Fails, and changes nothing, when both do not lie in one
+   window. */
 SPRINGLS__FN springls_status springls__center_window(springls_context *ctx, const springls_context *other)
 {
     int bricks[3], axis;
     for (axis = 0; axis < 3; axis++) {
-        double lower = DBL_MAX, upper = -DBL_MAX;
+        const double last = (double)ctx->model.grid.size[axis] - 0.5; /* voxel: the border of the domain */
+        double lower = DBL_MAX, upper = -DBL_MAX, moved;
         springls__widen_range(ctx, ctx->window.offset, axis, &lower, &upper);
         springls__widen_range(other, ctx->window.offset, axis, &lower, &upper);
-        bricks[axis] = springls__bricks_to_middle(ctx, axis, lower, upper);
+        bricks[axis] = ctx->desc.follow ? springls__bricks_to_middle(ctx, axis, lower, upper) : 0;
+        moved = (double)SPRINGLS__BRICK * (double)bricks[axis];
+        if (lower - moved < -0.5 || upper - moved > last)
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
+                                  "combine: along axis %d both models reach from voxel %.0f to %.0f: a window has %d", axis, lower,
+                                  upper, ctx->model.grid.size[axis]);
     }
-    return springls__move_window(ctx, bricks);
+    return ctx->desc.follow ? springls__move_window(ctx, bricks) : SPRINGLS_OK;
 }
 
 /* Makes `to` equal to `from`; both have grids of the same lattice. On failure the reason is in the error of one of them. */
@@ -459,8 +466,9 @@ SPRINGLS__FN springls_status springls__copy_into_window(springls_context *ctx, s
     if (springls_create(&desc, copy) != SPRINGLS_OK) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: out of memory");
     status = springls__copy_model(*copy, other);
     if (status == SPRINGLS_OK) status = springls__change_level_set(*copy); /* a snapshot has phi as the steps have left it */
-    for (axis = 0; axis < 3; axis++)
-        bricks[axis] = (ctx->window.offset[axis] - other->window.offset[axis]) / SPRINGLS__BRICK;
+    for (axis = 0; axis < 3; axis++) /* where windows are further apart, nothing is in both */
+        bricks[axis] = springls__iclamp(ctx->window.offset[axis] / SPRINGLS__BRICK - other->window.offset[axis] / SPRINGLS__BRICK,
+                                        -SPRINGLS__FURTHEST_MOVE, SPRINGLS__FURTHEST_MOVE);
     if (status == SPRINGLS_OK) status = springls__move_window(*copy, bricks);
     return status == SPRINGLS_OK ? status : springls__fail(ctx, status, "combine: the other model could not be copied");
 }
@@ -559,7 +567,7 @@ SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_op
     if (status != SPRINGLS_OK) return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
     SPRINGLS__TRY(springls__use_host(ctx, true));
     if (springls__same_place(&ctx->window, &other->window)) return springls__combine_in_window(ctx, operation, other);
-    if (ctx->desc.follow && operation == SPRINGLS_OPERATION_UNION) SPRINGLS__TRY(springls__center_window(ctx, other));
+    if (operation == SPRINGLS_OPERATION_UNION) SPRINGLS__TRY(springls__center_window(ctx, other));
     status = springls__copy_into_window(ctx, other, &copy);
     if (status == SPRINGLS_OK) status = springls__combine_in_window(ctx, operation, copy);
     springls_destroy(copy);

@@ -226,7 +226,7 @@ SPRINGLS__FN springls_status springls__smooth(springls_context *ctx, float durat
     step.mode = SPRINGLS_MODE_FLUID;
     ctx->curvature_span = SPRINGLS__CURVATURE_SPAN;
     while (left > 0.0f && !at_rest) {
-        SPRINGLS__TRY(springls__max_speed(ctx, &forces, 0.0f, &curvature));
+        SPRINGLS__TRY(springls__max_speed(ctx, "smooth", &forces, 0.0f, &curvature));
         ctx->curvature_span = springls__smoothing_span(curvature, duration - left, ctx->curvature_span);
         step.dt = 0.125f * ctx->curvature_span * ctx->curvature_span; /* half of the way to the mean of the ring: stable */
         step.dt = left / (springls__floor(left / step.dt) + 1.0f);

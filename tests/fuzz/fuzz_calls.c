@@ -142,7 +142,8 @@ static springls_forces any_forces(bench *t)
 /* A step of at most MOST_SUB_STEPS sub-steps, unless a number is odd. */
 static springls_step_desc any_step(bench *t, const springls_forces *forces)
 {
-    springls_step_desc step = fixture_step(forces, (springls_mode)fuzz_choice(&t->b, 3), fuzz_float(&t->b, 0.0f, 2.0f));
+    springls_mode mode = (springls_mode)fuzz_choice(&t->b, 3);
+    springls_step_desc step = fixture_step(forces, mode, fuzz_float(&t->b, 0.0f, 2.0f));
     float way = fabsf(step.dt) * 2.0f * sqrtf(3.0f) * 2.0f;
     step.max_displacement = fuzz_choice(&t->b, 4) ? way / MOST_SUB_STEPS + 0.5f : 0.0f;
     if (fuzz_choice(&t->b, 16) == 0) step.max_displacement = fuzz_float(&t->b, 0.3f, 3.0f);

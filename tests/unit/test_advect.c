@@ -594,14 +594,20 @@ TEST bad_forces_move_nothing(void)
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.5f);
     uint64_t hash = springls_state_hash(ctx);
     float speed;
-    int kind;
-    for (kind = 0; kind < 4; kind++) {
+    int kind, limit;
+    for (kind = 0; kind < 5; kind++) {
         bad.at = kind < 2 ? 0 : 10;
         bad.value = kind % 2 ? HUGE_VALF : (float)NAN;
+        if (kind == 4) bad.value = 3e38f; /* finite: the message names the limit */
         ASSERT_STATUS(SPRINGLS_NON_FINITE, springls_advect(ctx, &forces, 0.0f, 0.5f));
-        ASSERT(springls_last_error(ctx)[0] != 0);
+        ASSERT(strstr(springls_last_error(ctx), "advect: a force is NaN, or would move a springl by 1e9 voxels or more") != NULL);
         ASSERT_STATUS(SPRINGLS_NON_FINITE, springls_max_speed(ctx, &forces, 0.0f, &speed));
-        ASSERT_STATUS(SPRINGLS_NON_FINITE, springls_step(ctx, &step));
+        ASSERT(strstr(springls_last_error(ctx), "max_speed: a force is NaN, or a speed is 1e9") != NULL);
+        for (limit = 0; limit < 2; limit++) {
+            step.max_displacement = limit ? 1.0f : 0.0f; /* 1: the speed is measured first */
+            ASSERT_STATUS(SPRINGLS_NON_FINITE, springls_step(ctx, &step));
+            ASSERT_EQ(0, strncmp(springls_last_error(ctx), limit ? "step: " : "advect: ", 6));
+        }
         ASSERT(hash == springls_state_hash(ctx));
         ASSERT_EQ(0.0, springls_time(ctx));
     }

@@ -654,7 +654,7 @@ SUITE(context)
 TEST create_has_reasons(void)
 {
     static const char *const expected[] = { "desc is NULL", "grid.size is less than 4", "grid.size is more than 4096",
-                                            "grid.spacing is not positive", "grid.origin is not finite", "in one plane",
+                                            "grid.spacing is not positive", "grid.origin is no number between", "in one plane",
                                             "params.d_max", "params do not come from", "max_springls", "allocator.free" };
     springls_params strange = springls_default_params(), foreign = strange;
     springls_context *ctx;

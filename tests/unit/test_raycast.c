@@ -498,9 +498,46 @@ TEST strange_rays(void)
     PASS();
 }
 
+/* Rays that begin far away on a diagonal, and points far away, up to the end of float: the answers of near ones, on both surfaces. */
+TEST what_is_far_away_is_found(int soup)
+{
+    static const float far_away[7] = { 1e3f, 1e6f, 1e9f, 1e13f, 1e20f, 1e30f, 1.5e38f };
+    const springls_surface surface = soup ? SPRINGLS_SURFACE_SOUP : WATERTIGHT;
+    springls_context *ctx = fixture_sphere(SIZE, NULL, 16.0f, 16.0f, 16.0f, 9.0f);
+    springls_hit hit[3];
+    int i, k;
+    for (i = 0; i < 7; i++) {
+        /* on a diagonal of the world, which floats name exactly and on which the body's middle lies: from both ends, and past it */
+        const float s = far_away[i], o[9] = { s, s, s, s, -s, s, -s, -s, -s }, d[9] = { -s, -s, -s, s, s, s, s, s, s };
+        const float p[9] = { s, 16, 16, 0.5f * s, s, -s, 16, -s, 16 };
+        ASSERT_OK(springls_raycast(ctx, surface, o, d, 3, 0.0f, hit));
+        ASSERT(hit[0].springl >= 0 && hit[2].springl >= 0);
+        ASSERT_EQ(-1, hit[1].springl);
+        for (k = 0; k < 3; k++) {
+            ASSERT_IN_RANGE(16.0 + 9.0 / sqrt(3.0), (double)hit[0].point[k], 0.1);
+            ASSERT_IN_RANGE(16.0 - 9.0 / sqrt(3.0), (double)hit[2].point[k], 0.1);
+        }
+        ASSERT_IN_RANGE(sqrt(3.0) * ((double)s - 16.0) - 9.0, (double)hit[0].distance, 0.1 + 1e-6 * (double)s);
+        ASSERT_OK(springls_raycast(ctx, surface, o, d, 3, s, hit)); /* shorter than to the body */
+        for (k = 0; k < 3; k++) ASSERT_EQ(-1, hit[k].springl);
+        ASSERT_OK(springls_closest(ctx, surface, p, 3, hit));
+        for (k = 0; k < 3; k++) ASSERT(hit[k].springl >= 0);
+        ASSERT_IN_RANGE((double)s - 16.0 - 9.0, (double)hit[0].distance, 0.1 + 1e-6 * (double)s);
+        ASSERT_IN_RANGE((double)s + 16.0 - 9.0, (double)hit[2].distance, 0.1 + 1e-6 * (double)s);
+        ASSERT_GT(hit[0].point[0], 22.0f);
+        ASSERT_LT(hit[2].point[1], 10.0f);
+        if (s > 1e5f) ASSERT_IN_RANGE(1.5 * (double)s, (double)hit[1].distance, 1e-4 * (double)s);
+        if (s > 1e5f) ASSERT(hit[1].point[1] > 16.0f && hit[1].point[2] < 16.0f);
+    }
+    springls_destroy(ctx);
+    PASS();
+}
+
 SUITE(rays)
 {
     int which;
+    RUN_TESTp(what_is_far_away_is_found, 0);
+    RUN_TESTp(what_is_far_away_is_found, 1);
     for (which = 0; which < BODIES; which++) RUN_TESTp(rays_meet_the_mesh, which);
     for (which = 0; which < BODIES; which++) RUN_TESTp(rays_from_inside_meet_the_mesh, which);
     for (which = 0; which < BODIES; which++) RUN_TESTp(closest_is_that_of_the_mesh, which);

@@ -445,6 +445,38 @@ TEST windows_are_combined(springls_operation operation)
     PASS();
 }
 
+/* A union that does not fit in one window is refused, and nothing has changed; what does not meet is not changed by a difference. */
+TEST a_union_of_what_is_far_apart_is_refused(bool follow, int window)
+{
+    springls_context *a = ball(follow, NULL, (float)MIDDLE, 7.0f, NULL), *b = NULL;
+    springls_desc desc = fixture_desc(SIZE, NULL);
+    springls_sphere there = fixture_ball((float)MIDDLE, (float)MIDDLE + (float)window, (float)MIDDLE, 7.0f);
+    springls_measures m;
+    uint64_t hash, other;
+    int offset[3], count;
+    desc.follow = follow;
+    desc.window[1] = window;
+    ASSERT_OK(springls_create(&desc, &b));
+    ASSERT_OK(springls_set_implicit(b, springls_implicit_sphere, &there));
+    ASSERT_GT(springls_count(b), 0);
+    hash = springls_state_hash(a);
+    other = springls_state_hash(b);
+    count = springls_count(a);
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_combine(a, SPRINGLS_OPERATION_UNION, b));
+    ASSERT(strstr(springls_last_error(a), "along axis 1 both models reach from voxel") != NULL);
+    ASSERT(hash == springls_state_hash(a) && other == springls_state_hash(b));
+    springls_window_offset(a, offset);
+    ASSERT_EQ(0, offset[1]);
+    ASSERT_OK(springls_combine(a, SPRINGLS_OPERATION_DIFFERENCE, b));
+    ASSERT_EQ(count, springls_count(a));
+    ASSERT_OK(springls_measure(a, &m));
+    ASSERT_EQ(1, m.components);
+    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_combine(a, SPRINGLS_OPERATION_INTERSECTION, b));
+    springls_destroy(a);
+    springls_destroy(b);
+    PASS();
+}
+
 /* A shape of the world is combined, and a mesh of the world made the original, after the window has moved. */
 TEST inputs_of_the_world_meet_the_model(void)
 {
@@ -654,6 +686,9 @@ SUITE(window)
     RUN_TESTp(windows_are_combined, SPRINGLS_OPERATION_UNION);
     greatest_set_test_suffix("difference");
     RUN_TESTp(windows_are_combined, SPRINGLS_OPERATION_DIFFERENCE);
+    RUN_TESTp(a_union_of_what_is_far_apart_is_refused, true, SIZE);
+    RUN_TESTp(a_union_of_what_is_far_apart_is_refused, false, SIZE);
+    RUN_TESTp(a_union_of_what_is_far_apart_is_refused, true, -40000);
     greatest_set_test_suffix("intersection");
     RUN_TESTp(windows_are_combined, SPRINGLS_OPERATION_INTERSECTION);
     RUN_TEST(inputs_of_the_world_meet_the_model);
