@@ -12,7 +12,8 @@ SPRINGLS__FN size_t springls__used(const springls_context *ctx, springls__array 
 {
     const springls__model *m = &ctx->model;
     size_t all = ctx->memory[array].bytes / springls__element_size(array), used = all;
-    if (springls__has_array(SPRINGLS__SET_BITS | SPRINGLS__SEARCH_BITS, (int)array)) used = (size_t)m->set.count;
+    if (springls__has_array(SPRINGLS__SET_BITS | SPRINGLS__SEARCH_BITS, (int)array))
+        used = (size_t)m->set.count + (size_t)ctx->work.added; /* with those that a stage has stored and not yet counted */
     else if (springls__has_array(SPRINGLS__SLOT_BITS, (int)array)) used = (size_t)m->grid.slot_count;
     else if (array == SPRINGLS__ARRAY_TOP) used = springls__entry_count(&m->grid);
     else if (array == SPRINGLS__ARRAY_REFERENCE_TOP) used = springls__entry_count(&m->reference);
