@@ -5943,7 +5943,7 @@ typedef struct springls__work {
     int repetition;         /* how often a phase has been repeated                                              */
     bool pending;           /* the phase is still to run                                                        */
     bool kept;              /* relax: relaxed_springls has the springls that are asleep                         */
-    int added;              /* resample, fill_gaps: how many springls are being added                           */
+    int added;              /* resample, fill_gaps: springls that are being stored behind the others            */
     bool carries;           /* project: springls carry phi along                                                */
     float displacement;     /* project: the largest displacement of a particle since phi was last synced, voxels */
     springls__pieces loop;  /* the loop that the last phase has ended with                                      */
@@ -11988,6 +11988,15 @@ SPRINGLS__FN void springls__constellation_added(springls_context *ctx, int added
     ctx->model.set.next_id += (uint32_t)added;
 }
 
+/* Counts the springls that a stage has stored (ctx->work.added), and returns how many. */
+SPRINGLS__FN int springls__count_stored(springls_context *ctx)
+{
+    const int added = ctx->work.added;
+    ctx->work.added = 0;
+    springls__constellation_added(ctx, added);
+    return added;
+}
+
 /* Appends one springl with a fresh id; room must have been reserved. */
 SPRINGLS__FN int springls__constellation_append(springls_context *ctx, const springls__springl *s, springls__v3 a,
                                                 uint32_t generation, uint8_t mask)
@@ -15580,10 +15589,9 @@ SPRINGLS__FN springls_status springls__insert_seeds(springls_context *ctx)
 /* Makes the seeds that were written springls of the model. */
 SPRINGLS__FN void springls__seeds_inserted(springls_context *ctx)
 {
-    int count = ctx->model.set.count, added = ctx->work.added;
+    int count = ctx->model.set.count, added = springls__count_stored(ctx);
     if (added == 0) return;
     ctx->stats.added += added;
-    springls__constellation_added(ctx, added);
     springls__stir(ctx, SPRINGLS__STIR_ALL, count, added);
     springls__constellation_changed(ctx);
 }
@@ -15903,6 +15911,7 @@ SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
 {
     const int count = ctx->model.set.count;
     springls__arguments args;
+    int added;
     switch (ctx->work.phase) {
     case SPRINGLS__RESAMPLE_FIND:
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, split_number, count));
@@ -15924,9 +15933,9 @@ SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
         return springls__next_phase(ctx, SPRINGLS__RESAMPLE_STORED);
     case SPRINGLS__RESAMPLE_STORED:
     default:
-        springls__constellation_added(ctx, ctx->work.added);
-        springls__stir(ctx, SPRINGLS__STIR_ALL, count, ctx->work.added);
-        ctx->stats.split += ctx->work.added;
+        added = springls__count_stored(ctx);
+        springls__stir(ctx, SPRINGLS__STIR_ALL, count, added);
+        ctx->stats.split += added;
         springls__constellation_changed(ctx);
         springls__attributes_after_split(ctx, count);
         return SPRINGLS_OK;
@@ -33802,7 +33811,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 33806 \"springls.h\"\n",
+    "#line 33815 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

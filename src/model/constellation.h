@@ -19,6 +19,15 @@ SPRINGLS__FN void springls__constellation_added(springls_context *ctx, int added
     ctx->model.set.next_id += (uint32_t)added;
 }
 
+/* Counts the springls that a stage has stored (ctx->work.added), and returns how many. */
+SPRINGLS__FN int springls__count_stored(springls_context *ctx)
+{
+    const int added = ctx->work.added;
+    ctx->work.added = 0;
+    springls__constellation_added(ctx, added);
+    return added;
+}
+
 /* Appends one springl with a fresh id; room must have been reserved. */
 SPRINGLS__FN int springls__constellation_append(springls_context *ctx, const springls__springl *s, springls__v3 a,
                                                 uint32_t generation, uint8_t mask)

@@ -151,7 +151,7 @@ typedef struct springls__work {
     int repetition;         /* how often a phase has been repeated                                              */
     bool pending;           /* the phase is still to run                                                        */
     bool kept;              /* relax: relaxed_springls has the springls that are asleep                         */
-    int added;              /* resample, fill_gaps: how many springls are being added                           */
+    int added;              /* resample, fill_gaps: springls that are being stored behind the others            */
     bool carries;           /* project: springls carry phi along                                                */
     float displacement;     /* project: the largest displacement of a particle since phi was last synced, voxels */
     springls__pieces loop;  /* the loop that the last phase has ended with                                      */

@@ -50,10 +50,9 @@ SPRINGLS__FN springls_status springls__insert_seeds(springls_context *ctx)
 /* Makes the seeds that were written springls of the model. */
 SPRINGLS__FN void springls__seeds_inserted(springls_context *ctx)
 {
-    int count = ctx->model.set.count, added = ctx->work.added;
+    int count = ctx->model.set.count, added = springls__count_stored(ctx);
     if (added == 0) return;
     ctx->stats.added += added;
-    springls__constellation_added(ctx, added);
     springls__stir(ctx, SPRINGLS__STIR_ALL, count, added);
     springls__constellation_changed(ctx);
 }

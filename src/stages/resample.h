@@ -29,6 +29,7 @@ SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
 {
     const int count = ctx->model.set.count;
     springls__arguments args;
+    int added;
     switch (ctx->work.phase) {
     case SPRINGLS__RESAMPLE_FIND:
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, split_number, count));
@@ -50,9 +51,9 @@ SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
         return springls__next_phase(ctx, SPRINGLS__RESAMPLE_STORED);
     case SPRINGLS__RESAMPLE_STORED:
     default:
-        springls__constellation_added(ctx, ctx->work.added);
-        springls__stir(ctx, SPRINGLS__STIR_ALL, count, ctx->work.added);
-        ctx->stats.split += ctx->work.added;
+        added = springls__count_stored(ctx);
+        springls__stir(ctx, SPRINGLS__STIR_ALL, count, added);
+        ctx->stats.split += added;
         springls__constellation_changed(ctx);
         springls__attributes_after_split(ctx, count);
         return SPRINGLS_OK;

@@ -39,20 +39,11 @@ int main(int argc, char **argv)
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "scratch.h"
+
 /* assimp 5.2 loses memory of its own on some broken files; LeakSanitizer asks this function what to pass over. */
 const char *__lsan_default_suppressions(void);
 const char *__lsan_default_suppressions(void) { return "leak:libassimp\n"; }
-
-static char folder[256]; /* scratch, made by main */
-
-static const char *scratch(const char *name)
-{
-    static char paths[8][512];
-    static int next;
-    char *path = paths[next++ % 8];
-    snprintf(path, sizeof paths[0], "%s/%s", folder, name);
-    return path;
-}
 
 #define ASSERT_NEAR(expected, got, tolerance) ASSERT_IN_RANGE((double)(expected), (double)(got), (double)(tolerance))
 

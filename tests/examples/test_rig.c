@@ -21,30 +21,21 @@ int main(int argc, char **argv)
 #else
 
     /* The program, whose inner functions are called here. */
-    #define main rig_main
-    #include "../../examples/rig/rig.c"
-    #undef main
-    #include "../../examples/rig/output.c"
-    #undef MARGIN
-    #include "../../examples/rig/body.c"
+#define main rig_main
+#include "../../examples/rig/rig.c"
+#undef main
+#include "../../examples/rig/output.c"
+#undef MARGIN
+#include "../../examples/rig/body.c"
 
-    #include <cjson/cJSON.h>
-    #include <unistd.h>
+#include <cjson/cJSON.h>
+#include <unistd.h>
+
+#include "scratch.h"
 
 /* assimp 5.2 loses memory of its own on some broken files; LeakSanitizer asks this function what to pass over. */
 const char *__lsan_default_suppressions(void);
 const char *__lsan_default_suppressions(void) { return "leak:libassimp\n"; }
-
-static char folder[256]; /* scratch, made by main */
-
-static const char *scratch(const char *name)
-{
-    static char paths[8][512];
-    static int next;
-    char *path = paths[next++ % 8];
-    snprintf(path, sizeof paths[0], "%s/%s", folder, name);
-    return path;
-}
 
 static char *whole_file(const char *path)
 {
@@ -276,7 +267,7 @@ static greatest_test_res check_body(const struct capsule *capsules, int count, c
     PASS();
 }
 
-    #define COUNT(array) ((int)(sizeof(array) / sizeof *(array)))
+#define COUNT(array) ((int)(sizeof(array) / sizeof *(array)))
 
 TEST a_body_in_t_pose_any_way_round(void)
 {

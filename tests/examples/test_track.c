@@ -35,18 +35,10 @@ int main(int argc, char **argv)
 #include <sys/stat.h>
 #include <unistd.h>
 
-static char folder[256]; /* scratch, made by main */
+#include "scratch.h"
+
 static struct volume image;  /* a ball with a texture, and its label: image.nii, label.nii */
 static float center[3];
-
-static const char *scratch(const char *name)
-{
-    static char paths[8][512];
-    static int next;
-    char *path = paths[next++ % 8];
-    snprintf(path, sizeof paths[0], "%s/%s", folder, name);
-    return path;
-}
 
 static void describe(const struct volume *grid, const float about[3], float radius, float *intensity, uint8_t *label)
 {

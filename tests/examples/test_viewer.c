@@ -40,6 +40,8 @@ int main(int argc, char **argv)
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "scratch.h"
+
 /* A foreign header: its warnings are not ours. */
 #pragma GCC diagnostic push
 #pragma GCC diagnostic ignored "-Wconversion"
@@ -61,17 +63,6 @@ int main(int argc, char **argv)
 #define DRIVER_BEGIN (void)0
 #define DRIVER_END (void)0
 #endif
-
-static char folder[256]; /* scratch, made by main */
-
-static const char *scratch(const char *name)
-{
-    static char paths[8][512];
-    static int next;
-    char *path = paths[next++ % 8];
-    snprintf(path, sizeof paths[0], "%s/%s", folder, name);
-    return path;
-}
 
 /* A ball of radius 1 in a grid of 48^3. */
 static struct viewer_model ball(void)

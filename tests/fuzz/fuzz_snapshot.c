@@ -1,6 +1,6 @@
 /* fuzz_snapshot.c - snapshots with some bytes changed and the checksum made right again: refused, or a model that lives. */
 #include "fuzz.h"
-#include "../../src/output/snapshot.h"
+#include "snapshot_seal.h"
 
 enum { SIZE = 16, MODELS = 3, MOST_BYTES = 1 << 22 };
 
@@ -28,16 +28,6 @@ static void make_original(int which, original *out)
     out->bytes = (uint8_t *)malloc(out->size);
     FUZZ_CHECK(springls_snapshot(ctx, SPRINGLS_SNAPSHOT_KIND_ALL, out->bytes, out->size, &out->size) == SPRINGLS_OK);
     springls_destroy(ctx);
-}
-
-/* Writes the length and checksum into the head. */
-static void seal(uint8_t *bytes, size_t size)
-{
-    springls__coder c = springls__writer((char *)bytes + 16);
-    uint64_t length = size, sum;
-    sum = springls__checksum(length, (char *)bytes + SPRINGLS__HEAD_BYTES, size - SPRINGLS__HEAD_BYTES, false);
-    SPRINGLS__CODE(&c, length);
-    SPRINGLS__CODE(&c, sum);
 }
 
 /* Changes words near the start, where counts and parameters are, or anywhere; or cuts the block. */
@@ -73,7 +63,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     memcpy(bytes, from->bytes, from->size);
     length = from->size;
     while (b.left && length > SPRINGLS__HEAD_BYTES + 8) change(&b, bytes, &length);
-    seal(bytes, length);
+    fixture_seal(bytes, length);
     desc.backend = NULL;
     desc.follow = which == 2;
     desc.allocator = fixture_allocator(&heap);

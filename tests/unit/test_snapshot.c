@@ -1,7 +1,7 @@
 /* test_snapshot.c - a snapshot goes on to the bit, here, elsewhere and on the other backend; a block that is not good is
    refused, and the model stays as it was. */
 #include "fixtures.h"
-#include "../../src/output/snapshot.h"
+#include "snapshot_seal.h"
 
 enum { FLUID, FLUID_PAPER, ELASTIC, LOCKED, PRESERVED, EDGES, MESH, COMBINED, SCENES };
 enum { SIZE = 24 };
@@ -240,16 +240,6 @@ TEST damage_is_refused(void)
     PASS();
 }
 
-/* The head says again that all is well. */
-static void seal(void *bytes, size_t size)
-{
-    springls__coder c = springls__writer((char *)bytes + 16);
-    uint64_t length = size, sum;
-    sum = springls__checksum(length, (char *)bytes + SPRINGLS__HEAD_BYTES, size - SPRINGLS__HEAD_BYTES, false);
-    SPRINGLS__CODE(&c, length);
-    SPRINGLS__CODE(&c, sum);
-}
-
 /* Numbers that cannot be, under a good checksum: refused, or else harmless. */
 TEST lies_are_refused(int frame)
 {
@@ -272,13 +262,13 @@ TEST lies_are_refused(int frame)
             uint32_t kept;
             memcpy(&kept, bytes + i, 4);
             memcpy(bytes + i, &words[i < end ? w : w + 2], 4);
-            seal(bytes, b.size);
+            fixture_seal(bytes, b.size);
             status = springls_restore(s.ctx, bytes, b.size);
             if (status == SPRINGLS_OK) {
                 taken++;
                 if (taken % 50 == 0) springls_step(s.ctx, &s.step); /* whatever it says, memory stays whole */
                 memcpy(bytes + i, &kept, 4);
-                seal(bytes, b.size);
+                fixture_seal(bytes, b.size);
                 ASSERT_OK(springls_restore(s.ctx, bytes, b.size));
             } else {
                 ASSERT(status == SPRINGLS_BAD_SNAPSHOT || status == SPRINGLS_OUT_OF_MEMORY);
@@ -588,7 +578,7 @@ static block with_section(const block *b, const char *tag, unsigned flags, unsig
     memcpy(end, tag, 4);
     end[4] = (unsigned char)flags;
     end[8] = (unsigned char)bytes;
-    seal(more.bytes, more.size);
+    fixture_seal(more.bytes, more.size);
     return more;
 }
 
@@ -621,11 +611,11 @@ TEST unknown_parts_are_named(void)
     free(more.bytes);
     name = (char *)b.bytes + find_number(&b, "NUMB", "steps") - 24;
     memcpy(name, "stepz", 5);
-    seal(b.bytes, b.size);
+    fixture_seal(b.bytes, b.size);
     CHECK_CALL(is_refused_for(s.ctx, &b, "number 'stepz'"));
     memcpy(name, "steps", 5);
     memset((char *)b.bytes + 8, 2, 1);
-    seal(b.bytes, b.size);
+    fixture_seal(b.bytes, b.size);
     CHECK_CALL(is_refused_for(s.ctx, &b, "of another version"));
     springls_destroy(s.ctx);
     free(b.bytes);
@@ -647,7 +637,7 @@ TEST missing_numbers_have_defaults(void)
     memcpy((char *)b.bytes + at - 24, (char *)b.bytes + all, 32);
     at = find_number(&b, "NUMB", "steps");
     memcpy((char *)b.bytes + at - 24, (char *)b.bytes + find_section(&b, "NUMB") + 16, 32);
-    seal(b.bytes, b.size);
+    fixture_seal(b.bytes, b.size);
     ASSERT_OK(springls_restore(s.ctx, b.bytes, b.size));
     ASSERT_EQ(1, springls_get_params(s.ctx).cover);
     ASSERT_EQ(0, springls_get_stats(s.ctx).steps);
@@ -670,7 +660,7 @@ TEST enumerations_are_checked(void)
     for (i = 0; i < 9; i++) {
         char *byte = (char *)b.bytes + at[i], kept = *byte;
         *byte = 77;
-        seal(b.bytes, b.size);
+        fixture_seal(b.bytes, b.size);
         CHECK_CALL(is_refused_for(s.ctx, &b, "damaged"));
         *byte = kept;
     }
