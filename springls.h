@@ -23905,7 +23905,8 @@ SPRINGLS__FN void springls__code_attribute(springls__coder *c, springls__attribu
     X(int32_t, steps) X(int64_t, added) X(int64_t, split) X(int64_t, removed) X(int64_t, reshaped) X(int64_t, refused)           \
     X(float, volume_correction) X(float, largest_displacement) X(float, moving_share) X(float, lag) X(int32_t, opposed)          \
     X(int64_t, left) X(int32_t, window_x) X(int32_t, window_y) X(int32_t, window_z)                                              \
-    X(int32_t, original_window_x) X(int32_t, original_window_y) X(int32_t, original_window_z)
+    X(int32_t, original_window_x) X(int32_t, original_window_y) X(int32_t, original_window_z)                                    \
+    X(int32_t, inside_runs) X(int32_t, reference_inside_runs)
 
 /* Holds the numbers of a model. */
 typedef struct springls__snapshot_state {
@@ -23989,7 +23990,8 @@ typedef enum springls__section {
     SPRINGLS__SECTION_GRID,
     SPRINGLS__SECTION_SET,         /* one section for each array of the constellation */
     SPRINGLS__SECTION_NEIGHBORS = SPRINGLS__SECTION_SET + SPRINGLS__SPRINGL_ARRAY_COUNT,
-    SPRINGLS__SECTION_SIDES,       /* a bit for each brick: 1 is constant and inside  */
+    SPRINGLS__SECTION_SIDES,       /* of older blocks: a bit for each brick of the domain: 1 is constant and inside */
+    SPRINGLS__SECTION_INSIDE,      /* runs of these bricks                            */
     SPRINGLS__SECTION_BRICKS,      /* the numbers of the bricks with voxels           */
     SPRINGLS__SECTION_PHI,
     SPRINGLS__SECTION_CALM,        /* a byte for each of them: sleep.h                */
@@ -23998,6 +24000,7 @@ typedef enum springls__section {
     SPRINGLS__SECTION_EVENT_PARTS,
     SPRINGLS__SECTION_VALUES,      /* one section for each attribute                  */
     SPRINGLS__SECTION_REFERENCE_SIDES = SPRINGLS__SECTION_VALUES + SPRINGLS_MAX_ATTRIBUTES,
+    SPRINGLS__SECTION_REFERENCE_INSIDE,
     SPRINGLS__SECTION_REFERENCE_BRICKS,
     SPRINGLS__SECTION_REFERENCE_PHI,
     SPRINGLS__SECTION_ORIGINAL,
@@ -24005,46 +24008,54 @@ typedef enum springls__section {
     SPRINGLS__SECTIONS
 } springls__section;
 
-/* Describes a section. width: bytes of its numbers; 0: records. may_miss: was not in the first version; where a block has none,
-   its numbers are 0. */
-typedef struct springls__section_info { int section; const char *tag; int width; bool may_miss; } springls__section_info;
+/* Which blocks have a section. */
+typedef enum springls__section_use {
+    SPRINGLS__SECTION_USED,
+    SPRINGLS__SECTION_MAY_MISS, /* in older ones: its numbers are 0 */
+    SPRINGLS__SECTION_ONLY_READ /* none but older ones               */
+} springls__section_use;
+
+/* Describes a section. width: bytes of its numbers; 0: records. */
+typedef struct springls__section_info { int section; const char *tag; int width; springls__section_use use; } springls__section_info;
 
 #define SPRINGLS__SECTION_OF(array) (SPRINGLS__SECTION_SET + (int)SPRINGLS__ARRAY_##array)
 
 /* Has a row for each section, the attributes one together. A tag is never used again for anything else. */
 static const springls__section_info springls__section_list[] = {
-    { SPRINGLS__SECTION_NUMBERS, "NUMB", 0, false },
-    { SPRINGLS__SECTION_PARAMS, "PARM", 0, false },
-    { SPRINGLS__SECTION_GRID, "GRID", 0, false },
-    { SPRINGLS__SECTION_OF(S), "SPRG", 0, false },
-    { SPRINGLS__SECTION_OF(A), "CORR", 4, false },
-    { SPRINGLS__SECTION_OF(ID), "SPID", 4, false },
-    { SPRINGLS__SECTION_OF(GENERATION), "GENR", 4, false },
-    { SPRINGLS__SECTION_OF(MASK), "MASK", 1, false },
-    { SPRINGLS__SECTION_OF(COMPONENT), "BODY", 4, false },
-    { SPRINGLS__SECTION_OF(CAVITY), "CAVT", 4, false },
-    { SPRINGLS__SECTION_OF(CONTACT_BODY), "CONT", 4, false },
-    { SPRINGLS__SECTION_OF(OVERLAPPED), "OVER", 1, false },
-    { SPRINGLS__SECTION_OF(EDGE), "EDGE", 1, false },
-    { SPRINGLS__SECTION_OF(ERROR), "ERRO", 4, false },
-    { SPRINGLS__SECTION_OF(PARENT), "PRNT", 4, false },
-    { SPRINGLS__SECTION_OF(BIRTH), "BRTH", 4, false },
-    { SPRINGLS__SECTION_OF(PHI_AT), "PHIP", 4, false },
-    { SPRINGLS__SECTION_OF(SYNCED_POSITION), "SYNC", 4, false },
-    { SPRINGLS__SECTION_NEIGHBORS, "NEAR", 4, false },
-    { SPRINGLS__SECTION_SIDES, "SIDE", 1, false },
-    { SPRINGLS__SECTION_BRICKS, "BRIK", 4, false },
-    { SPRINGLS__SECTION_PHI, "PHIV", 4, false },
-    { SPRINGLS__SECTION_CALM, "CALM", 0, true },
-    { SPRINGLS__SECTION_COMPONENTS, "COMP", 0, false },
-    { SPRINGLS__SECTION_EVENTS, "EVNT", 0, false },
-    { SPRINGLS__SECTION_EVENT_PARTS, "PART", 0, false },
-    { SPRINGLS__SECTION_VALUES, "ATTR", 0, false },
-    { SPRINGLS__SECTION_REFERENCE_SIDES, "RSID", 1, false },
-    { SPRINGLS__SECTION_REFERENCE_BRICKS, "RBRK", 4, false },
-    { SPRINGLS__SECTION_REFERENCE_PHI, "RPHI", 4, false },
-    { SPRINGLS__SECTION_ORIGINAL, "ORIG", 4, false },
-    { SPRINGLS__SECTION_SOURCE, "SRCE", 4, false },
+    { SPRINGLS__SECTION_NUMBERS, "NUMB", 0, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_PARAMS, "PARM", 0, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_GRID, "GRID", 0, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(S), "SPRG", 0, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(A), "CORR", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(ID), "SPID", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(GENERATION), "GENR", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(MASK), "MASK", 1, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(COMPONENT), "BODY", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(CAVITY), "CAVT", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(CONTACT_BODY), "CONT", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(OVERLAPPED), "OVER", 1, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(EDGE), "EDGE", 1, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(ERROR), "ERRO", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(PARENT), "PRNT", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(BIRTH), "BRTH", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(PHI_AT), "PHIP", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(SYNCED_POSITION), "SYNC", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_NEIGHBORS, "NEAR", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_SIDES, "SIDE", 1, SPRINGLS__SECTION_ONLY_READ },
+    { SPRINGLS__SECTION_INSIDE, "INSD", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_BRICKS, "BRIK", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_PHI, "PHIV", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_CALM, "CALM", 0, SPRINGLS__SECTION_MAY_MISS },
+    { SPRINGLS__SECTION_COMPONENTS, "COMP", 0, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_EVENTS, "EVNT", 0, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_EVENT_PARTS, "PART", 0, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_VALUES, "ATTR", 0, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_REFERENCE_SIDES, "RSID", 1, SPRINGLS__SECTION_ONLY_READ },
+    { SPRINGLS__SECTION_REFERENCE_INSIDE, "RINS", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_REFERENCE_BRICKS, "RBRK", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_REFERENCE_PHI, "RPHI", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_ORIGINAL, "ORIG", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_SOURCE, "SRCE", 4, SPRINGLS__SECTION_USED },
 };
 enum { SPRINGLS__SECTION_ROWS = sizeof springls__section_list / sizeof springls__section_list[0] };
 
@@ -24095,6 +24106,7 @@ SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const spr
     case SPRINGLS__SECTION_GRID: return SPRINGLS__GRID_BYTES;
     case SPRINGLS__SECTION_NEIGHBORS: return s->neighbors_age >= 0 ? count * SPRINGLS__NEIGHBOR_ROW * sizeof(int32_t) : 0;
     case SPRINGLS__SECTION_SIDES: return springls__side_bytes(g);
+    case SPRINGLS__SECTION_INSIDE: return (uint64_t)s->inside_runs * 2 * sizeof(int32_t);
     case SPRINGLS__SECTION_BRICKS: return (uint64_t)s->bricks * sizeof(int32_t);
     case SPRINGLS__SECTION_PHI: return (uint64_t)s->bricks * brick;
     case SPRINGLS__SECTION_CALM: return (uint64_t)s->bricks;
@@ -24102,6 +24114,7 @@ SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const spr
     case SPRINGLS__SECTION_EVENTS: return (uint64_t)s->events * SPRINGLS__EVENT_BYTES;
     case SPRINGLS__SECTION_EVENT_PARTS: return (uint64_t)s->event_parts * SPRINGLS__PART_BYTES;
     case SPRINGLS__SECTION_REFERENCE_SIDES: return all ? springls__side_bytes(g) : 0;
+    case SPRINGLS__SECTION_REFERENCE_INSIDE: return all ? (uint64_t)s->reference_inside_runs * 2 * sizeof(int32_t) : 0;
     case SPRINGLS__SECTION_REFERENCE_BRICKS: return all ? (uint64_t)s->reference_bricks * sizeof(int32_t) : 0;
     case SPRINGLS__SECTION_REFERENCE_PHI: return all ? (uint64_t)s->reference_bricks * brick : 0;
     case SPRINGLS__SECTION_ORIGINAL: return all ? (uint64_t)s->original * 9 * sizeof(float) : 0;
@@ -24120,7 +24133,7 @@ SPRINGLS__FN springls__layout springls__layout_of(const springls__grid *g, const
     layout.size = SPRINGLS__HEAD_BYTES;
     for (section = 0; section < SPRINGLS__SECTIONS; section++) {
         uint64_t bytes = springls__section_bytes(g, s, section);
-        if (!bytes) continue;
+        if (!bytes || springls__section_of(section)->use == SPRINGLS__SECTION_ONLY_READ) continue;
         layout.count++;
         layout.bytes[section] = bytes;
         layout.at[section] = layout.size + SPRINGLS__SECTION_HEAD_BYTES;
@@ -24142,6 +24155,26 @@ SPRINGLS__FN int springls__active_bricks(const springls__grid *g)
     int i, n = 0, entries = (int)springls__entry_count(g);
     for (i = 0; i < entries; i++) n += g->top[i] >= SPRINGLS__FIRST_SLOT;
     return n;
+}
+
+/* Writes the runs of bricks that have no voxels and are inside: first number and count; returns how many there are. c: NULL counts
+   them only. */
+SPRINGLS__FN int springls__put_inside_runs(springls__coder *c, const springls__grid *g)
+{
+    int32_t first = 0, length = 0;
+    int i, runs = 0, entries = (int)springls__entry_count(g);
+    for (i = 0; i <= entries; i++) {
+        const bool inside = i < entries && g->top[i] == SPRINGLS__INSIDE;
+        const int brick = inside ? springls__brick_of_entry(g, i) : -1;
+        if (length > 0 && brick != first + length) {
+            if (c) SPRINGLS__CODE(c, first);
+            if (c) SPRINGLS__CODE(c, length);
+            length = 0;
+            runs++;
+        }
+        if (inside && length++ == 0) first = brick;
+    }
+    return runs;
 }
 
 /* Returns a checksum, never 0, of the reference level set and the original surface: a FRAME snapshot, which leaves them out, can
@@ -24235,21 +24268,22 @@ SPRINGLS__FN void springls__snapshot_fill(springls_context *ctx, springls_snapsh
     s->original_window_x = ctx->original_window.offset[0];
     s->original_window_y = ctx->original_window.offset[1];
     s->original_window_z = ctx->original_window.offset[2];
+    s->inside_runs = springls__put_inside_runs(NULL, &ctx->model.grid);
+    s->reference_inside_runs = springls__put_inside_runs(NULL, &ctx->model.reference);
     springls__snapshot_stats(&ctx->stats, s);
     springls__snapshot_attributes(ctx, s);
 }
 
-/* Writes a grid into three sections, the first of which is `sides`: sides, numbers and values of its bricks. */
-SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, int sides, const springls__grid *g)
+/* Writes a grid into sections, the first of which is `inside`: runs of bricks inside, numbers and values of those with voxels. */
+SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, int inside, const springls__grid *g)
 {
-    char *side = out + layout->at[sides];
-    springls__coder numbers = springls__writer(out + layout->at[sides + 1]);
-    springls__coder values = springls__writer(out + layout->at[sides + 2]);
+    springls__coder runs = springls__writer(out + layout->at[inside]);
+    springls__coder numbers = springls__writer(out + layout->at[inside + 1]);
+    springls__coder values = springls__writer(out + layout->at[inside + 2]);
     int i, entries = (int)springls__entry_count(g);
-    memset(side, 0, (size_t)springls__side_bytes(g));
+    springls__put_inside_runs(&runs, g);
     for (i = 0; i < entries; i++) {
         int brick = springls__brick_of_entry(g, i);
-        if (g->top[i] == SPRINGLS__INSIDE) side[brick >> 3] = (char)(side[brick >> 3] | 1 << (brick & 7));
         if (g->top[i] < SPRINGLS__FIRST_SLOT) continue;
         SPRINGLS__CODE(&numbers, brick);
         springls__code(&values, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS, SPRINGLS__BRICK_VOXELS, sizeof(float));
@@ -24357,9 +24391,9 @@ SPRINGLS__FN void springls__snapshot_write(springls_context *ctx, const springls
         springls__put_section_head(layout, section, out);
         springls__put_section(ctx, s, layout, section, out);
     }
-    springls__put_grid(out, layout, SPRINGLS__SECTION_SIDES, &ctx->model.grid);
+    springls__put_grid(out, layout, SPRINGLS__SECTION_INSIDE, &ctx->model.grid);
     if (s->kind == SPRINGLS_SNAPSHOT_KIND_ALL)
-        springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_SIDES, &ctx->model.reference);
+        springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_INSIDE, &ctx->model.reference);
     springls__put_head(out, layout);
 }
 
@@ -24421,13 +24455,66 @@ SPRINGLS__FN bool springls__all_flags(const char *data, uint64_t bytes)
     return all <= 1;
 }
 
-/* Returns whether the numbers of the bricks with voxels ascend, exist, and are not marked as constant. */
-SPRINGLS__FN bool springls__bricks_good(const char *sides, const char *numbers, int count, size_t bricks)
+/* Walks through the runs of bricks that are inside, in a block. bits: of an older block, which has a bit for each brick of the
+   domain; NULL: it has runs. */
+typedef struct springls__inside_walk {
+    const char *bits, *runs;
+    int at, end;       /* bricks, with bits; otherwise runs */
+    int first, length; /* of the run */
+} springls__inside_walk;
+
+/* Begins to walk. section: of a grid's runs; behind that of its bits. */
+SPRINGLS__FN springls__inside_walk springls__walk_inside(const springls__grid *g, const springls__layout *layout,
+                                                         const char *block, int section)
 {
-    int i, last = -1;
-    for (i = 0; i < count; i++) {
+    springls__inside_walk w;
+    memset(&w, 0, sizeof w);
+    w.bits = layout->at[section - 1] ? block + layout->at[section - 1] : NULL;
+    w.runs = block + layout->at[section];
+    w.end = w.bits ? (int)springls__brick_count(g) : (int)(layout->bytes[section] / (2 * sizeof(int32_t)));
+    return w;
+}
+
+SPRINGLS__FN bool springls__bit_at(const char *bits, int i) { return bits[i >> 3] >> (i & 7) & 1; }
+
+/* Goes on to the next run; returns whether there is one. */
+SPRINGLS__FN bool springls__next_inside(springls__inside_walk *w)
+{
+    if (w->bits) {
+        while (w->at < w->end && !springls__bit_at(w->bits, w->at)) w->at += w->bits[w->at >> 3] ? 1 : 8 - (w->at & 7);
+        w->first = w->at;
+        while (w->at < w->end && springls__bit_at(w->bits, w->at)) w->at++;
+        w->length = w->at - w->first;
+        return w->length > 0;
+    }
+    if (w->at == w->end) return false;
+    w->first = springls__int_at(w->runs, 2 * (size_t)w->at);
+    w->length = springls__int_at(w->runs, 2 * (size_t)w->at + 1);
+    w->at++;
+    return true;
+}
+
+/* Returns whether the numbers of the bricks with voxels, and the runs of those inside, ascend, exist, and have none in common.
+   section: of the runs. */
+SPRINGLS__FN bool springls__bricks_good(const springls__grid *g, const springls__layout *layout, const char *block, int section,
+                                        int count)
+{
+    const char *numbers = block + layout->at[section + 1];
+    const int bricks = (int)springls__brick_count(g);
+    springls__inside_walk walk = springls__walk_inside(g, layout, block, section);
+    int i = 0, last = -1, end = 0;
+    while (springls__next_inside(&walk)) {
+        if (walk.first < end || walk.length < 1 || walk.length > bricks - walk.first) return false;
+        end = walk.first + walk.length;
+        for (; i < count && springls__int_at(numbers, (size_t)i) < end; i++) {
+            int brick = springls__int_at(numbers, (size_t)i);
+            if (brick <= last || brick >= walk.first) return false;
+            last = brick;
+        }
+    }
+    for (; i < count; i++) {
         int brick = springls__int_at(numbers, (size_t)i);
-        if (brick <= last || (size_t)brick >= bricks || (sides[brick >> 3] >> (brick & 7) & 1)) return false;
+        if (brick <= last || brick >= bricks) return false;
         last = brick;
     }
     return true;
@@ -24468,6 +24555,7 @@ SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
     if (s->neighbors_age < -1 || s->neighbors_age > furthest) return false;
     if (s->components < 0 || s->events < 0 || s->event_parts < 0) return false;
     if (s->original < 0 || s->bricks < 0 || s->reference_bricks < 0) return false;
+    if (s->inside_runs < 0 || s->reference_inside_runs < 0) return false;
     if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return false;
     if (!springls__flag_good(s->has_source) || !springls__flag_good(s->components_found)) return false;
     if (!(s->lag >= 0.0f) || !springls__flag_good(s->opposed)) return false;
@@ -24561,13 +24649,13 @@ SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls
     case SPRINGLS__SECTION_PARAMS:
     case SPRINGLS__SECTION_GRID: /* checked by springls__snapshot_numbers_read */
     case SPRINGLS__SECTION_SIDES:
-    case SPRINGLS__SECTION_CALM:
-    case SPRINGLS__SECTION_REFERENCE_SIDES: return true;
-    case SPRINGLS__SECTION_NEIGHBORS: return springls__all_between(data, bytes, SPRINGLS__NOT_FOUND, 3 * s->springls - 1);
+    case SPRINGLS__SECTION_INSIDE:
+    case SPRINGLS__SECTION_REFERENCE_SIDES:
+    case SPRINGLS__SECTION_REFERENCE_INSIDE:
     case SPRINGLS__SECTION_BRICKS:
-        return springls__bricks_good(block + layout->at[section - 1], data, s->bricks, springls__brick_count(g));
-    case SPRINGLS__SECTION_REFERENCE_BRICKS:
-        return springls__bricks_good(block + layout->at[section - 1], data, s->reference_bricks, springls__brick_count(g));
+    case SPRINGLS__SECTION_REFERENCE_BRICKS: /* checked together by springls__bricks_good */
+    case SPRINGLS__SECTION_CALM: return true;
+    case SPRINGLS__SECTION_NEIGHBORS: return springls__all_between(data, bytes, SPRINGLS__NOT_FOUND, 3 * s->springls - 1);
     case SPRINGLS__SECTION_COMPONENTS: return springls__components_good(g, s, data);
     case SPRINGLS__SECTION_EVENTS: return springls__events_good(s, data);
     case SPRINGLS__SECTION_EVENT_PARTS: return springls__event_parts_good(s, data);
@@ -24584,10 +24672,14 @@ SPRINGLS__FN bool springls__sections_good(const springls__grid *g, const springl
     int section;
     for (section = SPRINGLS__SECTION_SET; section < SPRINGLS__SECTIONS; section++) {
         const uint64_t bytes = springls__section_bytes(g, s, section);
-        if (!layout->at[section] && (bytes == 0 || springls__section_of(section)->may_miss)) continue;
+        if (!layout->at[section] && (bytes == 0 || springls__section_of(section)->use != SPRINGLS__SECTION_USED))
+            continue;
         if (layout->bytes[section] != bytes) return false;
     }
     if (s->events == 0 && s->event_parts > 0) return false;
+    if (!springls__bricks_good(g, layout, block, SPRINGLS__SECTION_INSIDE, s->bricks)
+        || !springls__bricks_good(g, layout, block, SPRINGLS__SECTION_REFERENCE_INSIDE,
+                                  s->kind == SPRINGLS_SNAPSHOT_KIND_ALL ? s->reference_bricks : 0)) return false;
     for (section = SPRINGLS__SECTION_SET; section < SPRINGLS__SECTIONS; section++)
         if (layout->at[section] && !springls__section_good(g, s, layout, block, section)) return false;
     return true;
@@ -24711,19 +24803,17 @@ SPRINGLS__FN springls_status springls__snapshot_read(springls_context *ctx, cons
 
 /* ---- restoring ---- */
 
-/* Returns the top table of a grid of three sections, the first of which is `sides`. count: of its bricks with voxels. */
-SPRINGLS__FN springls__table springls__table_of_block(const springls__grid *g, const springls__layout *layout, int sides,
+/* Returns the top table of a grid of a block. section: of its runs of bricks inside. count: of its bricks with voxels. */
+SPRINGLS__FN springls__table springls__table_of_block(const springls__grid *g, const springls__layout *layout, int section,
                                                       const char *block, int count)
 {
-    const char *side = block + layout->at[sides], *numbers = block + layout->at[sides + 1];
-    const int bricks = (int)springls__brick_count(g);
+    const char *numbers = block + layout->at[section + 1];
+    springls__inside_walk walk = springls__walk_inside(g, layout, block, section);
     springls__brick_box box = springls__empty_box();
     int i;
     for (i = 0; i < count; i++) springls__box_add_brick(g, &box, springls__int_at(numbers, (size_t)i), 0);
-    for (i = 0; i < bricks; i++) {
-        if ((i & 7) == 0 && side[i >> 3] == 0) i += 7; /* eight that are outside */
-        else if (side[i >> 3] >> (i & 7) & 1) springls__box_add_brick(g, &box, i, 0);
-    }
+    while (springls__next_inside(&walk))
+        for (i = 0; i < walk.length; i++) springls__box_add_brick(g, &box, walk.first + i, 0);
     return springls__table_for(g, &box);
 }
 
@@ -24732,10 +24822,10 @@ SPRINGLS__FN void springls__tables_of_block(const springls_context *ctx, const s
                                             const springls__layout *layout, const char *block, springls__table tables[2])
 {
     const springls__grid *g = &ctx->model.grid;
-    tables[0] = springls__table_of_block(g, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
+    tables[0] = springls__table_of_block(g, layout, SPRINGLS__SECTION_INSIDE, block, s->bricks);
     tables[1] = ctx->model.reference.table;
     if (s->kind == SPRINGLS_SNAPSHOT_KIND_ALL)
-        tables[1] = springls__table_of_block(g, layout, SPRINGLS__SECTION_REFERENCE_SIDES, block, s->reference_bricks);
+        tables[1] = springls__table_of_block(g, layout, SPRINGLS__SECTION_REFERENCE_INSIDE, block, s->reference_bricks);
 }
 
 /* Grows all memory of the context to what the snapshot needs; the model stays as it is. */
@@ -24776,20 +24866,20 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
     return springls__buffer_grow(ctx, &original->source_memory, n + 1, sizeof(int), original->source ? kept * sizeof(int) : 0);
 }
 
-/* Replaces the bricks of a grid by those of three sections, the first of which is `sides`, in slots of their order. */
-SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__table *table, const springls__layout *layout, int sides,
+/* Replaces the bricks of a grid by those of a block, in slots of their order. section: of its runs of bricks inside. */
+SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__table *table, const springls__layout *layout, int section,
                                      const char *block, int count)
 {
-    const char *side = block + layout->at[sides], *numbers = block + layout->at[sides + 1];
-    int i, entries = (int)springls__entries_of(table), brick;
+    const char *numbers = block + layout->at[section + 1];
+    springls__inside_walk walk = springls__walk_inside(g, layout, block, section);
+    int i, entries = (int)springls__entries_of(table);
     g->table = *table;
-    for (i = 0; i < entries; i++) {
-        brick = springls__brick_of_entry(g, i);
-        g->top[i] = side[brick >> 3] >> (brick & 7) & 1 ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
-    }
+    for (i = 0; i < entries; i++) g->top[i] = SPRINGLS__OUTSIDE;
+    while (springls__next_inside(&walk))
+        for (i = 0; i < walk.length; i++) g->top[springls__entry_of_brick(g, walk.first + i)] = SPRINGLS__INSIDE;
     for (i = 0; i < count; i++)
         g->top[springls__entry_of_brick(g, springls__int_at(numbers, (size_t)i))] = SPRINGLS__FIRST_SLOT + i;
-    springls__copy_numbers(g->phi + SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, block + layout->at[sides + 2],
+    springls__copy_numbers(g->phi + SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, block + layout->at[section + 2],
                            (size_t)count * SPRINGLS__BRICK_VOXELS, sizeof(float));
     g->slot_count = SPRINGLS__FIRST_SLOT + count;
     g->free_count = 0;
@@ -24872,7 +24962,7 @@ SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls_
     for (i = SPRINGLS__SECTION_SET; i <= SPRINGLS__SECTION_NEIGHBORS; i++)
         if (springls__section_of(i)->width) springls__get_array(ctx, s, layout, block, i);
     springls__get_components(ctx, s, layout, block);
-    springls__get_grid(&ctx->model.grid, table, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
+    springls__get_grid(&ctx->model.grid, table, layout, SPRINGLS__SECTION_INSIDE, block, s->bricks);
     springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS],
                           layout->at[SPRINGLS__SECTION_CALM] ? block + layout->at[SPRINGLS__SECTION_CALM] : NULL, s->bricks);
     springls__get_attributes(ctx, s, layout, block);
@@ -24885,7 +24975,7 @@ SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls_
     springls__surface *original = &ctx->original;
     springls__grid_constants(ctx, &ctx->model.reference);
     ctx->reference_stamp = 0;
-    springls__get_grid(&ctx->model.reference, table, layout, SPRINGLS__SECTION_REFERENCE_SIDES, block, s->reference_bricks);
+    springls__get_grid(&ctx->model.reference, table, layout, SPRINGLS__SECTION_REFERENCE_INSIDE, block, s->reference_bricks);
     springls__surface_forget(original);
     if (s->original == 0) return;
     springls__get_array(ctx, s, layout, block, SPRINGLS__SECTION_ORIGINAL);
@@ -33811,7 +33901,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 33815 \"springls.h\"\n",
+    "#line 33905 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

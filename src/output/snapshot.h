@@ -25,6 +25,26 @@ SPRINGLS__FN int springls__active_bricks(const springls__grid *g)
     return n;
 }
 
+/* Writes the runs of bricks that have no voxels and are inside: first number and count; returns how many there are. c: NULL counts
+   them only. */
+SPRINGLS__FN int springls__put_inside_runs(springls__coder *c, const springls__grid *g)
+{
+    int32_t first = 0, length = 0;
+    int i, runs = 0, entries = (int)springls__entry_count(g);
+    for (i = 0; i <= entries; i++) {
+        const bool inside = i < entries && g->top[i] == SPRINGLS__INSIDE;
+        const int brick = inside ? springls__brick_of_entry(g, i) : -1;
+        if (length > 0 && brick != first + length) {
+            if (c) SPRINGLS__CODE(c, first);
+            if (c) SPRINGLS__CODE(c, length);
+            length = 0;
+            runs++;
+        }
+        if (inside && length++ == 0) first = brick;
+    }
+    return runs;
+}
+
 /* Returns a checksum, never 0, of the reference level set and the original surface: a FRAME snapshot, which leaves them out, can
    be restored only where it is the same. */
 SPRINGLS__FN uint64_t springls__reference_stamp(springls_context *ctx)
@@ -116,21 +136,22 @@ SPRINGLS__FN void springls__snapshot_fill(springls_context *ctx, springls_snapsh
     s->original_window_x = ctx->original_window.offset[0];
     s->original_window_y = ctx->original_window.offset[1];
     s->original_window_z = ctx->original_window.offset[2];
+    s->inside_runs = springls__put_inside_runs(NULL, &ctx->model.grid);
+    s->reference_inside_runs = springls__put_inside_runs(NULL, &ctx->model.reference);
     springls__snapshot_stats(&ctx->stats, s);
     springls__snapshot_attributes(ctx, s);
 }
 
-/* Writes a grid into three sections, the first of which is `sides`: sides, numbers and values of its bricks. */
-SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, int sides, const springls__grid *g)
+/* Writes a grid into sections, the first of which is `inside`: runs of bricks inside, numbers and values of those with voxels. */
+SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, int inside, const springls__grid *g)
 {
-    char *side = out + layout->at[sides];
-    springls__coder numbers = springls__writer(out + layout->at[sides + 1]);
-    springls__coder values = springls__writer(out + layout->at[sides + 2]);
+    springls__coder runs = springls__writer(out + layout->at[inside]);
+    springls__coder numbers = springls__writer(out + layout->at[inside + 1]);
+    springls__coder values = springls__writer(out + layout->at[inside + 2]);
     int i, entries = (int)springls__entry_count(g);
-    memset(side, 0, (size_t)springls__side_bytes(g));
+    springls__put_inside_runs(&runs, g);
     for (i = 0; i < entries; i++) {
         int brick = springls__brick_of_entry(g, i);
-        if (g->top[i] == SPRINGLS__INSIDE) side[brick >> 3] = (char)(side[brick >> 3] | 1 << (brick & 7));
         if (g->top[i] < SPRINGLS__FIRST_SLOT) continue;
         SPRINGLS__CODE(&numbers, brick);
         springls__code(&values, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS, SPRINGLS__BRICK_VOXELS, sizeof(float));
@@ -238,9 +259,9 @@ SPRINGLS__FN void springls__snapshot_write(springls_context *ctx, const springls
         springls__put_section_head(layout, section, out);
         springls__put_section(ctx, s, layout, section, out);
     }
-    springls__put_grid(out, layout, SPRINGLS__SECTION_SIDES, &ctx->model.grid);
+    springls__put_grid(out, layout, SPRINGLS__SECTION_INSIDE, &ctx->model.grid);
     if (s->kind == SPRINGLS_SNAPSHOT_KIND_ALL)
-        springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_SIDES, &ctx->model.reference);
+        springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_INSIDE, &ctx->model.reference);
     springls__put_head(out, layout);
 }
 
@@ -302,13 +323,66 @@ SPRINGLS__FN bool springls__all_flags(const char *data, uint64_t bytes)
     return all <= 1;
 }
 
-/* Returns whether the numbers of the bricks with voxels ascend, exist, and are not marked as constant. */
-SPRINGLS__FN bool springls__bricks_good(const char *sides, const char *numbers, int count, size_t bricks)
+/* Walks through the runs of bricks that are inside, in a block. bits: of an older block, which has a bit for each brick of the
+   domain; NULL: it has runs. */
+typedef struct springls__inside_walk {
+    const char *bits, *runs;
+    int at, end;       /* bricks, with bits; otherwise runs */
+    int first, length; /* of the run */
+} springls__inside_walk;
+
+/* Begins to walk. section: of a grid's runs; behind that of its bits. */
+SPRINGLS__FN springls__inside_walk springls__walk_inside(const springls__grid *g, const springls__layout *layout,
+                                                         const char *block, int section)
 {
-    int i, last = -1;
-    for (i = 0; i < count; i++) {
+    springls__inside_walk w;
+    memset(&w, 0, sizeof w);
+    w.bits = layout->at[section - 1] ? block + layout->at[section - 1] : NULL;
+    w.runs = block + layout->at[section];
+    w.end = w.bits ? (int)springls__brick_count(g) : (int)(layout->bytes[section] / (2 * sizeof(int32_t)));
+    return w;
+}
+
+SPRINGLS__FN bool springls__bit_at(const char *bits, int i) { return bits[i >> 3] >> (i & 7) & 1; }
+
+/* Goes on to the next run; returns whether there is one. */
+SPRINGLS__FN bool springls__next_inside(springls__inside_walk *w)
+{
+    if (w->bits) {
+        while (w->at < w->end && !springls__bit_at(w->bits, w->at)) w->at += w->bits[w->at >> 3] ? 1 : 8 - (w->at & 7);
+        w->first = w->at;
+        while (w->at < w->end && springls__bit_at(w->bits, w->at)) w->at++;
+        w->length = w->at - w->first;
+        return w->length > 0;
+    }
+    if (w->at == w->end) return false;
+    w->first = springls__int_at(w->runs, 2 * (size_t)w->at);
+    w->length = springls__int_at(w->runs, 2 * (size_t)w->at + 1);
+    w->at++;
+    return true;
+}
+
+/* Returns whether the numbers of the bricks with voxels, and the runs of those inside, ascend, exist, and have none in common.
+   section: of the runs. */
+SPRINGLS__FN bool springls__bricks_good(const springls__grid *g, const springls__layout *layout, const char *block, int section,
+                                        int count)
+{
+    const char *numbers = block + layout->at[section + 1];
+    const int bricks = (int)springls__brick_count(g);
+    springls__inside_walk walk = springls__walk_inside(g, layout, block, section);
+    int i = 0, last = -1, end = 0;
+    while (springls__next_inside(&walk)) {
+        if (walk.first < end || walk.length < 1 || walk.length > bricks - walk.first) return false;
+        end = walk.first + walk.length;
+        for (; i < count && springls__int_at(numbers, (size_t)i) < end; i++) {
+            int brick = springls__int_at(numbers, (size_t)i);
+            if (brick <= last || brick >= walk.first) return false;
+            last = brick;
+        }
+    }
+    for (; i < count; i++) {
         int brick = springls__int_at(numbers, (size_t)i);
-        if (brick <= last || (size_t)brick >= bricks || (sides[brick >> 3] >> (brick & 7) & 1)) return false;
+        if (brick <= last || brick >= bricks) return false;
         last = brick;
     }
     return true;
@@ -349,6 +423,7 @@ SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
     if (s->neighbors_age < -1 || s->neighbors_age > furthest) return false;
     if (s->components < 0 || s->events < 0 || s->event_parts < 0) return false;
     if (s->original < 0 || s->bricks < 0 || s->reference_bricks < 0) return false;
+    if (s->inside_runs < 0 || s->reference_inside_runs < 0) return false;
     if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return false;
     if (!springls__flag_good(s->has_source) || !springls__flag_good(s->components_found)) return false;
     if (!(s->lag >= 0.0f) || !springls__flag_good(s->opposed)) return false;
@@ -442,13 +517,13 @@ SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls
     case SPRINGLS__SECTION_PARAMS:
     case SPRINGLS__SECTION_GRID: /* checked by springls__snapshot_numbers_read */
     case SPRINGLS__SECTION_SIDES:
-    case SPRINGLS__SECTION_CALM:
-    case SPRINGLS__SECTION_REFERENCE_SIDES: return true;
-    case SPRINGLS__SECTION_NEIGHBORS: return springls__all_between(data, bytes, SPRINGLS__NOT_FOUND, 3 * s->springls - 1);
+    case SPRINGLS__SECTION_INSIDE:
+    case SPRINGLS__SECTION_REFERENCE_SIDES:
+    case SPRINGLS__SECTION_REFERENCE_INSIDE:
     case SPRINGLS__SECTION_BRICKS:
-        return springls__bricks_good(block + layout->at[section - 1], data, s->bricks, springls__brick_count(g));
-    case SPRINGLS__SECTION_REFERENCE_BRICKS:
-        return springls__bricks_good(block + layout->at[section - 1], data, s->reference_bricks, springls__brick_count(g));
+    case SPRINGLS__SECTION_REFERENCE_BRICKS: /* checked together by springls__bricks_good */
+    case SPRINGLS__SECTION_CALM: return true;
+    case SPRINGLS__SECTION_NEIGHBORS: return springls__all_between(data, bytes, SPRINGLS__NOT_FOUND, 3 * s->springls - 1);
     case SPRINGLS__SECTION_COMPONENTS: return springls__components_good(g, s, data);
     case SPRINGLS__SECTION_EVENTS: return springls__events_good(s, data);
     case SPRINGLS__SECTION_EVENT_PARTS: return springls__event_parts_good(s, data);
@@ -465,10 +540,14 @@ SPRINGLS__FN bool springls__sections_good(const springls__grid *g, const springl
     int section;
     for (section = SPRINGLS__SECTION_SET; section < SPRINGLS__SECTIONS; section++) {
         const uint64_t bytes = springls__section_bytes(g, s, section);
-        if (!layout->at[section] && (bytes == 0 || springls__section_of(section)->may_miss)) continue;
+        if (!layout->at[section] && (bytes == 0 || springls__section_of(section)->use != SPRINGLS__SECTION_USED))
+            continue;
         if (layout->bytes[section] != bytes) return false;
     }
     if (s->events == 0 && s->event_parts > 0) return false;
+    if (!springls__bricks_good(g, layout, block, SPRINGLS__SECTION_INSIDE, s->bricks)
+        || !springls__bricks_good(g, layout, block, SPRINGLS__SECTION_REFERENCE_INSIDE,
+                                  s->kind == SPRINGLS_SNAPSHOT_KIND_ALL ? s->reference_bricks : 0)) return false;
     for (section = SPRINGLS__SECTION_SET; section < SPRINGLS__SECTIONS; section++)
         if (layout->at[section] && !springls__section_good(g, s, layout, block, section)) return false;
     return true;
@@ -592,19 +671,17 @@ SPRINGLS__FN springls_status springls__snapshot_read(springls_context *ctx, cons
 
 /* ---- restoring ---- */
 
-/* Returns the top table of a grid of three sections, the first of which is `sides`. count: of its bricks with voxels. */
-SPRINGLS__FN springls__table springls__table_of_block(const springls__grid *g, const springls__layout *layout, int sides,
+/* Returns the top table of a grid of a block. section: of its runs of bricks inside. count: of its bricks with voxels. */
+SPRINGLS__FN springls__table springls__table_of_block(const springls__grid *g, const springls__layout *layout, int section,
                                                       const char *block, int count)
 {
-    const char *side = block + layout->at[sides], *numbers = block + layout->at[sides + 1];
-    const int bricks = (int)springls__brick_count(g);
+    const char *numbers = block + layout->at[section + 1];
+    springls__inside_walk walk = springls__walk_inside(g, layout, block, section);
     springls__brick_box box = springls__empty_box();
     int i;
     for (i = 0; i < count; i++) springls__box_add_brick(g, &box, springls__int_at(numbers, (size_t)i), 0);
-    for (i = 0; i < bricks; i++) {
-        if ((i & 7) == 0 && side[i >> 3] == 0) i += 7; /* eight that are outside */
-        else if (side[i >> 3] >> (i & 7) & 1) springls__box_add_brick(g, &box, i, 0);
-    }
+    while (springls__next_inside(&walk))
+        for (i = 0; i < walk.length; i++) springls__box_add_brick(g, &box, walk.first + i, 0);
     return springls__table_for(g, &box);
 }
 
@@ -613,10 +690,10 @@ SPRINGLS__FN void springls__tables_of_block(const springls_context *ctx, const s
                                             const springls__layout *layout, const char *block, springls__table tables[2])
 {
     const springls__grid *g = &ctx->model.grid;
-    tables[0] = springls__table_of_block(g, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
+    tables[0] = springls__table_of_block(g, layout, SPRINGLS__SECTION_INSIDE, block, s->bricks);
     tables[1] = ctx->model.reference.table;
     if (s->kind == SPRINGLS_SNAPSHOT_KIND_ALL)
-        tables[1] = springls__table_of_block(g, layout, SPRINGLS__SECTION_REFERENCE_SIDES, block, s->reference_bricks);
+        tables[1] = springls__table_of_block(g, layout, SPRINGLS__SECTION_REFERENCE_INSIDE, block, s->reference_bricks);
 }
 
 /* Grows all memory of the context to what the snapshot needs; the model stays as it is. */
@@ -657,20 +734,20 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
     return springls__buffer_grow(ctx, &original->source_memory, n + 1, sizeof(int), original->source ? kept * sizeof(int) : 0);
 }
 
-/* Replaces the bricks of a grid by those of three sections, the first of which is `sides`, in slots of their order. */
-SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__table *table, const springls__layout *layout, int sides,
+/* Replaces the bricks of a grid by those of a block, in slots of their order. section: of its runs of bricks inside. */
+SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__table *table, const springls__layout *layout, int section,
                                      const char *block, int count)
 {
-    const char *side = block + layout->at[sides], *numbers = block + layout->at[sides + 1];
-    int i, entries = (int)springls__entries_of(table), brick;
+    const char *numbers = block + layout->at[section + 1];
+    springls__inside_walk walk = springls__walk_inside(g, layout, block, section);
+    int i, entries = (int)springls__entries_of(table);
     g->table = *table;
-    for (i = 0; i < entries; i++) {
-        brick = springls__brick_of_entry(g, i);
-        g->top[i] = side[brick >> 3] >> (brick & 7) & 1 ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
-    }
+    for (i = 0; i < entries; i++) g->top[i] = SPRINGLS__OUTSIDE;
+    while (springls__next_inside(&walk))
+        for (i = 0; i < walk.length; i++) g->top[springls__entry_of_brick(g, walk.first + i)] = SPRINGLS__INSIDE;
     for (i = 0; i < count; i++)
         g->top[springls__entry_of_brick(g, springls__int_at(numbers, (size_t)i))] = SPRINGLS__FIRST_SLOT + i;
-    springls__copy_numbers(g->phi + SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, block + layout->at[sides + 2],
+    springls__copy_numbers(g->phi + SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, block + layout->at[section + 2],
                            (size_t)count * SPRINGLS__BRICK_VOXELS, sizeof(float));
     g->slot_count = SPRINGLS__FIRST_SLOT + count;
     g->free_count = 0;
@@ -753,7 +830,7 @@ SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls_
     for (i = SPRINGLS__SECTION_SET; i <= SPRINGLS__SECTION_NEIGHBORS; i++)
         if (springls__section_of(i)->width) springls__get_array(ctx, s, layout, block, i);
     springls__get_components(ctx, s, layout, block);
-    springls__get_grid(&ctx->model.grid, table, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
+    springls__get_grid(&ctx->model.grid, table, layout, SPRINGLS__SECTION_INSIDE, block, s->bricks);
     springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS],
                           layout->at[SPRINGLS__SECTION_CALM] ? block + layout->at[SPRINGLS__SECTION_CALM] : NULL, s->bricks);
     springls__get_attributes(ctx, s, layout, block);
@@ -766,7 +843,7 @@ SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls_
     springls__surface *original = &ctx->original;
     springls__grid_constants(ctx, &ctx->model.reference);
     ctx->reference_stamp = 0;
-    springls__get_grid(&ctx->model.reference, table, layout, SPRINGLS__SECTION_REFERENCE_SIDES, block, s->reference_bricks);
+    springls__get_grid(&ctx->model.reference, table, layout, SPRINGLS__SECTION_REFERENCE_INSIDE, block, s->reference_bricks);
     springls__surface_forget(original);
     if (s->original == 0) return;
     springls__get_array(ctx, s, layout, block, SPRINGLS__SECTION_ORIGINAL);
