@@ -2,13 +2,13 @@
  *
  *   morph --out result                                            # two built-in bodies
  *   morph Knight.glb Mage.glb --animation Walking_A --out result
- *   morph Fox.glb CesiumMan.glb --map examples/morph/fox_to_man.txt --out result # different skeletons: a map of joints
+ *   morph Fox.glb CesiumMan.glb --out result                      # different skeletons
  *   morph Knight.glb --list
  *   morph body.obj --weights --donor RiggedFigure.glb --out result # bone weights for a body that has none
  *
  * The source is rescaled onto the target's skeleton; both become springls' bodies on one grid. In each frame linear blend
  * skinning, as a batch of affine forces, moves the springls in one step of Algorithm 3; then ten iterations of an active
- * contour push them towards the target in the same pose. Bone weights, texture coordinates and colors stay with the springls. */
+ * contour push them to a shape between the two in the same pose. Bone weights, texture coordinates and colors stay with the springls. */
 #include "morph/morph.h"
 
 #include <stdio.h>

@@ -275,6 +275,10 @@ void morph_print(const struct morph *morph)
     }
     printf("%d joints paired by %s; grid %d x %d x %d\n", morph->alignment.pairs, morph->alignment.how, morph->grid.size[0],
            morph->grid.size[1], morph->grid.size[2]);
+    const int left_out = morph->source.solid.dropped_voxels + morph->target.solid.dropped_voxels;
+    if (left_out > 0) {
+        printf("%d voxels of bodies below 1/1000 of the volume are left out\n", left_out);
+    }
     printf("%d frames, %s; %d watertight, %d self-intersections, %d to %d components beside up to %d specks\n",
            morph->frame_count, morph->coincided >= 0 ? "the last is the target" : "the target is not reached", s.watertight,
            s.intersections, s.min_components, s.max_components, s.specks);

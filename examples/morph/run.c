@@ -13,7 +13,7 @@
 #define ROD 1.4f  /* voxels: radius that limbs have at least before the target is reached */
 #define BAND 2.5f /* voxels: where level sets that springls make are distances */
 
-enum { MARGIN = 5, LEAD_IN = 8 }; /* voxels around; steps from the neutral pose to the first frame */
+enum { MARGIN = 5, LEAD_IN = 8, LEAD_OUT = 12 }; /* voxels around; steps from the neutral pose to the first frame, and back */
 
 #define COINCIDE 0.125  /* voxels: mean distance in both directions below which the two coincide... */
 #define LEFT_OVER 0.005 /* ...if at most this share of the target is further than a voxel away, since tips grow last */
@@ -654,6 +654,19 @@ static bool compare_ends(struct morph *morph)
     return surface_distances_measure(&mine, &target, 20000, morph->grid.spacing[0], &morph->end) || morph_no_memory();
 }
 
+/* Takes the model back to the neutral pose, in which it is written with its skeleton, while it goes on becoming the target. Skinning
+ * the last frame's vertices backwards would be no surface: where bodies have met or parted, neighbors have different bones. */
+static bool rest_pose(struct morph *morph)
+{
+    const int last = morph->frame_count - 1;
+    bool good = true;
+    for (int s = LEAD_OUT - 1; good && s >= 0; --s) {
+        next_pose(morph, last, (double)s / LEAD_OUT);
+        good = skin_step(morph) && pose_between(morph, part_of(morph, last)) && contour_steps(morph);
+    }
+    return good && measure(morph, &morph->rest);
+}
+
 bool morph_run(struct morph *morph)
 {
     struct progress bar;
@@ -670,7 +683,8 @@ bool morph_run(struct morph *morph)
         good = run_frame(morph, f);
         morph->frame_count += good;
         const struct morph_frame *frame = &morph->frames[f];
-        if (good && f >= morph->settings.blend && frame->distance < COINCIDE && frame->missing < COINCIDE && frame->far < LEFT_OVER) {
+        if (good && f >= morph->settings.blend && frame->distance < COINCIDE && frame->missing < COINCIDE
+            && frame->far < LEFT_OVER) {
             morph->coincided = f;
         }
         progress_update(&bar, (size_t)f + 1, NULL);
@@ -680,7 +694,14 @@ bool morph_run(struct morph *morph)
     if (good) {
         compare_weights(morph);
     }
-    return good;
+    return good && (!morph->settings.common.out || rest_pose(morph));
+}
+
+static void free_frame(struct morph *morph, struct morph_frame *frame)
+{
+    springls_mesh_free(morph->ctx, &frame->mesh);
+    free(frame->colors);
+    free(frame->uvs);
 }
 
 static void free_body(springls_context *ctx, struct morph_body *body)
@@ -697,10 +718,9 @@ static void free_body(springls_context *ctx, struct morph_body *body)
 void morph_free(struct morph *morph)
 {
     for (int f = 0; morph->frames && f < morph->settings.frames; ++f) {
-        springls_mesh_free(morph->ctx, &morph->frames[f].mesh);
-        free(morph->frames[f].colors);
-        free(morph->frames[f].uvs);
+        free_frame(morph, &morph->frames[f]);
     }
+    free_frame(morph, &morph->rest);
     springls_mesh_free(morph->other, &morph->target_mesh);
     free_body(morph->ctx, &morph->source);
     free_body(morph->other, &morph->target);

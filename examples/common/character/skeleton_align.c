@@ -290,7 +290,8 @@ static bool pair_limbs(const struct character *source, const struct character *t
 static bool complete(const struct character *source, const struct character *target, struct alignment *a)
 {
     bool *used[2] = {used_joints(source), used_joints(target)};
-    bool *mapped[2] = {calloc((size_t)source->joint_count + 1, sizeof(bool)), calloc((size_t)target->joint_count + 1, sizeof(bool))};
+    bool *mapped[2] = {calloc((size_t)source->joint_count + 1, sizeof(bool)),
+                       calloc((size_t)target->joint_count + 1, sizeof(bool))};
     const bool good = used[0] && used[1] && mapped[0] && mapped[1];
     for (int j = 0; good && j < source->joint_count; ++j) {
         if (a->map[j] >= 0) { mapped[0][j] = mapped[1][a->map[j]] = true; }
