@@ -343,7 +343,12 @@ typedef enum springls__section_use {
 } springls__section_use;
 
 /* Describes a section. width: bytes of its numbers; 0: records. */
-typedef struct springls__section_info { int section; const char *tag; int width; springls__section_use use; } springls__section_info;
+typedef struct springls__section_info {
+    int section;
+    const char *tag;
+    int width;
+    springls__section_use use;
+} springls__section_info;
 
 #define SPRINGLS__SECTION_OF(array) (SPRINGLS__SECTION_SET + (int)SPRINGLS__ARRAY_##array)
 

@@ -23,7 +23,7 @@
 #include "../stages/window.h"
 #include "../solver/step.h"
 #include "../lifecycle/create.h"
-#include "../output/snapshot.h"
+#include "../output/restore.h"
 
 /* Decides which springls of one operand stay: where sign * phi > 0 in the other operand's level set; and, where they lie on its
    surface, by the direction they face. */

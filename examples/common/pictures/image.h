@@ -27,6 +27,8 @@ static inline struct color color_rgb(float r, float g, float b)
 bool image_create(struct image *image, int width, int height, struct color fill);
 void image_free(struct image *image);
 bool image_write_png(const struct image *image, const char *path);
+/* Encodes as PNG in memory, to be freed. */
+bool image_encode_png(const struct image *image, unsigned char **bytes, size_t *size);
 /* Decodes PNG, JPEG and the other formats of stb_image from a file's bytes. Returns false with an empty picture on failure. */
 bool image_read(const unsigned char *bytes, size_t length, struct image *image);
 bool image_read_file(const char *path, struct image *image);
