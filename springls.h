@@ -125,6 +125,8 @@
      >>measure              src/output/measure.h
      >>mesh_measure         src/model/mesh_measure.h
      >>isosurface           src/output/isosurface.h
+     >>restore              src/output/restore.h
+     >>snapshot_check       src/output/snapshot_check.h
      >>snapshot             src/output/snapshot.h
      >>snapshot_format      src/output/snapshot_format.h
      >>views                src/output/views.h
@@ -10631,8 +10633,8 @@ SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, s
     springls__has_grown(model)[args.grow_line.first_flag + i] = grew;
 }
 
-/* Sets the side of the brick of entry i from its state: a constant brick is outside or inside, in an active one phi is 1 (background) or
-   -1. */
+/* Sets the side of the brick of entry i from its state: a constant brick is outside or inside, in an active one phi is 1 (background)
+   or -1. */
 SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__arguments args, int i,
                                                   SPRINGLS__LOCAL float *memory)
 {
@@ -12956,7 +12958,8 @@ SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *
 /* ======== >>advect  (src/stages/advect.h) ====================================================================== */
 /* advect.h - moves springls by the forces (section 4.2, eq. 1 and 2): pressure, velocity, affine, sampled fields, curvature. */
 
-enum { SPRINGLS__FURTHEST_MOTION = 1000000 }; /* voxels in one advect, with a window that follows: beyond it a float has no sixteenth of a voxel */
+/* In voxels, of one advect, with a window that follows: beyond it a float has no sixteenth of a voxel. */
+enum { SPRINGLS__FURTHEST_MOTION = 1000000 };
 
 /* Finds how a sampled field maps the model's voxels to its own samples; channels 0 when there is no field. */
 SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, const springls_sampled_field *given, int channels,
@@ -18251,7 +18254,8 @@ SPRINGLS__FN const char *springls__desc_fault(const springls_desc *desc, double 
         if (desc->follow && desc->grid.size[axis] % SPRINGLS__BRICK) return "grid.size is no multiple of 8, but follow is set";
     for (axis = 0; axis < 3; axis++) {
         if (desc->window[axis] % SPRINGLS__BRICK) return "window is no multiple of 8";
-        if (desc->window[axis] > 1 << 30 || desc->window[axis] < -(1 << 30)) return "window is out of range: it may be -2^30 to 2^30";
+        if (desc->window[axis] > 1 << 30 || desc->window[axis] < -(1 << 30))
+            return "window is out of range: it may be -2^30 to 2^30";
         if (desc->window[axis] && (desc->grid.size[0] | desc->grid.size[1] | desc->grid.size[2]) % SPRINGLS__BRICK)
             return "grid.size is no multiple of 8, but window is set";
     }
@@ -20803,30 +20807,37 @@ SPRINGLS__FN void springls__find_nearest(const springls__model *model, const spr
     for (i = 0; i < c->listed; i++) springls__try_candidate(model, c, c->list[i], group, &search);
 }
 
-/* Reads a row of vectors, one a lane; where `index` is -1, zero. */
-SPRINGLS__FN springls__vec3 springls__vectors_at(const springls__v3 *row, const int index[SPRINGLS__LANES])
+/* Returns a vector in each lane. */
+SPRINGLS__FN springls__vec3 springls__vectors_of(const springls__v3 v[SPRINGLS__LANES])
 {
     float x[3][SPRINGLS__LANES];
     int lane;
     for (lane = 0; lane < SPRINGLS__LANES; lane++) {
-        const springls__v3 v = index[lane] < 0 ? springls__v3_make(0.0f, 0.0f, 0.0f) : row[index[lane]];
-        x[0][lane] = v.x;
-        x[1][lane] = v.y;
-        x[2][lane] = v.z;
+        x[0][lane] = v[lane].x;
+        x[1][lane] = v[lane].y;
+        x[2][lane] = v[lane].z;
     }
     return springls__vec_load_v3(x[0], x[1], x[2]);
 }
 
-/* Returns tangents to normals, as springls__fit_begin takes them. */
+/* Returns elements of an array; zeros for index -1. */
+SPRINGLS__FN springls__vec3 springls__vectors_at(const springls__v3 *row, const int index[SPRINGLS__LANES])
+{
+    springls__v3 v[SPRINGLS__LANES];
+    int lane;
+    for (lane = 0; lane < SPRINGLS__LANES; lane++)
+        v[lane] = index[lane] < 0 ? springls__v3_make(0.0f, 0.0f, 0.0f) : row[index[lane]];
+    return springls__vectors_of(v);
+}
+
+/* Returns tangents to normals, as springls__fit_begin takes them; zeros for index -1. */
 SPRINGLS__FN springls__vec3 springls__tangents_of(const springls__candidates *c, const int index[SPRINGLS__LANES])
 {
-    springls__v3 tangent[SPRINGLS__LANES];
-    int lane, own[SPRINGLS__LANES];
-    for (lane = 0; lane < SPRINGLS__LANES; lane++) {
-        own[lane] = index[lane] < 0 ? -1 : lane;
-        if (own[lane] >= 0) tangent[lane] = springls__any_tangent(c->n[index[lane]]);
-    }
-    return springls__vectors_at(tangent, own);
+    springls__v3 v[SPRINGLS__LANES];
+    int lane;
+    for (lane = 0; lane < SPRINGLS__LANES; lane++)
+        v[lane] = index[lane] < 0 ? springls__v3_make(0.0f, 0.0f, 0.0f) : springls__any_tangent(c->n[index[lane]]);
+    return springls__vectors_of(v);
 }
 
 /* Finds the correspondences of the vertices: by the quadratic fits around them, or else those of their springls. */
@@ -23905,7 +23916,8 @@ SPRINGLS__FN void springls__code_attribute(springls__coder *c, springls__attribu
     X(int32_t, steps) X(int64_t, added) X(int64_t, split) X(int64_t, removed) X(int64_t, reshaped) X(int64_t, refused)           \
     X(float, volume_correction) X(float, largest_displacement) X(float, moving_share) X(float, lag) X(int32_t, opposed)          \
     X(int64_t, left) X(int32_t, window_x) X(int32_t, window_y) X(int32_t, window_z)                                              \
-    X(int32_t, original_window_x) X(int32_t, original_window_y) X(int32_t, original_window_z)
+    X(int32_t, original_window_x) X(int32_t, original_window_y) X(int32_t, original_window_z)                                    \
+    X(int32_t, inside_runs) X(int32_t, reference_inside_runs)
 
 /* Holds the numbers of a model. */
 typedef struct springls__snapshot_state {
@@ -23989,7 +24001,8 @@ typedef enum springls__section {
     SPRINGLS__SECTION_GRID,
     SPRINGLS__SECTION_SET,         /* one section for each array of the constellation */
     SPRINGLS__SECTION_NEIGHBORS = SPRINGLS__SECTION_SET + SPRINGLS__SPRINGL_ARRAY_COUNT,
-    SPRINGLS__SECTION_SIDES,       /* a bit for each brick: 1 is constant and inside  */
+    SPRINGLS__SECTION_SIDES,       /* of older blocks: a bit for each brick of the domain: 1 is constant and inside */
+    SPRINGLS__SECTION_INSIDE,      /* runs of these bricks                            */
     SPRINGLS__SECTION_BRICKS,      /* the numbers of the bricks with voxels           */
     SPRINGLS__SECTION_PHI,
     SPRINGLS__SECTION_CALM,        /* a byte for each of them: sleep.h                */
@@ -23998,6 +24011,7 @@ typedef enum springls__section {
     SPRINGLS__SECTION_EVENT_PARTS,
     SPRINGLS__SECTION_VALUES,      /* one section for each attribute                  */
     SPRINGLS__SECTION_REFERENCE_SIDES = SPRINGLS__SECTION_VALUES + SPRINGLS_MAX_ATTRIBUTES,
+    SPRINGLS__SECTION_REFERENCE_INSIDE,
     SPRINGLS__SECTION_REFERENCE_BRICKS,
     SPRINGLS__SECTION_REFERENCE_PHI,
     SPRINGLS__SECTION_ORIGINAL,
@@ -24005,46 +24019,59 @@ typedef enum springls__section {
     SPRINGLS__SECTIONS
 } springls__section;
 
-/* Describes a section. width: bytes of its numbers; 0: records. may_miss: was not in the first version; where a block has none,
-   its numbers are 0. */
-typedef struct springls__section_info { int section; const char *tag; int width; bool may_miss; } springls__section_info;
+/* Which blocks have a section. */
+typedef enum springls__section_use {
+    SPRINGLS__SECTION_USED,
+    SPRINGLS__SECTION_MAY_MISS, /* in older ones: its numbers are 0 */
+    SPRINGLS__SECTION_ONLY_READ /* none but older ones               */
+} springls__section_use;
+
+/* Describes a section. width: bytes of its numbers; 0: records. */
+typedef struct springls__section_info {
+    int section;
+    const char *tag;
+    int width;
+    springls__section_use use;
+} springls__section_info;
 
 #define SPRINGLS__SECTION_OF(array) (SPRINGLS__SECTION_SET + (int)SPRINGLS__ARRAY_##array)
 
 /* Has a row for each section, the attributes one together. A tag is never used again for anything else. */
 static const springls__section_info springls__section_list[] = {
-    { SPRINGLS__SECTION_NUMBERS, "NUMB", 0, false },
-    { SPRINGLS__SECTION_PARAMS, "PARM", 0, false },
-    { SPRINGLS__SECTION_GRID, "GRID", 0, false },
-    { SPRINGLS__SECTION_OF(S), "SPRG", 0, false },
-    { SPRINGLS__SECTION_OF(A), "CORR", 4, false },
-    { SPRINGLS__SECTION_OF(ID), "SPID", 4, false },
-    { SPRINGLS__SECTION_OF(GENERATION), "GENR", 4, false },
-    { SPRINGLS__SECTION_OF(MASK), "MASK", 1, false },
-    { SPRINGLS__SECTION_OF(COMPONENT), "BODY", 4, false },
-    { SPRINGLS__SECTION_OF(CAVITY), "CAVT", 4, false },
-    { SPRINGLS__SECTION_OF(CONTACT_BODY), "CONT", 4, false },
-    { SPRINGLS__SECTION_OF(OVERLAPPED), "OVER", 1, false },
-    { SPRINGLS__SECTION_OF(EDGE), "EDGE", 1, false },
-    { SPRINGLS__SECTION_OF(ERROR), "ERRO", 4, false },
-    { SPRINGLS__SECTION_OF(PARENT), "PRNT", 4, false },
-    { SPRINGLS__SECTION_OF(BIRTH), "BRTH", 4, false },
-    { SPRINGLS__SECTION_OF(PHI_AT), "PHIP", 4, false },
-    { SPRINGLS__SECTION_OF(SYNCED_POSITION), "SYNC", 4, false },
-    { SPRINGLS__SECTION_NEIGHBORS, "NEAR", 4, false },
-    { SPRINGLS__SECTION_SIDES, "SIDE", 1, false },
-    { SPRINGLS__SECTION_BRICKS, "BRIK", 4, false },
-    { SPRINGLS__SECTION_PHI, "PHIV", 4, false },
-    { SPRINGLS__SECTION_CALM, "CALM", 0, true },
-    { SPRINGLS__SECTION_COMPONENTS, "COMP", 0, false },
-    { SPRINGLS__SECTION_EVENTS, "EVNT", 0, false },
-    { SPRINGLS__SECTION_EVENT_PARTS, "PART", 0, false },
-    { SPRINGLS__SECTION_VALUES, "ATTR", 0, false },
-    { SPRINGLS__SECTION_REFERENCE_SIDES, "RSID", 1, false },
-    { SPRINGLS__SECTION_REFERENCE_BRICKS, "RBRK", 4, false },
-    { SPRINGLS__SECTION_REFERENCE_PHI, "RPHI", 4, false },
-    { SPRINGLS__SECTION_ORIGINAL, "ORIG", 4, false },
-    { SPRINGLS__SECTION_SOURCE, "SRCE", 4, false },
+    { SPRINGLS__SECTION_NUMBERS, "NUMB", 0, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_PARAMS, "PARM", 0, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_GRID, "GRID", 0, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(S), "SPRG", 0, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(A), "CORR", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(ID), "SPID", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(GENERATION), "GENR", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(MASK), "MASK", 1, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(COMPONENT), "BODY", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(CAVITY), "CAVT", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(CONTACT_BODY), "CONT", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(OVERLAPPED), "OVER", 1, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(EDGE), "EDGE", 1, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(ERROR), "ERRO", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(PARENT), "PRNT", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(BIRTH), "BRTH", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(PHI_AT), "PHIP", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(SYNCED_POSITION), "SYNC", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_NEIGHBORS, "NEAR", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_SIDES, "SIDE", 1, SPRINGLS__SECTION_ONLY_READ },
+    { SPRINGLS__SECTION_INSIDE, "INSD", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_BRICKS, "BRIK", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_PHI, "PHIV", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_CALM, "CALM", 0, SPRINGLS__SECTION_MAY_MISS },
+    { SPRINGLS__SECTION_COMPONENTS, "COMP", 0, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_EVENTS, "EVNT", 0, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_EVENT_PARTS, "PART", 0, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_VALUES, "ATTR", 0, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_REFERENCE_SIDES, "RSID", 1, SPRINGLS__SECTION_ONLY_READ },
+    { SPRINGLS__SECTION_REFERENCE_INSIDE, "RINS", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_REFERENCE_BRICKS, "RBRK", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_REFERENCE_PHI, "RPHI", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_ORIGINAL, "ORIG", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_SOURCE, "SRCE", 4, SPRINGLS__SECTION_USED },
 };
 enum { SPRINGLS__SECTION_ROWS = sizeof springls__section_list / sizeof springls__section_list[0] };
 
@@ -24095,6 +24122,7 @@ SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const spr
     case SPRINGLS__SECTION_GRID: return SPRINGLS__GRID_BYTES;
     case SPRINGLS__SECTION_NEIGHBORS: return s->neighbors_age >= 0 ? count * SPRINGLS__NEIGHBOR_ROW * sizeof(int32_t) : 0;
     case SPRINGLS__SECTION_SIDES: return springls__side_bytes(g);
+    case SPRINGLS__SECTION_INSIDE: return (uint64_t)s->inside_runs * 2 * sizeof(int32_t);
     case SPRINGLS__SECTION_BRICKS: return (uint64_t)s->bricks * sizeof(int32_t);
     case SPRINGLS__SECTION_PHI: return (uint64_t)s->bricks * brick;
     case SPRINGLS__SECTION_CALM: return (uint64_t)s->bricks;
@@ -24102,6 +24130,7 @@ SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const spr
     case SPRINGLS__SECTION_EVENTS: return (uint64_t)s->events * SPRINGLS__EVENT_BYTES;
     case SPRINGLS__SECTION_EVENT_PARTS: return (uint64_t)s->event_parts * SPRINGLS__PART_BYTES;
     case SPRINGLS__SECTION_REFERENCE_SIDES: return all ? springls__side_bytes(g) : 0;
+    case SPRINGLS__SECTION_REFERENCE_INSIDE: return all ? (uint64_t)s->reference_inside_runs * 2 * sizeof(int32_t) : 0;
     case SPRINGLS__SECTION_REFERENCE_BRICKS: return all ? (uint64_t)s->reference_bricks * sizeof(int32_t) : 0;
     case SPRINGLS__SECTION_REFERENCE_PHI: return all ? (uint64_t)s->reference_bricks * brick : 0;
     case SPRINGLS__SECTION_ORIGINAL: return all ? (uint64_t)s->original * 9 * sizeof(float) : 0;
@@ -24120,7 +24149,7 @@ SPRINGLS__FN springls__layout springls__layout_of(const springls__grid *g, const
     layout.size = SPRINGLS__HEAD_BYTES;
     for (section = 0; section < SPRINGLS__SECTIONS; section++) {
         uint64_t bytes = springls__section_bytes(g, s, section);
-        if (!bytes) continue;
+        if (!bytes || springls__section_of(section)->use == SPRINGLS__SECTION_ONLY_READ) continue;
         layout.count++;
         layout.bytes[section] = bytes;
         layout.at[section] = layout.size + SPRINGLS__SECTION_HEAD_BYTES;
@@ -24130,11 +24159,8 @@ SPRINGLS__FN springls__layout springls__layout_of(const springls__grid *g, const
 }
 
 /* ======== >>snapshot  (src/output/snapshot.h) ================================================================== */
-/* snapshot.h - writes and restores all that a model's future depends on, as one block of bytes (snapshot_format.h). What can be
-   computed from these (cells, omega, hierarchies) is not in it. Bricks are stored in their order, without their slots.
-   springls_restore checks everything and allocates all memory before the model changes. */
-
-/* ---- writing ---- */
+/* snapshot.h - writes all that a model's future depends on as one block of bytes (snapshot_format.h). What can be computed from
+   these (cells, omega, hierarchies) is not in it. Bricks are stored in their order, without their slots. */
 
 /* Counts the bricks with voxels. */
 SPRINGLS__FN int springls__active_bricks(const springls__grid *g)
@@ -24142,6 +24168,26 @@ SPRINGLS__FN int springls__active_bricks(const springls__grid *g)
     int i, n = 0, entries = (int)springls__entry_count(g);
     for (i = 0; i < entries; i++) n += g->top[i] >= SPRINGLS__FIRST_SLOT;
     return n;
+}
+
+/* Writes the runs of bricks that have no voxels and are inside: first number and count; returns how many there are. c: NULL counts
+   them only. */
+SPRINGLS__FN int springls__put_inside_runs(springls__coder *c, const springls__grid *g)
+{
+    int32_t first = 0, length = 0;
+    int i, runs = 0, entries = (int)springls__entry_count(g);
+    for (i = 0; i <= entries; i++) {
+        const bool inside = i < entries && g->top[i] == SPRINGLS__INSIDE;
+        const int brick = inside ? springls__brick_of_entry(g, i) : -1;
+        if (length > 0 && brick != first + length) {
+            if (c) SPRINGLS__CODE(c, first);
+            if (c) SPRINGLS__CODE(c, length);
+            length = 0;
+            runs++;
+        }
+        if (inside && length++ == 0) first = brick;
+    }
+    return runs;
 }
 
 /* Returns a checksum, never 0, of the reference level set and the original surface: a FRAME snapshot, which leaves them out, can
@@ -24235,21 +24281,22 @@ SPRINGLS__FN void springls__snapshot_fill(springls_context *ctx, springls_snapsh
     s->original_window_x = ctx->original_window.offset[0];
     s->original_window_y = ctx->original_window.offset[1];
     s->original_window_z = ctx->original_window.offset[2];
+    s->inside_runs = springls__put_inside_runs(NULL, &ctx->model.grid);
+    s->reference_inside_runs = springls__put_inside_runs(NULL, &ctx->model.reference);
     springls__snapshot_stats(&ctx->stats, s);
     springls__snapshot_attributes(ctx, s);
 }
 
-/* Writes a grid into three sections, the first of which is `sides`: sides, numbers and values of its bricks. */
-SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, int sides, const springls__grid *g)
+/* Writes a grid into sections, the first of which is `inside`: runs of bricks inside, numbers and values of those with voxels. */
+SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, int inside, const springls__grid *g)
 {
-    char *side = out + layout->at[sides];
-    springls__coder numbers = springls__writer(out + layout->at[sides + 1]);
-    springls__coder values = springls__writer(out + layout->at[sides + 2]);
+    springls__coder runs = springls__writer(out + layout->at[inside]);
+    springls__coder numbers = springls__writer(out + layout->at[inside + 1]);
+    springls__coder values = springls__writer(out + layout->at[inside + 2]);
     int i, entries = (int)springls__entry_count(g);
-    memset(side, 0, (size_t)springls__side_bytes(g));
+    springls__put_inside_runs(&runs, g);
     for (i = 0; i < entries; i++) {
         int brick = springls__brick_of_entry(g, i);
-        if (g->top[i] == SPRINGLS__INSIDE) side[brick >> 3] = (char)(side[brick >> 3] | 1 << (brick & 7));
         if (g->top[i] < SPRINGLS__FIRST_SLOT) continue;
         SPRINGLS__CODE(&numbers, brick);
         springls__code(&values, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS, SPRINGLS__BRICK_VOXELS, sizeof(float));
@@ -24357,9 +24404,9 @@ SPRINGLS__FN void springls__snapshot_write(springls_context *ctx, const springls
         springls__put_section_head(layout, section, out);
         springls__put_section(ctx, s, layout, section, out);
     }
-    springls__put_grid(out, layout, SPRINGLS__SECTION_SIDES, &ctx->model.grid);
+    springls__put_grid(out, layout, SPRINGLS__SECTION_INSIDE, &ctx->model.grid);
     if (s->kind == SPRINGLS_SNAPSHOT_KIND_ALL)
-        springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_SIDES, &ctx->model.reference);
+        springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_INSIDE, &ctx->model.reference);
     springls__put_head(out, layout);
 }
 
@@ -24388,7 +24435,9 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
     return SPRINGLS_OK;
 }
 
-/* ---- checking ---- */
+/* ======== >>snapshot_check  (src/output/snapshot_check.h) ====================================================== */
+/* snapshot_check.h - reads the numbers and the layout of a snapshot, and checks every byte that a model depends on, before the
+   model changes: a block may come from anywhere. */
 
 /* Returns whether all floats are finite. */
 SPRINGLS__FN bool springls__all_finite(const char *data, uint64_t bytes)
@@ -24421,13 +24470,66 @@ SPRINGLS__FN bool springls__all_flags(const char *data, uint64_t bytes)
     return all <= 1;
 }
 
-/* Returns whether the numbers of the bricks with voxels ascend, exist, and are not marked as constant. */
-SPRINGLS__FN bool springls__bricks_good(const char *sides, const char *numbers, int count, size_t bricks)
+/* Walks through the runs of bricks that are inside, in a block. bits: of an older block, which has a bit for each brick of the
+   domain; NULL: it has runs. */
+typedef struct springls__inside_walk {
+    const char *bits, *runs;
+    int at, end;       /* bricks, with bits; otherwise runs */
+    int first, length; /* of the run */
+} springls__inside_walk;
+
+/* Begins to walk. section: of a grid's runs; behind that of its bits. */
+SPRINGLS__FN springls__inside_walk springls__walk_inside(const springls__grid *g, const springls__layout *layout,
+                                                         const char *block, int section)
 {
-    int i, last = -1;
-    for (i = 0; i < count; i++) {
+    springls__inside_walk w;
+    memset(&w, 0, sizeof w);
+    w.bits = layout->at[section - 1] ? block + layout->at[section - 1] : NULL;
+    w.runs = block + layout->at[section];
+    w.end = w.bits ? (int)springls__brick_count(g) : (int)(layout->bytes[section] / (2 * sizeof(int32_t)));
+    return w;
+}
+
+SPRINGLS__FN bool springls__bit_at(const char *bits, int i) { return bits[i >> 3] >> (i & 7) & 1; }
+
+/* Goes on to the next run; returns whether there is one. */
+SPRINGLS__FN bool springls__next_inside(springls__inside_walk *w)
+{
+    if (w->bits) {
+        while (w->at < w->end && !springls__bit_at(w->bits, w->at)) w->at += w->bits[w->at >> 3] ? 1 : 8 - (w->at & 7);
+        w->first = w->at;
+        while (w->at < w->end && springls__bit_at(w->bits, w->at)) w->at++;
+        w->length = w->at - w->first;
+        return w->length > 0;
+    }
+    if (w->at == w->end) return false;
+    w->first = springls__int_at(w->runs, 2 * (size_t)w->at);
+    w->length = springls__int_at(w->runs, 2 * (size_t)w->at + 1);
+    w->at++;
+    return true;
+}
+
+/* Returns whether the numbers of the bricks with voxels, and the runs of those inside, ascend, exist, and have none in common.
+   section: of the runs. */
+SPRINGLS__FN bool springls__bricks_good(const springls__grid *g, const springls__layout *layout, const char *block, int section,
+                                        int count)
+{
+    const char *numbers = block + layout->at[section + 1];
+    const int bricks = (int)springls__brick_count(g);
+    springls__inside_walk walk = springls__walk_inside(g, layout, block, section);
+    int i = 0, last = -1, end = 0;
+    while (springls__next_inside(&walk)) {
+        if (walk.first < end || walk.length < 1 || walk.length > bricks - walk.first) return false;
+        end = walk.first + walk.length;
+        for (; i < count && springls__int_at(numbers, (size_t)i) < end; i++) {
+            int brick = springls__int_at(numbers, (size_t)i);
+            if (brick <= last || brick >= walk.first) return false;
+            last = brick;
+        }
+    }
+    for (; i < count; i++) {
         int brick = springls__int_at(numbers, (size_t)i);
-        if (brick <= last || (size_t)brick >= bricks || (sides[brick >> 3] >> (brick & 7) & 1)) return false;
+        if (brick <= last || brick >= bricks) return false;
         last = brick;
     }
     return true;
@@ -24468,6 +24570,7 @@ SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
     if (s->neighbors_age < -1 || s->neighbors_age > furthest) return false;
     if (s->components < 0 || s->events < 0 || s->event_parts < 0) return false;
     if (s->original < 0 || s->bricks < 0 || s->reference_bricks < 0) return false;
+    if (s->inside_runs < 0 || s->reference_inside_runs < 0) return false;
     if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return false;
     if (!springls__flag_good(s->has_source) || !springls__flag_good(s->components_found)) return false;
     if (!(s->lag >= 0.0f) || !springls__flag_good(s->opposed)) return false;
@@ -24561,13 +24664,13 @@ SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls
     case SPRINGLS__SECTION_PARAMS:
     case SPRINGLS__SECTION_GRID: /* checked by springls__snapshot_numbers_read */
     case SPRINGLS__SECTION_SIDES:
-    case SPRINGLS__SECTION_CALM:
-    case SPRINGLS__SECTION_REFERENCE_SIDES: return true;
-    case SPRINGLS__SECTION_NEIGHBORS: return springls__all_between(data, bytes, SPRINGLS__NOT_FOUND, 3 * s->springls - 1);
+    case SPRINGLS__SECTION_INSIDE:
+    case SPRINGLS__SECTION_REFERENCE_SIDES:
+    case SPRINGLS__SECTION_REFERENCE_INSIDE:
     case SPRINGLS__SECTION_BRICKS:
-        return springls__bricks_good(block + layout->at[section - 1], data, s->bricks, springls__brick_count(g));
-    case SPRINGLS__SECTION_REFERENCE_BRICKS:
-        return springls__bricks_good(block + layout->at[section - 1], data, s->reference_bricks, springls__brick_count(g));
+    case SPRINGLS__SECTION_REFERENCE_BRICKS: /* checked together by springls__bricks_good */
+    case SPRINGLS__SECTION_CALM: return true;
+    case SPRINGLS__SECTION_NEIGHBORS: return springls__all_between(data, bytes, SPRINGLS__NOT_FOUND, 3 * s->springls - 1);
     case SPRINGLS__SECTION_COMPONENTS: return springls__components_good(g, s, data);
     case SPRINGLS__SECTION_EVENTS: return springls__events_good(s, data);
     case SPRINGLS__SECTION_EVENT_PARTS: return springls__event_parts_good(s, data);
@@ -24584,10 +24687,14 @@ SPRINGLS__FN bool springls__sections_good(const springls__grid *g, const springl
     int section;
     for (section = SPRINGLS__SECTION_SET; section < SPRINGLS__SECTIONS; section++) {
         const uint64_t bytes = springls__section_bytes(g, s, section);
-        if (!layout->at[section] && (bytes == 0 || springls__section_of(section)->may_miss)) continue;
+        if (!layout->at[section] && (bytes == 0 || springls__section_of(section)->use != SPRINGLS__SECTION_USED))
+            continue;
         if (layout->bytes[section] != bytes) return false;
     }
     if (s->events == 0 && s->event_parts > 0) return false;
+    if (!springls__bricks_good(g, layout, block, SPRINGLS__SECTION_INSIDE, s->bricks)
+        || !springls__bricks_good(g, layout, block, SPRINGLS__SECTION_REFERENCE_INSIDE,
+                                  s->kind == SPRINGLS_SNAPSHOT_KIND_ALL ? s->reference_bricks : 0)) return false;
     for (section = SPRINGLS__SECTION_SET; section < SPRINGLS__SECTIONS; section++)
         if (layout->at[section] && !springls__section_good(g, s, layout, block, section)) return false;
     return true;
@@ -24684,7 +24791,8 @@ SPRINGLS__FN springls_status springls__snapshot_numbers_read(springls_context *c
         || bytes[SPRINGLS__SECTION_PARAMS] % SPRINGLS__NAMED_BYTES)
         return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is damaged");
     springls__code_grid(&c, size, to_world);
-    if (c.bad || memcmp(size, ctx->model.grid.size, sizeof size) != 0 || memcmp(to_world, ctx->lattice_to_world, sizeof to_world) != 0)
+    if (c.bad || memcmp(size, ctx->model.grid.size, sizeof size) != 0
+        || memcmp(to_world, ctx->lattice_to_world, sizeof to_world) != 0)
         return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is of another grid");
     SPRINGLS__TRY(springls__get_named(ctx, springls__snapshot_numbers, SPRINGLS__NUMBERS, block + at[SPRINGLS__SECTION_NUMBERS],
                                       bytes[SPRINGLS__SECTION_NUMBERS], s));
@@ -24709,21 +24817,20 @@ SPRINGLS__FN springls_status springls__snapshot_read(springls_context *ctx, cons
     return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is damaged");
 }
 
-/* ---- restoring ---- */
+/* ======== >>restore  (src/output/restore.h) ==================================================================== */
+/* restore.h - makes the model that of a snapshot. Everything has been checked and all memory allocated before it changes. */
 
-/* Returns the top table of a grid of three sections, the first of which is `sides`. count: of its bricks with voxels. */
-SPRINGLS__FN springls__table springls__table_of_block(const springls__grid *g, const springls__layout *layout, int sides,
+/* Returns the top table of a grid of a block. section: of its runs of bricks inside. count: of its bricks with voxels. */
+SPRINGLS__FN springls__table springls__table_of_block(const springls__grid *g, const springls__layout *layout, int section,
                                                       const char *block, int count)
 {
-    const char *side = block + layout->at[sides], *numbers = block + layout->at[sides + 1];
-    const int bricks = (int)springls__brick_count(g);
+    const char *numbers = block + layout->at[section + 1];
+    springls__inside_walk walk = springls__walk_inside(g, layout, block, section);
     springls__brick_box box = springls__empty_box();
     int i;
     for (i = 0; i < count; i++) springls__box_add_brick(g, &box, springls__int_at(numbers, (size_t)i), 0);
-    for (i = 0; i < bricks; i++) {
-        if ((i & 7) == 0 && side[i >> 3] == 0) i += 7; /* eight that are outside */
-        else if (side[i >> 3] >> (i & 7) & 1) springls__box_add_brick(g, &box, i, 0);
-    }
+    while (springls__next_inside(&walk))
+        for (i = 0; i < walk.length; i++) springls__box_add_brick(g, &box, walk.first + i, 0);
     return springls__table_for(g, &box);
 }
 
@@ -24732,10 +24839,10 @@ SPRINGLS__FN void springls__tables_of_block(const springls_context *ctx, const s
                                             const springls__layout *layout, const char *block, springls__table tables[2])
 {
     const springls__grid *g = &ctx->model.grid;
-    tables[0] = springls__table_of_block(g, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
+    tables[0] = springls__table_of_block(g, layout, SPRINGLS__SECTION_INSIDE, block, s->bricks);
     tables[1] = ctx->model.reference.table;
     if (s->kind == SPRINGLS_SNAPSHOT_KIND_ALL)
-        tables[1] = springls__table_of_block(g, layout, SPRINGLS__SECTION_REFERENCE_SIDES, block, s->reference_bricks);
+        tables[1] = springls__table_of_block(g, layout, SPRINGLS__SECTION_REFERENCE_INSIDE, block, s->reference_bricks);
 }
 
 /* Grows all memory of the context to what the snapshot needs; the model stays as it is. */
@@ -24776,20 +24883,20 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
     return springls__buffer_grow(ctx, &original->source_memory, n + 1, sizeof(int), original->source ? kept * sizeof(int) : 0);
 }
 
-/* Replaces the bricks of a grid by those of three sections, the first of which is `sides`, in slots of their order. */
-SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__table *table, const springls__layout *layout, int sides,
+/* Replaces the bricks of a grid by those of a block, in slots of their order. section: of its runs of bricks inside. */
+SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__table *table, const springls__layout *layout, int section,
                                      const char *block, int count)
 {
-    const char *side = block + layout->at[sides], *numbers = block + layout->at[sides + 1];
-    int i, entries = (int)springls__entries_of(table), brick;
+    const char *numbers = block + layout->at[section + 1];
+    springls__inside_walk walk = springls__walk_inside(g, layout, block, section);
+    int i, entries = (int)springls__entries_of(table);
     g->table = *table;
-    for (i = 0; i < entries; i++) {
-        brick = springls__brick_of_entry(g, i);
-        g->top[i] = side[brick >> 3] >> (brick & 7) & 1 ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
-    }
+    for (i = 0; i < entries; i++) g->top[i] = SPRINGLS__OUTSIDE;
+    while (springls__next_inside(&walk))
+        for (i = 0; i < walk.length; i++) g->top[springls__entry_of_brick(g, walk.first + i)] = SPRINGLS__INSIDE;
     for (i = 0; i < count; i++)
         g->top[springls__entry_of_brick(g, springls__int_at(numbers, (size_t)i))] = SPRINGLS__FIRST_SLOT + i;
-    springls__copy_numbers(g->phi + SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, block + layout->at[sides + 2],
+    springls__copy_numbers(g->phi + SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, block + layout->at[section + 2],
                            (size_t)count * SPRINGLS__BRICK_VOXELS, sizeof(float));
     g->slot_count = SPRINGLS__FIRST_SLOT + count;
     g->free_count = 0;
@@ -24872,7 +24979,7 @@ SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls_
     for (i = SPRINGLS__SECTION_SET; i <= SPRINGLS__SECTION_NEIGHBORS; i++)
         if (springls__section_of(i)->width) springls__get_array(ctx, s, layout, block, i);
     springls__get_components(ctx, s, layout, block);
-    springls__get_grid(&ctx->model.grid, table, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
+    springls__get_grid(&ctx->model.grid, table, layout, SPRINGLS__SECTION_INSIDE, block, s->bricks);
     springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS],
                           layout->at[SPRINGLS__SECTION_CALM] ? block + layout->at[SPRINGLS__SECTION_CALM] : NULL, s->bricks);
     springls__get_attributes(ctx, s, layout, block);
@@ -24885,7 +24992,7 @@ SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls_
     springls__surface *original = &ctx->original;
     springls__grid_constants(ctx, &ctx->model.reference);
     ctx->reference_stamp = 0;
-    springls__get_grid(&ctx->model.reference, table, layout, SPRINGLS__SECTION_REFERENCE_SIDES, block, s->reference_bricks);
+    springls__get_grid(&ctx->model.reference, table, layout, SPRINGLS__SECTION_REFERENCE_INSIDE, block, s->reference_bricks);
     springls__surface_forget(original);
     if (s->original == 0) return;
     springls__get_array(ctx, s, layout, block, SPRINGLS__SECTION_ORIGINAL);
@@ -25084,7 +25191,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 937 \"springls.h\"\n",
+    "#line 939 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -25192,7 +25299,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1958 \"springls.h\"\n",
+    "#line 1960 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -25291,7 +25398,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 2058 \"springls.h\"\n",
+    "#line 2060 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -25384,7 +25491,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 2152 \"springls.h\"\n",
+    "#line 2154 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -25460,7 +25567,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2229 \"springls.h\"\n",
+    "#line 2231 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -25481,7 +25588,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2251 \"springls.h\"\n",
+    "#line 2253 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25496,7 +25603,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2267 \"springls.h\"\n",
+    "#line 2269 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -25620,7 +25727,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2391 \"springls.h\"\n",
+    "#line 2393 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -25646,7 +25753,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2418 \"springls.h\"\n",
+    "#line 2420 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -25846,7 +25953,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2619 \"springls.h\"\n",
+    "#line 2621 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25861,7 +25968,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2634 \"springls.h\"\n",
+    "#line 2636 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -25985,14 +26092,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2758 \"springls.h\"\n",
+    "#line 2760 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2766 \"springls.h\"\n",
+    "#line 2768 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -26004,7 +26111,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2778 \"springls.h\"\n",
+    "#line 2780 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26019,7 +26126,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2794 \"springls.h\"\n",
+    "#line 2796 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -26063,7 +26170,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2838 \"springls.h\"\n",
+    "#line 2840 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26078,7 +26185,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2853 \"springls.h\"\n",
+    "#line 2855 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -26122,7 +26229,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2897 \"springls.h\"\n",
+    "#line 2899 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -26201,7 +26308,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2976 \"springls.h\"\n",
+    "#line 2978 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26216,7 +26323,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2992 \"springls.h\"\n",
+    "#line 2994 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -26283,7 +26390,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3059 \"springls.h\"\n",
+    "#line 3061 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26298,7 +26405,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3074 \"springls.h\"\n",
+    "#line 3076 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -26365,7 +26472,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3142 \"springls.h\"\n",
+    "#line 3144 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -26717,7 +26824,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3495 \"springls.h\"\n",
+    "#line 3497 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -27316,7 +27423,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4095 \"springls.h\"\n",
+    "#line 4097 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -27507,7 +27614,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4287 \"springls.h\"\n",
+    "#line 4289 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -27516,7 +27623,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__FIT_VALUES 4 /* height, and the three coordinates of a      */\n",
     "#define SPRINGLS__FIT_RADIUS 2.5f /* voxels */\n",
     "\n",
-    "#line 4296 \"springls.h\"\n",
+    "#line 4298 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27531,7 +27638,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4312 \"springls.h\"\n",
+    "#line 4314 \"springls.h\"\n",
     "/* fit_body.h - the quadratic fit of fit.h, for one place and for several at once. */\n",
     "\n",
     "typedef struct SPRINGLS__W(fit) {\n",
@@ -27771,7 +27878,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok & (off2 <= 1.0f) & (facing >= 0.3f);\n",
     "    return result;\n",
     "}\n",
-    "#line 4552 \"springls.h\"\n",
+    "#line 4554 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27786,7 +27893,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4567 \"springls.h\"\n",
+    "#line 4569 \"springls.h\"\n",
     "/* fit_body.h - the quadratic fit of fit.h, for one place and for several at once. */\n",
     "\n",
     "typedef struct SPRINGLS__W(fit) {\n",
@@ -28026,7 +28133,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok & (off2 <= 1.0f) & (facing >= 0.3f);\n",
     "    return result;\n",
     "}\n",
-    "#line 4807 \"springls.h\"\n",
+    "#line 4809 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls__v3 n, springls__v3 a0)\n",
     "{\n",
@@ -28035,7 +28142,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Returns how many terms a number of neighbors is enough for: a quadratic's with ten or more, a plane's with four or more. */\n",
     "SPRINGLS__MATHS int springls__fit_terms(float count) { return count >= 10.0f ? 6 : count >= 4.0f ? 3 : 0; }\n",
-    "#line 4817 \"springls.h\"\n",
+    "#line 4819 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -28154,7 +28261,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 4937 \"springls.h\"\n",
+    "#line 4939 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -28304,7 +28411,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;\n",
     "}\n",
     "\n",
-    "#line 5087 \"springls.h\"\n",
+    "#line 5089 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28319,7 +28426,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5103 \"springls.h\"\n",
+    "#line 5105 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -28650,7 +28757,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5434 \"springls.h\"\n",
+    "#line 5436 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28665,7 +28772,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5449 \"springls.h\"\n",
+    "#line 5451 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -28996,7 +29103,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5780 \"springls.h\"\n",
+    "#line 5782 \"springls.h\"\n",
     "\n",
     "/* Finds what becomes of springl i by the forces of the rule. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -29013,7 +29120,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 6379 \"springls.h\"\n",
+    "#line 6381 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -29039,7 +29146,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6406 \"springls.h\"\n",
+    "#line 6408 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -29125,7 +29232,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6493 \"springls.h\"\n",
+    "#line 6495 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -29265,7 +29372,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6634 \"springls.h\"\n",
+    "#line 6636 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -29365,7 +29472,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6735 \"springls.h\"\n",
+    "#line 6737 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -29586,7 +29693,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6957 \"springls.h\"\n",
+    "#line 6959 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -29616,7 +29723,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6987 \"springls.h\"\n",
+    "#line 6989 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29631,7 +29738,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7003 \"springls.h\"\n",
+    "#line 7005 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -29800,7 +29907,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7172 \"springls.h\"\n",
+    "#line 7174 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29815,7 +29922,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7187 \"springls.h\"\n",
+    "#line 7189 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -29984,7 +30091,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7356 \"springls.h\"\n",
+    "#line 7358 \"springls.h\"\n",
     "\n",
     "/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -30031,7 +30138,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7404 \"springls.h\"\n",
+    "#line 7406 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -30046,7 +30153,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 7419 \"springls.h\"\n",
+    "#line 7421 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30061,7 +30168,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7435 \"springls.h\"\n",
+    "#line 7437 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -30072,7 +30179,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 7446 \"springls.h\"\n",
+    "#line 7448 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30087,7 +30194,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7461 \"springls.h\"\n",
+    "#line 7463 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -30098,7 +30205,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 7472 \"springls.h\"\n",
+    "#line 7474 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -30217,7 +30324,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7592 \"springls.h\"\n",
+    "#line 7594 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -30770,7 +30877,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8146 \"springls.h\"\n",
+    "#line 8148 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -30867,7 +30974,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8244 \"springls.h\"\n",
+    "#line 8246 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -30991,7 +31098,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8369 \"springls.h\"\n",
+    "#line 8371 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -31211,7 +31318,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8590 \"springls.h\"\n",
+    "#line 8592 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -31287,7 +31394,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8667 \"springls.h\"\n",
+    "#line 8669 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -31429,7 +31536,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 8810 \"springls.h\"\n",
+    "#line 8812 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -31618,7 +31725,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9000 \"springls.h\"\n",
+    "#line 9002 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -31745,7 +31852,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9128 \"springls.h\"\n",
+    "#line 9130 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -31778,7 +31885,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (others == 0) return 0;\n",
     "    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;\n",
     "}\n",
-    "#line 9162 \"springls.h\"\n",
+    "#line 9164 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -32264,7 +32371,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9649 \"springls.h\"\n",
+    "#line 9651 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -32416,7 +32523,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 9802 \"springls.h\"\n",
+    "#line 9804 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -32500,7 +32607,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 9887 \"springls.h\"\n",
+    "#line 9889 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -32597,7 +32704,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 9985 \"springls.h\"\n",
+    "#line 9987 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -33091,7 +33198,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10480 \"springls.h\"\n",
+    "#line 10482 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -33167,7 +33274,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10557 \"springls.h\"\n",
+    "#line 10559 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -33245,8 +33352,8 @@ static const char *const springls__kernel_lines[] = {
     "    springls__has_grown(model)[args.grow_line.first_flag + i] = grew;\n",
     "}\n",
     "\n",
-    "/* Sets the side of the brick of entry i from its state: a constant brick is outside or inside, in an active one phi is 1 (background) or\n",
-    "   -1. */\n",
+    "/* Sets the side of the brick of entry i from its state: a constant brick is outside or inside, in an active one phi is 1 (background)\n",
+    "   or -1. */\n",
     "SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                                  SPRINGLS__LOCAL float *memory)\n",
     "{\n",
@@ -33403,7 +33510,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 10794 \"springls.h\"\n",
+    "#line 10796 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -33436,7 +33543,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 10828 \"springls.h\"\n",
+    "#line 10830 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -33461,7 +33568,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 10854 \"springls.h\"\n",
+    "#line 10856 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -33711,7 +33818,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11105 \"springls.h\"\n",
+    "#line 11107 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -33811,7 +33918,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 33815 \"springls.h\"\n",
+    "#line 33922 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -34828,6 +34935,12 @@ SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const spri
     springls__copy_other_values(ctx, n, other, j);
 }
 
+/* Reports a failure of the other model as one of this call. */
+SPRINGLS__FN springls_status springls__other_failed(springls_context *ctx, springls_status status, const springls_context *other)
+{
+    return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
+}
+
 /* Keeps the springls of both models that bound the result. Both level sets must be as they were. surfaces: of the springls of
    this model, and of the other. Fails when none are left, or more than max_springls. */
 SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, springls_operation operation,
@@ -34837,8 +34950,10 @@ SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, s
     const springls__side_rule rule = springls__rule_of(&other->model.grid, &surfaces[1], operation, false);
     const springls__side_rule other_rule = springls__rule_of(&ctx->model.grid, &surfaces[0], operation, true);
     int i, count = ctx->model.set.count, staying, added;
+    springls_status status;
     SPRINGLS__TRY(springls__mark_kept_springls(ctx, &rule, &staying));
-    SPRINGLS__TRY(springls__mark_kept_springls(other, &other_rule, &added));
+    status = springls__mark_kept_springls(other, &other_rule, &added);
+    if (status != SPRINGLS_OK) return springls__other_failed(ctx, status, other);
     if (staying + added == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: nothing is left");
     if (staying + added > ctx->desc.max_springls)
         return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: more than %d springls", ctx->desc.max_springls);
@@ -35019,7 +35134,7 @@ SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_op
     status = springls__begin_reading(other);
     if (status == SPRINGLS_OK) status = springls__follow_written(other);
     if (status == SPRINGLS_OK) status = springls__use_host(other, false);
-    if (status != SPRINGLS_OK) return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
+    if (status != SPRINGLS_OK) return springls__other_failed(ctx, status, other);
     SPRINGLS__TRY(springls__use_host(ctx, true));
     if (springls__same_place(&ctx->window, &other->window)) return springls__combine_in_window(ctx, operation, other);
     if (operation == SPRINGLS_OPERATION_UNION) SPRINGLS__TRY(springls__center_window(ctx, other));

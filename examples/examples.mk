@@ -9,15 +9,14 @@ character_USES    = shapes surface
 registration_USES = imaging
 shapes_USES       = pictures
 imaging_USES      = pictures
-surface_USES      = base
+surface_USES      = pictures
 pictures_USES     = base
 
-character_LIBS    = -lcjson
 registration_LIBS = -llapacke
 shapes_LIBS       = -llapacke
 pictures_LIBS     = -lz
 imaging_LIBS      = -lnifti2 -lznz -lteem -lz
-surface_LIBS      = -lassimp
+surface_LIBS      = -lassimp -lcjson
 
 # A program is a file of examples/ or a folder. minimal and engine_embed use the library alone.
 leveque_USES      = springls

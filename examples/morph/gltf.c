@@ -2,7 +2,7 @@
 #include "morph/morph.h"
 
 #include "base/vec3.h"
-#include "character/gltf_write.h"
+#include "character/gltf_character.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -102,12 +102,16 @@ static bool write_sequence(const struct morph *morph, const char *path)
     for (size_t f = 0; good && f < count; ++f) {
         struct seamed *s = &seamed[f];
         good = split_seams(morph, &morph->frames[f], s);
-        const struct gltf_mesh made = {s->positions,    s->normals,   s->uvs, s->colors, NULL, s->triangles,
-                                       s->vertex_count, morph->frames[f].mesh.triangle_count};
+        const struct gltf_mesh made = {.positions = s->positions,
+                                       .normals = s->normals,
+                                       .colors = s->colors,
+                                       .triangles = s->triangles,
+                                       .vertex_count = s->vertex_count,
+                                       .triangle_count = morph->frames[f].mesh.triangle_count};
         meshes[f] = made;
     }
     good = good
-        && (gltf_write_sequence(path, meshes, morph->frame_count, morph->settings.fps)
+        && (gltf_write_sequence(path, meshes, morph->frame_count, morph->settings.fps, NULL)
             || morph_fail("%s cannot be written", path));
     for (size_t f = 0; seamed && f < count; ++f) {
         seamed_free(&seamed[f]);
@@ -117,35 +121,26 @@ static bool write_sequence(const struct morph *morph, const char *path)
     return good;
 }
 
-/* Writes the last frame in the neutral pose, by its bone weights, together with these weights: a body that any engine can
- * animate. */
+/* Writes the end in the neutral pose with its bone weights: a body that any engine can animate. */
 static bool write_skinned(const struct morph *morph, const char *path)
 {
-    const struct morph_frame *last = &morph->frames[morph->frame_count - 1];
-    const size_t count = (size_t)last->mesh.vertex_count;
-    float *positions = malloc(3 * count * sizeof *positions);
-    struct influences *influences = malloc(count * sizeof *influences);
-    bool good = (positions && influences) || morph_no_memory();
-    for (int v = 0; good && v < last->mesh.vertex_count; ++v) {
+    const struct morph_frame *rest = &morph->rest;
+    struct influences *influences = malloc(((size_t)rest->mesh.vertex_count + 1) * sizeof *influences);
+    bool good = influences || morph_no_memory();
+    for (int v = 0; good && v < rest->mesh.vertex_count; ++v) {
         struct place place;
-        places_find(&morph->source.places, last->mesh.correspondences + 3 * v, &place);
+        places_find(&morph->source.places, rest->mesh.correspondences + 3 * v, &place);
         influences[v] = place_influences(&morph->source.character, &place);
-        const struct affine blend = influences_blend(&influences[v], morph->skin);
-        const struct affine back = fabs(affine_determinant(&blend)) > 0.1 ? affine_inverse(&blend) : affine_identity();
-        affine_apply(&back, last->mesh.positions + 3 * v, positions + 3 * v);
     }
-    const struct gltf_mesh mesh = {positions,
-                                   NULL,
-                                   last->uvs,
-                                   last->colors,
-                                   influences,
-                                   last->mesh.triangles,
-                                   last->mesh.vertex_count,
-                                   last->mesh.triangle_count};
+    const struct gltf_mesh mesh = {.positions = rest->mesh.positions,
+                                   .normals = rest->mesh.normals,
+                                   .colors = rest->colors,
+                                   .triangles = rest->mesh.triangles,
+                                   .vertex_count = rest->mesh.vertex_count,
+                                   .triangle_count = rest->mesh.triangle_count};
     good = good
-           && (gltf_write_skinned(path, &mesh, &morph->target.character, morph->animation, morph->settings.fps)
-               || morph_fail("%s cannot be written", path));
-    free(positions);
+        && (gltf_write_skinned(path, &mesh, influences, NULL, &morph->target.character)
+            || morph_fail("%s cannot be written", path));
     free(influences);
     return good;
 }

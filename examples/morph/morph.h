@@ -77,7 +77,7 @@ struct morph {
     springls_backend *backend;
     float *pressure;
     struct affine *skin, *skin_before, *skin_places;
-    struct morph_frame *frames;
+    struct morph_frame *frames, rest; /* rest: the end in the neutral pose, for --out */
     int frame_count;
     int coincided; /* the first frame in which the two coincide, -1: never */
     springls_mesh target_mesh; /* zero level of the posed target, without self-intersections */

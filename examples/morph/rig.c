@@ -4,7 +4,7 @@
 #include "base/json.h"
 #include "base/progress.h"
 #include "base/vec3.h"
-#include "character/gltf_write.h"
+#include "character/gltf_character.h"
 #include "character/skeleton_align.h"
 #include "character/skeleton_fit.h"
 #include "character/skin_weights.h"
@@ -266,8 +266,12 @@ static bool write_rigged(const struct morph *morph, const struct rig_mesh *mesh,
     char path[1200];
     struct places places;
     float *colors = malloc(3 * (size_t)mesh->vertex_count * sizeof *colors);
-    const struct gltf_mesh out = {mesh->positions,    mesh->normals,       NULL, colors, mesh->influences, mesh->triangles,
-                                  mesh->vertex_count, mesh->triangle_count};
+    const struct gltf_mesh out = {.positions = mesh->positions,
+                                  .normals = mesh->normals,
+                                  .colors = colors,
+                                  .triangles = mesh->triangles,
+                                  .vertex_count = mesh->vertex_count,
+                                  .triangle_count = mesh->triangle_count};
     bool good = (colors && places_create(body, &places)) || morph_no_memory();
     for (int v = 0; good && v < mesh->vertex_count; ++v) {
         struct place place;
@@ -276,9 +280,9 @@ static bool write_rigged(const struct morph *morph, const struct rig_mesh *mesh,
     }
     if (good) {
         places_free(&places);
-        good = gltf_write_skinned(run_path(morph->settings.common.out, "rigged.glb", path, sizeof path), &out, body,
-                                  character_animation(body, morph->settings.animation), morph->settings.fps)
-               || morph_fail("%s cannot be written", path);
+        good = gltf_write_skinned(run_path(morph->settings.common.out, "rigged.glb", path, sizeof path), &out, mesh->influences, NULL,
+                                  body)
+            || morph_fail("%s cannot be written", path);
     }
     free(colors);
     return good;

@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MARGIN = 5, LEAD_IN = 8 }; /* voxels around; steps from the neutral pose to the first frame */
+enum { MARGIN = 5, LEAD_IN = 8, LEAD_OUT = 12 }; /* voxels around; steps from the neutral pose to the first frame, and back */
 
 #define COINCIDE 0.125  /* voxels: mean distance in both directions below which the two coincide... */
 #define LEFT_OVER 0.005 /* ...if at most this share of the target is further than a voxel away, since tips grow last */
@@ -465,6 +465,13 @@ static bool measure(struct morph *morph, struct morph_frame *frame)
 
 /* ---- all frames ---- */
 
+/* Returns how far the contour moves in an iteration at most, voxels: the pace grows over the first frames. */
+static float pace_of(const struct morph *morph, int frame)
+{
+    const float ease = morph->settings.ease > 0 ? fminf(1.0f, (float)frame / (float)morph->settings.ease) : 1.0f;
+    return ease * morph->settings.pace;
+}
+
 static bool run_frame(struct morph *morph, int f)
 {
     struct morph_frame *frame = &morph->frames[f];
@@ -472,8 +479,7 @@ static bool run_frame(struct morph *morph, int f)
     clock[0] = elapsed_seconds();
     bool good = skin_step(morph);
     clock[1] = elapsed_seconds();
-    const float ease = morph->settings.ease > 0 ? fminf(1.0f, (float)f / (float)morph->settings.ease) : 1.0f;
-    good = good && pose_target(morph, ease * morph->settings.pace);
+    good = good && pose_target(morph, pace_of(morph, f));
     clock[2] = elapsed_seconds();
     good = good && (f == 0 || contour_steps(morph)); /* the first frame shows the source */
     clock[3] = elapsed_seconds();
@@ -530,6 +536,19 @@ static bool compare_ends(struct morph *morph)
     return surface_distances_measure(&mine, &target, 20000, morph->grid.spacing[0], &morph->end) || morph_no_memory();
 }
 
+/* Takes the model back to the neutral pose, in which it is written with its skeleton, while it goes on becoming the target. Skinning
+ * the last frame's vertices backwards would be no surface: where bodies have met or parted, neighbors have different bones. */
+static bool rest_pose(struct morph *morph)
+{
+    const int last = morph->frame_count - 1;
+    bool good = true;
+    for (int s = LEAD_OUT - 1; good && s >= 0; --s) {
+        next_pose(morph, last, (double)s / LEAD_OUT);
+        good = skin_step(morph) && pose_target(morph, pace_of(morph, last)) && contour_steps(morph);
+    }
+    return good && measure(morph, &morph->rest);
+}
+
 bool morph_run(struct morph *morph)
 {
     struct progress bar;
@@ -556,7 +575,14 @@ bool morph_run(struct morph *morph)
     if (good) {
         compare_weights(morph);
     }
-    return good;
+    return good && (!morph->settings.common.out || rest_pose(morph));
+}
+
+static void free_frame(struct morph *morph, struct morph_frame *frame)
+{
+    springls_mesh_free(morph->ctx, &frame->mesh);
+    free(frame->colors);
+    free(frame->uvs);
 }
 
 static void free_body(springls_context *ctx, struct morph_body *body)
@@ -571,10 +597,9 @@ static void free_body(springls_context *ctx, struct morph_body *body)
 void morph_free(struct morph *morph)
 {
     for (int f = 0; morph->frames && f < morph->settings.frames; ++f) {
-        springls_mesh_free(morph->ctx, &morph->frames[f].mesh);
-        free(morph->frames[f].colors);
-        free(morph->frames[f].uvs);
+        free_frame(morph, &morph->frames[f]);
     }
+    free_frame(morph, &morph->rest);
     springls_mesh_free(morph->other, &morph->target_mesh);
     free_body(morph->ctx, &morph->source);
     free_body(morph->other, &morph->target);

@@ -12,6 +12,7 @@ bench_segmentation_USES = base
 bench_imaging_USES      = base
 bench_paper_USES        = springls imaging
 bench_ablation_USES     = springls surface
+bench_accuracy_USES     = springls surface
 bench_motions_USES      = springls surface
 bench_frames_USES       = springls
 bench_memory_USES       = springls
@@ -31,7 +32,8 @@ $(eval $(call bench_rule,segmentation,tests/bench/segmentation.c))
 $(eval $(call bench_rule,imaging,$(wildcard tests/bench/imaging*.c)))
 $(eval $(call bench_rule,paper,$(wildcard tests/bench/paper*.c)))
 $(eval $(call bench_rule,ablation,tests/bench/ablation.c tests/bench/motion.c))
-$(eval $(call bench_rule,motions,tests/bench/motions.c tests/bench/motion.c))
+$(eval $(call bench_rule,accuracy,tests/bench/accuracy.c tests/bench/known_motions.c tests/bench/motion.c))
+$(eval $(call bench_rule,motions,tests/bench/motions.c tests/bench/known_motions.c tests/bench/motion.c))
 
 # One source; the last one is C++, and uses functions of libraries that OpenVDB links itself: hence the linker's option.
 define bench_file_rule
@@ -68,6 +70,10 @@ coverage: deps-examples   ## how well springls cover the surface: leveque, zales
 	@$(MAKE) --no-print-directory build/leveque build/zalesak build/segment build/bench/bench build/bench/motions
 	@ONLY=cover HEAD_SCAN='$(HEAD_SCAN)' HEAD_LEVEL='$(HEAD_LEVEL)' build/bench/bench
 	@ONLY=cover build/bench/motions
+
+accuracy: deps-examples   ## is the library as accurate as the documentation promises? motions with known answers, both parameter sets
+	@$(MAKE) --no-print-directory build/bench/accuracy
+	@build/bench/accuracy
 
 segmentation: deps-examples   ## the paper's Table 6 on the images of SPRINGLS_DATA (some: ROWS="hip chest")
 	@$(MAKE) --no-print-directory build/segment build/bench/segmentation

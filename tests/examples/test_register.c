@@ -825,6 +825,33 @@ TEST labels_points_and_meshes_are_carried(void)
     PASS();
 }
 
+/* Label maps that do not lie on the grid of their image are refused before the work. */
+TEST labels_of_other_grids_are_refused(void)
+{
+    const int dims[3] = {9, 9, 9};
+    const float spacing[3] = {2.0f, 2.0f, 2.0f}, origin[3] = {0.0f, 0.0f, 0.0f};
+    struct scene scene;
+    struct volume other;
+    struct run run;
+    char error[VOLUME_TEXT], path[512];
+    ASSERT(make_scene(&scene));
+    ASSERT(volume_create(dims, spacing, origin, &other));
+    snprintf(path, sizeof path, "%s/other.nii.gz", folder);
+    ASSERT(volume_write(path, &other, VOLUME_FLOAT32, other.data, error));
+    volume_free(&other);
+    for (int which = 0; which < 4; ++which) {
+        ASSERT(begin_run(&scene, &run));
+        const char **const labels[4] = {&run.fixed_labels_path, &run.moving_labels_path, &run.warp.labels,
+                                        &run.inverse_warp.labels};
+        *labels[which] = path;
+        register_free(&run);
+        ASSERT(!register_read(&run));
+        register_free(&run);
+    }
+    free_scene(&scene);
+    PASS();
+}
+
 /* Of labels that are not there the overlap would be perfect; a map that makes the fit worse, or folds, is no success. */
 TEST poor_results_are_reported(void)
 {
@@ -1002,6 +1029,7 @@ int main(int argc, char **argv)
     RUN_TEST(wrong_headers_do_not_matter);
     RUN_TEST(a_search_finds_any_rotation);
     RUN_TEST(labels_points_and_meshes_are_carried);
+    RUN_TEST(labels_of_other_grids_are_refused);
     RUN_TEST(poor_results_are_reported);
     RUN_TEST(landmarks_are_read_or_refused);
     RUN_TEST(fields_agree_with_elastix);

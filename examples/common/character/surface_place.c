@@ -109,16 +109,17 @@ static void image_sample(const struct image *image, const float uv[2], float col
 
 void place_color(const struct character *character, const struct place *place, float color[3])
 {
-    const int *corner = character->triangles + 3 * place->triangle, image = character->images_of[place->triangle];
+    const int *corner = character->triangles + 3 * place->triangle;
+    const struct material *material = &character->materials[character->materials_of[place->triangle]];
     float texture[3] = {1.0f, 1.0f, 1.0f}, uv[2], sum[3] = {0.0f, 0.0f, 0.0f};
-    if (image >= 0 && character->images[image].rgb) {
+    if (material->image >= 0) {
         place_uv(character, place, uv);
-        image_sample(&character->images[image], uv, texture);
+        image_sample(&character->pictures[material->image].image, uv, texture);
     }
     for (int k = 0; k < 3; ++k) {
         vec3_add_scaled(sum, place->weight[k], character->colors + 3 * corner[k], sum);
     }
     for (int k = 0; k < 3; ++k) {
-        color[k] = sum[k] * texture[k];
+        color[k] = sum[k] * texture[k] * color_display(material->base[k]);
     }
 }

@@ -27,7 +27,7 @@ float places_find(const struct places *places, const float point[3], struct plac
 
 struct influences place_influences(const struct character *character, const struct place *place);
 void place_uv(const struct character *character, const struct place *place, float uv[2]);
-/* Computes vertex color times image color (bilinear, the image repeats), as display values. */
+/* Computes vertex color times base color times image color (bilinear, the image repeats), as display values. */
 void place_color(const struct character *character, const struct place *place, float color[3]);
 
 #endif
