@@ -20810,30 +20810,37 @@ SPRINGLS__FN void springls__find_nearest(const springls__model *model, const spr
     for (i = 0; i < c->listed; i++) springls__try_candidate(model, c, c->list[i], group, &search);
 }
 
-/* Reads a row of vectors, one a lane; where `index` is -1, zero. */
-SPRINGLS__FN springls__vec3 springls__vectors_at(const springls__v3 *row, const int index[SPRINGLS__LANES])
+/* Returns a vector in each lane. */
+SPRINGLS__FN springls__vec3 springls__vectors_of(const springls__v3 v[SPRINGLS__LANES])
 {
     float x[3][SPRINGLS__LANES];
     int lane;
     for (lane = 0; lane < SPRINGLS__LANES; lane++) {
-        const springls__v3 v = index[lane] < 0 ? springls__v3_make(0.0f, 0.0f, 0.0f) : row[index[lane]];
-        x[0][lane] = v.x;
-        x[1][lane] = v.y;
-        x[2][lane] = v.z;
+        x[0][lane] = v[lane].x;
+        x[1][lane] = v[lane].y;
+        x[2][lane] = v[lane].z;
     }
     return springls__vec_load_v3(x[0], x[1], x[2]);
 }
 
-/* Returns tangents to normals, as springls__fit_begin takes them. */
+/* Returns elements of an array; zeros for index -1. */
+SPRINGLS__FN springls__vec3 springls__vectors_at(const springls__v3 *row, const int index[SPRINGLS__LANES])
+{
+    springls__v3 v[SPRINGLS__LANES];
+    int lane;
+    for (lane = 0; lane < SPRINGLS__LANES; lane++)
+        v[lane] = index[lane] < 0 ? springls__v3_make(0.0f, 0.0f, 0.0f) : row[index[lane]];
+    return springls__vectors_of(v);
+}
+
+/* Returns tangents to normals, as springls__fit_begin takes them; zeros for index -1. */
 SPRINGLS__FN springls__vec3 springls__tangents_of(const springls__candidates *c, const int index[SPRINGLS__LANES])
 {
-    springls__v3 tangent[SPRINGLS__LANES];
-    int lane, own[SPRINGLS__LANES];
-    for (lane = 0; lane < SPRINGLS__LANES; lane++) {
-        own[lane] = index[lane] < 0 ? -1 : lane;
-        if (own[lane] >= 0) tangent[lane] = springls__any_tangent(c->n[index[lane]]);
-    }
-    return springls__vectors_at(tangent, own);
+    springls__v3 v[SPRINGLS__LANES];
+    int lane;
+    for (lane = 0; lane < SPRINGLS__LANES; lane++)
+        v[lane] = index[lane] < 0 ? springls__v3_make(0.0f, 0.0f, 0.0f) : springls__any_tangent(c->n[index[lane]]);
+    return springls__vectors_of(v);
 }
 
 /* Finds the correspondences of the vertices: by the quadratic fits around them, or else those of their springls. */
@@ -33917,7 +33924,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 33921 \"springls.h\"\n",
+    "#line 33928 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
