@@ -14,6 +14,7 @@ pictures_USES     = base
 
 registration_LIBS = -llapacke
 shapes_LIBS       = -llapacke
+pictures_LIBS     = -lz
 imaging_LIBS      = -lnifti2 -lznz -lteem -lz
 surface_LIBS      = -lassimp -lcjson
 
@@ -32,7 +33,6 @@ rig_USES          = springls character
 viewer_USES       = springls surface
 
 atlas_LIBS        = -lcjson
-morph_LIBS        = -lz
 viewer_LIBS       = -lglfw -lepoxy
 
 EXAMPLES := $(basename $(notdir $(filter-out examples/common examples/pictures examples/python examples/web examples/engines %.mk,$(wildcard examples/*))))

@@ -41,15 +41,16 @@ test_contour_USES   = $(segment_USES)
 test_imaging_USES   = base
 test_morph_USES     = $(morph_USES)
 test_register_USES  = $(register_USES)
+test_results_USES   = springls
 test_rig_USES       = $(rig_USES)
 test_segment_USES   = imaging
 test_soft_body_USES = $(soft_body_USES)
 test_track_USES     = $(track4d_USES)
 test_viewer_USES    = $(viewer_USES)
 test_volume_USES    = imaging
+test_volume_raycast_USES = springls
 test_atlas_LIBS     = $(atlas_LIBS)
 test_imaging_LIBS   = -lcjson
-test_morph_LIBS     = $(morph_LIBS)
 test_viewer_LIBS    = $(viewer_LIBS)
 # The other tests of programs include the sources of their program.
 test_register_SOURCES = $(filter-out examples/register/register.c,$(wildcard examples/register/*.c))
