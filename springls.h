@@ -17824,7 +17824,7 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: max_displacement is %g, below a thousandth of a voxel, and not 0",
                               (double)step->max_displacement);
     if (step->mode != SPRINGLS_MODE_FLUID && step->mode != SPRINGLS_MODE_ELASTIC && step->mode != SPRINGLS_MODE_ADVECT_ONLY)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d", (int)step->mode);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d: it may be 0 to 2", (int)step->mode);
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
     springls__abandon_step(ctx);
     springls__end_reading(ctx);
@@ -17872,7 +17872,7 @@ SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_
     const float still = 1e-3f; /* share of moving springls below which an active contour has arrived */
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (steps < 0) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "run: a negative number of steps");
+    if (steps < 0) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "run: %d steps, not 0 or more", steps);
     for (i = 0; i < steps; i++) {
         SPRINGLS__TRY(springls_step(ctx, step));
         if (springls__cancelled(ctx, (float)(i + 1) / (float)steps))
@@ -20234,10 +20234,11 @@ SPRINGLS_API springls_status springls_set_mesh(springls_context *ctx, const floa
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (stride == 0) stride = 3 * sizeof(float);
     if (position_count < 0 || triangle_count < 0 || triangle_count > INT32_MAX / 6)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_mesh: %d positions, %d triangles", position_count,
-                              triangle_count);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_mesh: %d positions and %d triangles: there may be 0 to %d, and 0 to %d",
+                              position_count, triangle_count, INT32_MAX, INT32_MAX / 6);
     if (stride < 3 * sizeof(float) || stride % sizeof(float))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_mesh: a stride of %lu bytes", (unsigned long)stride);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_mesh: a stride of %lu bytes, not 0 or a multiple of 4 from 12 on",
+                              (unsigned long)stride);
     if ((!positions && position_count) || (!triangles && triangle_count))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_mesh: NULL array");
     if (!triangle_count) return springls__fail(ctx, SPRINGLS_BAD_MESH, "the mesh has no triangles");
@@ -20330,7 +20331,8 @@ SPRINGLS__FN springls_status springls__check_springls(springls_context *ctx, con
     if (!vertices) return springls__fail_null(ctx, "set_springls", "vertices");
     if (count <= 0) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_springls: the count %d is not positive", count);
     if (count > ctx->desc.max_springls)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_springls: the count %d exceeds max_springls", count);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_springls: the count %d exceeds max_springls, %d", count,
+                              ctx->desc.max_springls);
     for (i = 0; i < count; i++)
         if (!springls__valid_point(vertices + 9 * i) || !springls__valid_point(vertices + 9 * i + 3)
             || !springls__valid_point(vertices + 9 * i + 6) || !springls__valid_point(particles ? particles + 3 * i : NULL)
@@ -20459,7 +20461,7 @@ SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, in
 SPRINGLS__FN springls__attribute *springls__attribute_at(springls_context *ctx, int index, const char *call)
 {
     if (index >= 0 && index < ctx->attribute_count) return &ctx->attributes[index];
-    springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: attribute %d of %d", call, index, ctx->attribute_count);
+    springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: there is no attribute %d among %d", call, index, ctx->attribute_count);
     return NULL;
 }
 
@@ -20477,7 +20479,8 @@ SPRINGLS__FN springls_status springls__check_attribute(springls_context *ctx, co
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: %d channels, not 1 to %d", call, desc->channels,
                               SPRINGLS_MAX_CHANNELS);
     if (!springls__policy_known(desc->split) || !springls__policy_known(desc->fill) || !springls__policy_known(desc->merge))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: an unknown policy", call);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: the policies %d, %d, %d are not each 0 to 2", call, (int)desc->split,
+                              (int)desc->fill, (int)desc->merge);
     if (ctx->attribute_count == SPRINGLS_MAX_ATTRIBUTES)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: more than %d attributes", call, SPRINGLS_MAX_ATTRIBUTES);
     return SPRINGLS_OK;
@@ -20807,30 +20810,37 @@ SPRINGLS__FN void springls__find_nearest(const springls__model *model, const spr
     for (i = 0; i < c->listed; i++) springls__try_candidate(model, c, c->list[i], group, &search);
 }
 
-/* Reads a row of vectors, one a lane; where `index` is -1, zero. */
-SPRINGLS__FN springls__vec3 springls__vectors_at(const springls__v3 *row, const int index[SPRINGLS__LANES])
+/* Returns a vector in each lane. */
+SPRINGLS__FN springls__vec3 springls__vectors_of(const springls__v3 v[SPRINGLS__LANES])
 {
     float x[3][SPRINGLS__LANES];
     int lane;
     for (lane = 0; lane < SPRINGLS__LANES; lane++) {
-        const springls__v3 v = index[lane] < 0 ? springls__v3_make(0.0f, 0.0f, 0.0f) : row[index[lane]];
-        x[0][lane] = v.x;
-        x[1][lane] = v.y;
-        x[2][lane] = v.z;
+        x[0][lane] = v[lane].x;
+        x[1][lane] = v[lane].y;
+        x[2][lane] = v[lane].z;
     }
     return springls__vec_load_v3(x[0], x[1], x[2]);
 }
 
-/* Returns tangents to normals, as springls__fit_begin takes them. */
+/* Returns elements of an array; zeros for index -1. */
+SPRINGLS__FN springls__vec3 springls__vectors_at(const springls__v3 *row, const int index[SPRINGLS__LANES])
+{
+    springls__v3 v[SPRINGLS__LANES];
+    int lane;
+    for (lane = 0; lane < SPRINGLS__LANES; lane++)
+        v[lane] = index[lane] < 0 ? springls__v3_make(0.0f, 0.0f, 0.0f) : row[index[lane]];
+    return springls__vectors_of(v);
+}
+
+/* Returns tangents to normals, as springls__fit_begin takes them; zeros for index -1. */
 SPRINGLS__FN springls__vec3 springls__tangents_of(const springls__candidates *c, const int index[SPRINGLS__LANES])
 {
-    springls__v3 tangent[SPRINGLS__LANES];
-    int lane, own[SPRINGLS__LANES];
-    for (lane = 0; lane < SPRINGLS__LANES; lane++) {
-        own[lane] = index[lane] < 0 ? -1 : lane;
-        if (own[lane] >= 0) tangent[lane] = springls__any_tangent(c->n[index[lane]]);
-    }
-    return springls__vectors_at(tangent, own);
+    springls__v3 v[SPRINGLS__LANES];
+    int lane;
+    for (lane = 0; lane < SPRINGLS__LANES; lane++)
+        v[lane] = index[lane] < 0 ? springls__v3_make(0.0f, 0.0f, 0.0f) : springls__any_tangent(c->n[index[lane]]);
+    return springls__vectors_of(v);
 }
 
 /* Finds the correspondences of the vertices: by the quadratic fits around them, or else those of their springls. */
@@ -22782,7 +22792,7 @@ SPRINGLS__FN springls_status springls__check_surface(springls_context *ctx, spri
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (surface == SPRINGLS_SURFACE_WATERTIGHT || surface == SPRINGLS_SURFACE_SOUP) return SPRINGLS_OK;
-    return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: there is no surface %d", call, (int)surface);
+    return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: there is no surface %d: it may be 0 or 1", call, (int)surface);
 }
 
 SPRINGLS_API springls_status springls_closest(springls_context *ctx, springls_surface surface, const float *points, int count,
@@ -23237,15 +23247,18 @@ SPRINGLS_API springls_status springls_find_seams(springls_context *ctx, const fl
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (triangle_count < 0 || triangle_count > INT32_MAX / 6)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: triangle_count %d is out of range", triangle_count);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: triangle_count %d is not in 0 to %d", triangle_count,
+                              INT32_MAX / 6);
     if (channels < 0 || channels > SPRINGLS_MAX_CHANNELS)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: channels %d is out of range", channels);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: channels %d is not in 0 to %d", channels,
+                              SPRINGLS_MAX_CHANNELS);
     if (channels > 0 && !values) return springls__fail_null(ctx, "find_seams", "values");
     if (triangle_count > 0 && (!positions || !triangles || !neighbors))
         return springls__fail_null(ctx, "find_seams", !positions ? "positions" : !triangles ? "triangles" : "neighbors");
     if (stride == 0) stride = 3 * sizeof(float);
     if (stride < 3 * sizeof(float) || stride % sizeof(float))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: a stride of %lu bytes", (unsigned long)stride);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: a stride of %lu bytes, not 0 or a multiple of 4 from 12 on",
+                              (unsigned long)stride);
     for (i = 0; i < 3 * triangle_count; i++)
         if (triangles[i] < 0 || triangles[i] >= position_count)
             return springls__fail(ctx, SPRINGLS_BAD_MESH, "triangle %d uses position %d of %d", i / 3, triangles[i],
@@ -24412,7 +24425,7 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!size) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: size is NULL");
     if (kind != SPRINGLS_SNAPSHOT_KIND_ALL && kind != SPRINGLS_SNAPSHOT_KIND_FRAME)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: there is no kind %d", (int)kind);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: there is no kind %d: it may be 0 or 1", (int)kind);
     SPRINGLS__TRY(springls__finish_step(ctx));
     springls__end_reading(ctx);
     SPRINGLS__TRY(springls__use_host(ctx, false));
@@ -33911,7 +33924,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 33915 \"springls.h\"\n",
+    "#line 33928 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -34928,6 +34941,12 @@ SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const spri
     springls__copy_other_values(ctx, n, other, j);
 }
 
+/* Reports a failure of the other model as one of this call. */
+SPRINGLS__FN springls_status springls__other_failed(springls_context *ctx, springls_status status, const springls_context *other)
+{
+    return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
+}
+
 /* Keeps the springls of both models that bound the result. Both level sets must be as they were. surfaces: of the springls of
    this model, and of the other. Fails when none are left, or more than max_springls. */
 SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, springls_operation operation,
@@ -34937,8 +34956,10 @@ SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, s
     const springls__side_rule rule = springls__rule_of(&other->model.grid, &surfaces[1], operation, false);
     const springls__side_rule other_rule = springls__rule_of(&ctx->model.grid, &surfaces[0], operation, true);
     int i, count = ctx->model.set.count, staying, added;
+    springls_status status;
     SPRINGLS__TRY(springls__mark_kept_springls(ctx, &rule, &staying));
-    SPRINGLS__TRY(springls__mark_kept_springls(other, &other_rule, &added));
+    status = springls__mark_kept_springls(other, &other_rule, &added);
+    if (status != SPRINGLS_OK) return springls__other_failed(ctx, status, other);
     if (staying + added == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: nothing is left");
     if (staying + added > ctx->desc.max_springls)
         return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: more than %d springls", ctx->desc.max_springls);
@@ -35082,7 +35103,7 @@ SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, spr
 {
     if (operation != SPRINGLS_OPERATION_UNION && operation != SPRINGLS_OPERATION_INTERSECTION
         && operation != SPRINGLS_OPERATION_DIFFERENCE)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: there is no operation %d", (int)operation);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: there is no operation %d: it may be 0 to 2", (int)operation);
     if (!other) return springls__fail_null(ctx, "combine", "the other model");
     if (other == ctx) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model is this one");
     if (memcmp(ctx->desc.grid.size, other->desc.grid.size, sizeof ctx->desc.grid.size) != 0
@@ -35119,7 +35140,7 @@ SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_op
     status = springls__begin_reading(other);
     if (status == SPRINGLS_OK) status = springls__follow_written(other);
     if (status == SPRINGLS_OK) status = springls__use_host(other, false);
-    if (status != SPRINGLS_OK) return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
+    if (status != SPRINGLS_OK) return springls__other_failed(ctx, status, other);
     SPRINGLS__TRY(springls__use_host(ctx, true));
     if (springls__same_place(&ctx->window, &other->window)) return springls__combine_in_window(ctx, operation, other);
     if (operation == SPRINGLS_OPERATION_UNION) SPRINGLS__TRY(springls__center_window(ctx, other));
@@ -35299,7 +35320,8 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
     memset(&job, 0, sizeof job);
     job.offset = distance / ctx->smallest_spacing;
     if (!(springls__fabs(job.offset) < 1e4f))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "offset: a distance of %g voxels", (double)job.offset);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "offset: a distance of %g voxels, not between -10^4 and 10^4",
+                              (double)job.offset);
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: there are no springls");
     if (job.offset == 0.0f) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__follow_all(ctx));
@@ -35379,7 +35401,8 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     voxels = length / ctx->smallest_spacing;
     if (!(voxels >= 0.0f && voxels < 1e3f))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "smooth: a length of %g voxels", (double)voxels);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "smooth: a length of %g voxels, not from 0 to below 1000",
+                              (double)voxels);
     if (voxels == 0.0f) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__follow_all(ctx));
     params = ctx->model.params;

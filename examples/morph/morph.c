@@ -33,6 +33,7 @@ static int read_command_line(struct morph_settings *set, int argc, char **argv)
         {"donor", CLI_STRING, &set->donor, "FILE", "whose skeleton a body without bones gets (else the other's)", 0, 0, NULL},
         {"preserve", CLI_FLAG, &set->preserve, NULL, "active contours that keep the topology", 0, 0, NULL},
         {"size", CLI_INT, &set->size, "N", "height of the pictures, pixels", 32, 4096, NULL},
+        {"texture", CLI_INT, &set->texture, "N", "texels of a frame's texture a side; 0: colors at vertices", 0, 4096, NULL},
         {"view", CLI_FLOAT3, set->view, "X,Y,Z", "direction from the body to the eye; up is y", 0, 0, NULL},
         {"set", CLI_STRING, &set->overrides, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
     };
@@ -90,6 +91,7 @@ int main(int argc, char **argv)
                                        .blend = 40,
                                        .reach = 10,
                                        .size = 480,
+                                       .texture = 512,
                                        .view = {0.45f, 0.12f, 1.0f}}};
     struct morph_settings *set = &morph.settings;
     set->common = cli_common_defaults();

@@ -4,6 +4,7 @@
  *   rig       gives a body without bones a donor's skeleton and weights by heat (rig.c)
  *   solid     makes each a closed body on one grid (solid.c)
  *   run       runs a frame: linear blend skinning by Algorithm 3, then active contours towards the posed target (run.c)
+ *   look      colors and weights that fade into the target's, and textures of them (look.c)
  *   output    writes glTF (gltf.c), pictures and report (output.c) */
 #ifndef EXAMPLES_MORPH_MORPH_H
 #define EXAMPLES_MORPH_MORPH_H
@@ -14,6 +15,7 @@
 #include "character/surface_place.h"
 #include "pictures/raycast.h"
 #include "springls/run_options.h"
+#include "surface/atlas.h"
 #include "surface/mesh_check.h"
 #include "surface/surface_distances.h"
 
@@ -30,6 +32,7 @@ struct morph_settings {
     float thicken;   /* voxels: sheets become solids of this thickness; 0: off */
     int reach;       /* voxels: longest bridge to a body of a character that touches nothing */
     int size;        /* pixels of a picture's height */
+    int texture;     /* texels of a frame's texture a side; 0: colors at vertices */
     float view[3];   /* from the body to the eye */
     bool list, preserve, weights;
 };
@@ -58,7 +61,9 @@ struct morph_frame {
     springls_mesh mesh;
     struct mesh_check check;
     int specks;           /* components of less than MORPH_SPECK voxels, left out of the mesh */
-    float *colors, *uvs;  /* by vertex */
+    float share;          /* of the target in colors and weights, 0..1 */
+    float *colors;        /* by vertex */
+    float *targets;       /* by vertex: the nearest place of the target, in its neutral pose */
     double weight_error;  /* largest |sum of bone weights - 1| of its vertices */
     double volume;        /* of the mesh, voxels */
     double distance;      /* mean |target's signed distance| of particles, voxels */
@@ -121,6 +126,11 @@ void morph_rig_free(struct rig_mesh *mesh);
 bool morph_weights(const struct morph *morph); /* runs --weights: computes them and writes pictures, glTF and report */
 bool morph_prepare(struct morph *morph);
 bool morph_run(struct morph *morph);
+/* Computes colors and places of a frame's mesh, whose pose the target has; checks the sums of bone weights. */
+bool morph_look(const struct morph *morph, struct morph_frame *frame);
+struct influences morph_mixed_influences(const struct morph *morph, const struct morph_frame *frame, int vertex);
+/* Unwraps a frame's mesh and bakes its texture as PNG. */
+bool morph_bake(const struct morph *morph, const struct morph_frame *frame, int size, struct atlas *atlas, struct picture *picture);
 bool morph_write(const struct morph *morph); /* writes all files of --out */
 bool morph_write_gltf(const struct morph *morph);
 bool morph_report(const struct morph *morph, const char *path);

@@ -498,35 +498,6 @@ static bool mean_distance(const struct morph *morph, springls_context *ctx, cons
     return good;
 }
 
-/* Looks up colors, UVs and bone weights of the mesh's vertices by their correspondences. */
-static bool look_up(const struct morph *morph, struct morph_frame *frame)
-{
-    const size_t count = (size_t)frame->mesh.vertex_count;
-    double worst = 0.0;
-    frame->colors = malloc(3 * count * sizeof *frame->colors);
-    frame->uvs = malloc(2 * count * sizeof *frame->uvs);
-    if (!frame->colors || !frame->uvs) {
-        return morph_no_memory();
-    }
-#if defined(_OPENMP)
-    #pragma omp parallel for schedule(dynamic, 256) reduction(max : worst)
-#endif
-    for (int v = 0; v < frame->mesh.vertex_count; ++v) {
-        struct place place;
-        double sum = 0.0;
-        places_find(&morph->source.places, frame->mesh.correspondences + 3 * v, &place);
-        const struct influences in = place_influences(&morph->source.character, &place);
-        for (int k = 0; k < CHARACTER_BONES; ++k) {
-            sum += (double)in.weight[k];
-        }
-        worst = fmax(worst, fabs(sum - 1.0));
-        place_color(&morph->source.character, &place, frame->colors + 3 * v);
-        place_uv(&morph->source.character, &place, frame->uvs + 2 * v);
-    }
-    frame->weight_error = worst;
-    return true;
-}
-
 /* Returns the volume inside a mesh by the divergence theorem. */
 static double enclosed_volume(const springls_mesh *mesh)
 {
@@ -562,7 +533,7 @@ static bool measure(struct morph *morph, struct morph_frame *frame)
     good = good && mean_distance(morph, morph->other, world, particles.count, &frame->distance, &frame->far)
         && mean_distance(morph, morph->ctx, morph->target_mesh.positions, morph->target_mesh.vertex_count, &frame->missing,
                          &frame->far)
-        && morph_check(morph->ctx, springls_extract_mesh(morph->ctx, &frame->mesh), "mesh") && look_up(morph, frame);
+        && morph_check(morph->ctx, springls_extract_mesh(morph->ctx, &frame->mesh), "mesh") && morph_look(morph, frame);
     free(world);
     frame->specks = good ? mesh_drop_specks(frame->mesh.positions, frame->mesh.vertex_count, frame->mesh.triangles,
                                             &frame->mesh.triangle_count, speck) : 0;
@@ -701,7 +672,7 @@ static void free_frame(struct morph *morph, struct morph_frame *frame)
 {
     springls_mesh_free(morph->ctx, &frame->mesh);
     free(frame->colors);
-    free(frame->uvs);
+    free(frame->targets);
 }
 
 static void free_body(springls_context *ctx, struct morph_body *body)

@@ -269,7 +269,7 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!size) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: size is NULL");
     if (kind != SPRINGLS_SNAPSHOT_KIND_ALL && kind != SPRINGLS_SNAPSHOT_KIND_FRAME)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: there is no kind %d", (int)kind);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: there is no kind %d: it may be 0 or 1", (int)kind);
     SPRINGLS__TRY(springls__finish_step(ctx));
     springls__end_reading(ctx);
     SPRINGLS__TRY(springls__use_host(ctx, false));

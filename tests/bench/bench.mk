@@ -10,7 +10,7 @@ BENCH_FLAGS    = -I. -Iexamples -Iexamples/common
 bench_bench_USES        = base
 bench_segmentation_USES = base
 bench_imaging_USES      = base
-bench_paper_USES        = pictures
+bench_paper_USES        = springls imaging
 bench_ablation_USES     = springls surface
 bench_accuracy_USES     = springls surface
 bench_motions_USES      = springls surface
@@ -47,15 +47,16 @@ build/bench/openvdb_advection: tests/bench/openvdb_advection.cc $(call folder_ar
 	  -Wl,--copy-dt-needed-entries $(call folder_libs,base) -lopenvdb -ltbb
 
 BENCH_PROGRAMS := build/leveque build/zalesak build/morph $(addprefix build/bench/,bench memory frames queries openvdb_advection)
-PAPER_PROGRAMS := build/leveque build/zalesak $(addprefix build/bench/,paper turns)
+# OpenVDB's rows are left out where it is not installed.
+PAPER_PROGRAMS  = build/leveque build/zalesak build/morph $(IMAGING_PROGRAMS) $(addprefix build/bench/,paper turns $(if $(wildcard /usr/include/openvdb/openvdb.h),openvdb_advection))
 
 bench: deps-bench   ## beside OpenVDB: time, errors, memory, threads, OpenCL, compile time, frames, queries (GRID=128; ONLY=opencl, =frames, =queries)
 	@$(MAKE) --no-print-directory $(BENCH_PROGRAMS)
 	@CC="$(CC)" build/bench/bench
 
-paper: deps-examples   ## the paper's tables and figures from our runs (some: PAPER="table3 fig14"; FULL=1; KEEP=1)
-	@$(MAKE) --no-print-directory $(PAPER_PROGRAMS)
-	@build/bench/paper $(if $(filter 1,$(FULL)),--full) $(if $(filter 1,$(KEEP)),--keep) $(PAPER)
+paper: deps-examples   ## docs/results.md: the paper's tables and figures, theirs and ours (PAPER=help; PAPER="table3 fig14"; FULL=1; KEEP=1; JOBS=1)
+	@$(MAKE) --no-print-directory $(if $(filter help page,$(PAPER)),build/bench/paper,$(PAPER_PROGRAMS))
+	@build/bench/paper $(if $(filter 1,$(FULL)),--full) $(if $(filter 1,$(KEEP)),--keep) $(if $(JOBS),--jobs $(JOBS)) $(PAPER)
 
 ablation: deps-examples   ## what each improvement over the paper is worth on LeVeque's test (GRID=64 PERIOD=2 ORDERS=3)
 	@$(MAKE) --no-print-directory build/bench/ablation

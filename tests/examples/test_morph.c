@@ -25,6 +25,7 @@ int main(int argc, char **argv)
 #include "../../examples/morph/morph.c"
 #undef main
 #include "../../examples/morph/run.c"
+#include "../../examples/morph/look.c"
 #include "../../examples/morph/gltf.c"
 #include "../../examples/morph/output.c"
 #include "../../examples/morph/rig.c"
@@ -38,6 +39,8 @@ int main(int argc, char **argv)
 #include <dirent.h>
 #include <sys/stat.h>
 #include <unistd.h>
+
+#include "surface/mesh_io.h"
 
 #include "gltf_problems.h"
 #include "scratch.h"
@@ -463,6 +466,54 @@ TEST specks_are_left_out(void)
 
 /* ---- files ---- */
 
+/* Colors a place by where it is on the tube. */
+static void place_as_color(const void *user, int triangle, const float weight[3], float color[3])
+{
+    const float *positions = *(float *const *)user;
+    const int *corner = ((int *const *)user)[1] + 3 * triangle;
+    for (int i = 0; i < 3; ++i) {
+        color[i] = 0.5f;
+        for (int k = 0; k < 3; ++k) color[i] += 0.5f * weight[k] * positions[3 * corner[k] + i];
+    }
+}
+
+/* Every point of the surface finds its own color in the image: charts neither overlap nor bleed. */
+TEST an_atlas_has_a_texel_for_every_place(void)
+{
+    float *positions = malloc(3 * TUBE_VERTICES * sizeof *positions);
+    int *triangles = malloc(3 * TUBE_TRIANGLES * sizeof *triangles);
+    struct atlas atlas;
+    struct image image;
+    make_tube(positions, triangles);
+    const void *const surface[2] = {positions, triangles};
+    ASSERT(atlas_unwrap(positions, TUBE_VERTICES, triangles, TUBE_TRIANGLES, 256, &atlas));
+    ASSERT(atlas.triangle_count == TUBE_TRIANGLES && atlas.vertex_count < 2 * TUBE_VERTICES);
+    ASSERT(atlas_bake(&atlas, place_as_color, surface, &image));
+    for (int t = 0; t < TUBE_TRIANGLES; ++t) {
+        float uv[2] = {0.0f, 0.0f}, expected[3];
+        const float third[3] = {1.0f / 3.0f, 1.0f / 3.0f, 1.0f / 3.0f};
+        for (int k = 0; k < 3; ++k) {
+            const int v = atlas.triangles[3 * t + k];
+            ASSERT_EQ(triangles[3 * t + k], atlas.vertex_of[v]);
+            for (int i = 0; i < 2; ++i) {
+                ASSERT(atlas.uvs[2 * v + i] > 0.0f && atlas.uvs[2 * v + i] < 1.0f);
+                uv[i] += atlas.uvs[2 * v + i] / 3.0f;
+            }
+        }
+        place_as_color(surface, t, third, expected);
+        const float *texel = image.rgb + 3 * ((size_t)(uv[1] * 256.0f) * 256 + (size_t)(uv[0] * 256.0f));
+        for (int i = 0; i < 3; ++i) ASSERT_NEAR(expected[i], texel[i], 0.015);
+    }
+    image_free(&image);
+    atlas_free(&atlas);
+    ASSERT(!atlas_unwrap(positions, TUBE_VERTICES, triangles, TUBE_TRIANGLES, 8, &atlas)); /* too small for the gutters */
+    memset(positions, 0, 3 * TUBE_VERTICES * sizeof *positions);
+    ASSERT(!atlas_unwrap(positions, TUBE_VERTICES, triangles, TUBE_TRIANGLES, 256, &atlas)); /* no area */
+    free(positions);
+    free(triangles);
+    PASS();
+}
+
 TEST a_sequence_is_read_back(void)
 {
     const float colors[24] = {0.1f, 0.5f, 0.9f, 1, 0, 0, 0, 1, 0, 0.02f, 0.2f, 0.3f};
@@ -787,7 +838,8 @@ TEST a_morph_from_nothing(void)
     const struct aiScene *scene = aiImportFile(scratch("morph.glb"), 0);
     ASSERT(scene != NULL);
     ASSERT_EQ(6u, scene->mNumMeshes);
-    ASSERT(scene->mMeshes[5]->mColors[0] && scene->mMeshes[5]->mNormals);
+    ASSERT(!scene->mMeshes[5]->mColors[0] && scene->mMeshes[5]->mTextureCoords[0] && scene->mMeshes[5]->mNormals);
+    ASSERT_EQ(6u, scene->mNumTextures);
     aiReleaseImport(scene);
     ASSERT(gltf_problems(scratch("morph.glb")) <= 0 && gltf_problems(scratch("skinned.glb")) <= 0);
     struct mesh_check check;
@@ -796,8 +848,12 @@ TEST a_morph_from_nothing(void)
     ASSERT(character_read(scratch("skinned.glb"), NULL, &skinned, error));
     ASSERT(skinned.skinned && skinned.unnormal == 0 && skinned.unweighted == 0);
     ASSERT_EQ(19 + 2, skinned.joint_count); /* the target's joints, the body's node and the file's root */
-    ASSERT(mesh_check(skinned.positions, skinned.vertex_count, skinned.triangles, skinned.triangle_count, &check));
-    ASSERT_EQ(0, check.intersections); /* in the neutral pose */
+    struct mesh joined; /* in the neutral pose, without the charts' seams */
+    ASSERT(mesh_read(scratch("skinned.glb"), &joined, error));
+    ASSERT(mesh_check(joined.positions, (int)joined.vertex_count, (const int *)joined.indices, (int)joined.triangle_count, &check));
+    ASSERT_EQ(0, check.intersections);
+    ASSERT_EQ(0, check.open_edges);
+    mesh_free(&joined);
     character_free(&skinned);
     const char *const made[] = {"morph.png", "strip.png", "frame000.png", "frame005.png"};
     for (int i = 0; i < 4; ++i) {
@@ -836,6 +892,17 @@ TEST a_morph_between_two_rigs(void)
         ASSERT(number_of(json, "volume_off_monotone_percent") < 5.0);
         cJSON_Delete(json);
     }
+    PASS();
+}
+
+/* The files of the morph before this test, in a browser; the pictures are left for the eye. */
+TEST three_js_shows_the_files(void)
+{
+    const int sequence = gltf_shown(scratch("morph.glb"), "morph", "morph");
+    if (sequence < 0) SKIPm("no node, three.js (.ci/deps.sh judges) or Chromium");
+    ASSERT_EQ(0, sequence);
+    ASSERT_EQ(0, gltf_shown(scratch("skinned.glb"), "skinned", "walk"));
+    ASSERT_EQ(1, gltf_shown(scratch("skinned.glb"), "none", "swim"));
     PASS();
 }
 
@@ -929,6 +996,7 @@ int main(int argc, char **argv)
     RUN_TEST(heat_weights_of_a_tube_are_symmetric_and_sum_to_one);
     RUN_TEST(meshes_that_cut_themselves_are_found_out);
     RUN_TEST(specks_are_left_out);
+    RUN_TEST(an_atlas_has_a_texel_for_every_place);
     RUN_TEST(a_sequence_is_read_back);
     RUN_TEST(a_skinned_character_is_read_back);
     RUN_TEST(materials_and_images_are_read_back);
@@ -937,6 +1005,7 @@ int main(int argc, char **argv)
     RUN_TEST(malformed_files_are_refused_in_one_line);
     RUN_TEST(a_morph_from_nothing);
     RUN_TEST(a_morph_between_two_rigs);
+    RUN_TEST(three_js_shows_the_files);
     RUN_TEST(weights_from_nothing);
     RUN_TEST(characters_of_the_collection);
     RUN_TEST(wrong_lines_end_with_a_status);
