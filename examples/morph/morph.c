@@ -25,7 +25,7 @@ static int read_command_line(struct morph_settings *set, int argc, char **argv)
         {"iterations", CLI_INT, &set->iterations, "N", "of the active contour a frame", 1, 1000, NULL},
         {"pace", CLI_FLOAT, &set->pace, "X", "voxels that the contour moves in an iteration at most", 0.001, 1, NULL},
         {"ease", CLI_INT, &set->ease, "N", "frames in which it grows to that", 0, 1000, NULL},
-        {"thicken", CLI_FLOAT, &set->thicken, "X", "make sheets, such as capes, solids of X voxels; 0: leave them", 0, 10, NULL},
+        {"thicken", CLI_FLOAT, &set->thicken, "X", "voxels of thickness that sheets get, such as capes (default 1, with a note); 0: leave them out", 0, 10, NULL},
         {"parts", CLI_INT, &set->parts, "N", "separate bodies of a character to keep, the largest first; 0: all", 0, 1000, NULL},
         {"props", CLI_STRING, &set->props, "NAMES", "rigid parts that hang on bones too: parts of their names, or all", 0, 0,
          NULL},
@@ -90,6 +90,7 @@ int main(int argc, char **argv)
                                        .pace = 0.2f,
                                        .ease = 24,
                                        .parts = 1,
+                                       .thicken = -1.0f,
                                        .size = 480,
                                        .texture = 512,
                                        .view = {0.45f, 0.12f, 1.0f}}};

@@ -149,7 +149,8 @@ static bool make_body(springls_context *ctx, const struct morph *morph, struct m
     if (!places_create(&body->character, &body->places)) {
         return morph_no_memory();
     }
-    if (!morph_solid_make(ctx, &morph->grid, &body->character, set->thicken, set->parts, &body->solid)
+    const char *path = body == &morph->source ? set->source : set->target;
+    if (!morph_solid_make(morph, ctx, &morph->grid, path, &body->character, &body->solid)
         || !morph_check(ctx, springls_extract_mesh(ctx, &body->mesh), "body")) {
         return false;
     }

@@ -2,13 +2,14 @@
  *
  * 1. Inside is where the generalized winding number exceeds one half (springls_set_mesh): overlapping parts are united, open
  *    cuffs are closed by a film.
- * 2. With thicken > 0 everything within half that distance of a triangle is inside too: capes and hems become solid sheets.
+ * 2. Sheets, which have no inside, become solid: one voxel thick, or as --thicken says (character/sheets.h).
  * 3. Cavities, which are not connected with the outside, are filled.
  * 4. The largest connected bodies are kept. */
 #include "morph/morph.h"
 
-#include "base/vec3.h"
+#include "character/sheets.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -120,72 +121,81 @@ static bool keep_bodies(struct voxels *v, int parts, struct morph_solid *solid)
     return true;
 }
 
-/* Converts a world position to voxel coordinates. */
-static void to_voxel(const springls_grid_desc *grid, const float world[3], float voxel[3])
+/* ---- sheets ---- */
+
+/* Prints on stderr what happens to sheets. */
+static void note_sheets(const struct morph *morph, const char *name, const struct sheets *sheets)
 {
-    for (int k = 0; k < 3; ++k) {
-        voxel[k] = (float)(((double)world[k] - grid->origin[k]) / grid->spacing[k]);
+    const float thicken = morph->settings.thicken;
+    if (sheets->triangles == 0 || thicken > 0.0f || morph->settings.common.quiet) {
+        return;
+    }
+    if (thicken < 0.0f) {
+        fprintf(stderr, "morph: %s: sheets without an inside (%d, of %d triangles) are made one voxel thick; --thicken X for another thickness, "
+                "0 to leave them out\n", name, sheets->found, sheets->triangles);
+    } else {
+        fprintf(stderr, "morph: %s: sheets without an inside (%d, of %d triangles) are left out; --thicken 1 makes them solid\n", name,
+                sheets->found, sheets->triangles);
     }
 }
 
-/* Sets phi = min(phi, distance to the triangle - half the thickness) in the box around each triangle. */
-static bool thicken_sheets(struct voxels *v, const struct character *character, float thickness)
+/* Makes sheets solid; fails where there is nothing else and they are to be left out. */
+static bool thicken_sheets(const struct morph *morph, const char *name, struct voxels *v, const struct character *character, bool empty,
+                           struct morph_solid *solid)
 {
-    const int *size = v->grid->size;
-    for (int t = 0; t < character->triangle_count; ++t) {
-        float corners[9];
-        struct bvh one;
-        int lo[3], hi[3];
-        for (int k = 0; k < 3; ++k) {
-            to_voxel(v->grid, character->positions + 3 * character->triangles[3 * t + k], corners + 3 * k);
-        }
-        for (int i = 0; i < 3; ++i) {
-            const float low = fminf(corners[i], fminf(corners[3 + i], corners[6 + i])) - thickness;
-            const float high = fmaxf(corners[i], fmaxf(corners[3 + i], corners[6 + i])) + thickness;
-            lo[i] = (int)fmaxf(1.0f, floorf(low));
-            hi[i] = (int)fminf((float)size[i] - 2.0f, ceilf(high));
-        }
-        if (!bvh_build(&one, corners, NULL, 1)) {
-            return false;
-        }
-        for (int z = lo[2]; z <= hi[2]; ++z) {
-            for (int y = lo[1]; y <= hi[1]; ++y) {
-                for (int x = lo[0]; x <= hi[0]; ++x) {
-                    const float p[3] = {(float)x, (float)y, (float)z};
-                    float *phi = v->phi + ((size_t)z * (size_t)size[1] + (size_t)y) * (size_t)size[0] + (size_t)x;
-                    *phi = fminf(*phi, bvh_distance(&one, p, NULL, NULL) - 0.5f * thickness);
-                }
-            }
-        }
-        bvh_free(&one);
+    const springls_grid_desc *grid = v->grid;
+    const struct solid_grid g = {{grid->size[0], grid->size[1], grid->size[2]}, {grid->origin[0], grid->origin[1], grid->origin[2]},
+                                 grid->spacing[0]};
+    const float thicken = morph->settings.thicken < 0.0f ? 1.0f : morph->settings.thicken;
+    unsigned char *sheet = malloc((size_t)character->triangle_count + 1);
+    struct sheets found;
+    bool good = (sheet && sheets_find(&g, v->phi, character, sheet, &found)) || morph_no_memory();
+    if (good) {
+        solid->sheet_triangles = found.triangles;
+        solid->thickened = found.triangles > 0 ? thicken : 0.0f;
+        good = !empty || (thicken > 0.0f && found.triangles > 0)
+            || morph_fail("%s: encloses nothing%s", name, found.triangles > 0 ? ": a sheet; --thicken 1 makes it solid" : "");
     }
-    return true;
+    if (good) {
+        note_sheets(morph, name, &found);
+        good = !(thicken > 0.0f) || sheets_thicken(&g, v->phi, character, sheet, thicken) || morph_no_memory();
+    }
+    free(sheet);
+    return good;
 }
 
-bool morph_solid_make(springls_context *ctx, const springls_grid_desc *grid, const struct character *character, float thicken,
-                      int parts, struct morph_solid *solid)
+/* Computes phi of the triangles; `empty`: they enclose nothing. */
+static bool sample_phi(springls_context *ctx, const char *name, const struct character *character, struct voxels *v, bool *empty,
+                       struct morph_solid *solid)
+{
+    springls_mesh_report report;
+    memset(&report, 0, sizeof report);
+    const springls_status status = springls_set_mesh(ctx, character->positions, character->vertex_count, 0, character->triangles,
+                                                     character->triangle_count, &report);
+    *empty = status == SPRINGLS_BAD_MESH;
+    solid->boundary_edges = report.boundary_edges;
+    solid->nonmanifold_edges = report.nonmanifold_edges;
+    solid->input_components = report.components;
+    for (size_t n = 0; *empty && n < v->count; ++n) {
+        v->phi[n] = springls_get_params(ctx).band_half_width;
+    }
+    return *empty || (morph_check(ctx, status, name) && morph_check(ctx, springls_copy_level_set(ctx, v->phi), name));
+}
+
+bool morph_solid_make(const struct morph *morph, springls_context *ctx, const springls_grid_desc *grid, const char *path,
+                      const struct character *character, struct morph_solid *solid)
 {
     struct voxels v;
-    springls_mesh_report report;
+    bool empty = false;
+    const char *name = path ? path : "built in";
     memset(solid, 0, sizeof *solid);
-    bool good = voxels_create(grid, &v) || morph_no_memory();
-    good = good
-           && morph_check(ctx,
-                          springls_set_mesh(ctx, character->positions, character->vertex_count, 0, character->triangles,
-                                            character->triangle_count, &report),
-                          "character")
-           && morph_check(ctx, springls_copy_level_set(ctx, v.phi), "character");
-    if (good) {
-        solid->boundary_edges = report.boundary_edges;
-        solid->nonmanifold_edges = report.nonmanifold_edges;
-        solid->input_components = report.components;
-        good = !(thicken > 0.0f) || thicken_sheets(&v, character, thicken) || morph_no_memory();
-    }
+    bool good = (voxels_create(grid, &v) || morph_no_memory()) && sample_phi(ctx, name, character, &v, &empty, solid)
+        && thicken_sheets(morph, name, &v, character, empty, solid);
     if (good) {
         fill_cavities(&v, solid);
-        good = keep_bodies(&v, parts, solid) || morph_no_memory();
+        good = keep_bodies(&v, morph->settings.parts, solid) || morph_no_memory();
     }
-    good = good && morph_check(ctx, springls_set_level_set(ctx, v.phi), "character");
+    good = good && morph_check(ctx, springls_set_level_set(ctx, v.phi), name);
     voxels_free(&v);
     return good;
 }
