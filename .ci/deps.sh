@@ -42,7 +42,11 @@ for group; do
             tbb/tbb.h libtbb-dev
             boost/version.hpp libboost-dev
             boost/iostreams/stream.hpp libboost-iostreams-dev"
-        need_command elastix elastix ;;
+        need_command elastix elastix
+        # Not packages of the system: Khronos' validator of glTF files and a program that shows them, where npm is at hand.
+        [ -d build/npm/node_modules/gltf-validator ] || ! command -v npm > /dev/null 2>&1 ||
+            timeout 120 npm install --prefix build/npm --no-audit --no-fund --loglevel=error gltf-validator@2.0.0-dev.3.10 three@0.187.0 ||
+            echo "Going on without gltf-validator and three: npm could not fetch them." ;;
     matrix)
         headers="$headers
             CL/cl.h opencl-headers"

@@ -9,14 +9,14 @@ character_USES    = shapes surface
 registration_USES = imaging
 shapes_USES       = pictures
 imaging_USES      = pictures
-surface_USES      = base
+surface_USES      = pictures
 pictures_USES     = base
 
-character_LIBS    = -lcjson
 registration_LIBS = -llapacke
 shapes_LIBS       = -llapacke
+pictures_LIBS     = -lz
 imaging_LIBS      = -lnifti2 -lznz -lteem -lz
-surface_LIBS      = -lassimp
+surface_LIBS      = -lassimp -lcjson
 
 # A program is a file of examples/ or a folder. minimal and engine_embed use the library alone.
 leveque_USES      = springls
@@ -33,7 +33,6 @@ rig_USES          = springls character
 viewer_USES       = springls surface
 
 atlas_LIBS        = -lcjson
-morph_LIBS        = -lz
 viewer_LIBS       = -lglfw -lepoxy
 
 EXAMPLES := $(basename $(notdir $(filter-out examples/common examples/pictures examples/python examples/web examples/engines %.mk,$(wildcard examples/*))))
@@ -90,7 +89,7 @@ build/python/%.py: examples/python/%.py build/python/settings
 # page compares with. All is in one text, so that the page opens from a disk. Emscripten wants modules of Debian's Node. The SLP
 # vectorizer of clang 14 changes results for WebAssembly.
 WEB_SOURCES = examples/web/web.c examples/web/mesh_file.c $(patsubst %,examples/viewer/%.c,app camera file history model script solid tools) \
-              $(patsubst %,examples/common/%.c,pictures/raycast_camera base/cli base/progress)
+              $(patsubst %,examples/common/%.c,surface/mesh_write pictures/raycast_camera base/cli base/progress)
 WEB_PICTURE = examples/viewer/gl.c examples/viewer/scene.c
 WEB_FLAGS   = -std=c99 $(WARNINGS) $(EXACT) -O3 -I. -Iexamples -Iexamples/common
 WEB_LINK    = --no-entry -sALLOW_MEMORY_GROWTH=1 -sMIN_WEBGL_VERSION=2 -sMAX_WEBGL_VERSION=2 -sSINGLE_FILE=1 \

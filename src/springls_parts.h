@@ -32,7 +32,7 @@
 #include "output/error_estimates.h"
 #include "output/material.h"
 #include "output/measure.h"
-#include "output/snapshot.h"
+#include "output/restore.h"
 #include "output/views.h"
 #include "output/kernel_source.h"
 #include "tools/remodel.h"

@@ -38,18 +38,20 @@ test_atlas_USES     = $(atlas_USES)
 test_bad_files_USES = surface imaging
 test_common_USES    = surface imaging
 test_contour_USES   = $(segment_USES)
+test_csg_USES       = $(csg_USES)
 test_imaging_USES   = base
 test_morph_USES     = $(morph_USES)
 test_register_USES  = $(register_USES)
+test_results_USES   = springls
 test_rig_USES       = $(rig_USES)
 test_segment_USES   = imaging
 test_soft_body_USES = $(soft_body_USES)
 test_track_USES     = $(track4d_USES)
 test_viewer_USES    = $(viewer_USES)
 test_volume_USES    = imaging
+test_volume_raycast_USES = springls
 test_atlas_LIBS     = $(atlas_LIBS)
 test_imaging_LIBS   = -lcjson
-test_morph_LIBS     = $(morph_LIBS)
 test_viewer_LIBS    = $(viewer_LIBS)
 # The other tests of programs include the sources of their program.
 test_register_SOURCES = $(filter-out examples/register/register.c,$(wildcard examples/register/*.c))
@@ -124,7 +126,9 @@ ifneq ($(VARIANT)$(filter 1,$(PARTS)),)
   DEVICE_TESTS  =
   LIBRARY_TESTS =
 endif
-SCALAR_LOGS  = $(PLAIN_TESTS:%=$(TEST_DIR)/%.log)
+# What takes a minute runs once, optimised: bits are the same in every build.
+ACCURACY_LOG = $(if $(VARIANT)$(filter 1,$(PARTS)),,$(if $(filter 1,$(WITH_LIBRARIES)),build/bench/accuracy.log))
+SCALAR_LOGS  = $(PLAIN_TESTS:%=$(TEST_DIR)/%.log) $(ACCURACY_LOG)
 NO_SIMD_LOGS = $(LIBRARY_TESTS:%=$(TEST_DIR)-no-simd/%.log) $(if $(LIBRARY_TESTS),$(TEST_DIR)-no-simd/same_hashes.log)
 OPENCL_LOGS  = $(DEVICE_TESTS:%=$(TEST_DIR)/%.opencl.log)
 

@@ -381,34 +381,16 @@ bool atlas_segment_mask(const struct atlas_segment *run, int stage, const struct
     return fill_mask(grid, &run->params, &run->stages[stage], mask);
 }
 
-/* Reads one image of a file: the only one, or that of --frame. */
-static bool read_frame(const struct atlas_segment *run, const char *path, struct volume *volume)
-{
-    char error[VOLUME_TEXT];
-    const int frame = run->settings.frame;
-    bool good = volume_read(path, 0, volume, error);
-    if (good && volume->frame_count > 1 && frame < 0) {
-        return atlas_fail("%.200s: %d images in one file (4-D): choose one with --frame", path, volume->frame_count);
-    }
-    if (good && volume->frame_count > 1 && frame > 0) {
-        volume_free(volume);
-        good = volume_read(path, frame, volume, error);
-    }
-    return good || atlas_fail("%s", error);
-}
-
 /* Reads the reference before the run: what does not fit is refused at once. Its other labels become 0. */
 static bool read_reference(struct atlas_segment *run)
 {
     const struct atlas_segment_settings *set = &run->settings;
     struct volume *reference = &run->reference;
+    char error[VOLUME_TEXT];
     int labels[ATLAS_MAX_LABELS];
     const int count = set->label_text ? atlas_read_labels(set->label_text, labels) : 0;
-    if (!read_frame(run, set->reference, reference)) {
-        return false;
-    }
-    if (!volume_same_grid(&run->image, reference)) {
-        return atlas_fail("%.200s: not on the grid of the image", set->reference);
+    if (!volume_read_like(&run->image, "the image", set->reference, set->frame, "--frame", reference, error)) {
+        return atlas_fail("%s", error);
     }
     const size_t voxels = volume_voxels(reference);
     uint8_t *mask = malloc(voxels);
@@ -461,7 +443,11 @@ static bool compare(struct atlas_segment *run)
 bool atlas_segment_image(struct atlas_segment *run)
 {
     const struct atlas_segment_settings *set = &run->settings;
-    if (!read_frame(run, set->image, &run->image) || (set->reference && !read_reference(run))) {
+    char error[VOLUME_TEXT];
+    if (!volume_read_one(set->image, set->frame, "--frame", &run->image, error)) {
+        return atlas_fail("%s", error);
+    }
+    if (set->reference && !read_reference(run)) {
         return false;
     }
     choose_window(run);

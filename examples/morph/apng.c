@@ -1,30 +1,13 @@
 #include "morph/apng.h"
 
+#include "pictures/png_chunk.h"
+
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <zlib.h>
-
-static void put32(unsigned char *out, uint32_t v)
-{
-    for (int i = 0; i < 4; ++i) {
-        out[i] = (unsigned char)(v >> (24 - 8 * i));
-    }
-}
-
-/* Writes a chunk: length, name, data, CRC of name and data (PNG specification, section 5.3). */
-static bool write_chunk(FILE *file, const char *name, const unsigned char *data, size_t length)
-{
-    unsigned char head[8], tail[4];
-    put32(head, (uint32_t)length);
-    memcpy(head + 4, name, 4);
-    uLong crc = crc32(0, head + 4, 4);
-    crc = length > 0 ? crc32(crc, data, (uInt)length) : crc;
-    put32(tail, (uint32_t)crc);
-    return fwrite(head, 1, 8, file) == 8 && fwrite(data, 1, length, file) == length && fwrite(tail, 1, 4, file) == 4;
-}
 
 /* Compresses rows as differences from the row above (filter 2); the result begins with space for a frame's number. */
 static unsigned char *pack(const struct image *image, size_t *length)
@@ -62,17 +45,17 @@ static bool write_frame(FILE *file, const struct image *image, int number, int f
     if (!packed) {
         return false;
     }
-    put32(control, (*sequence)++);
-    put32(control + 4, (uint32_t)image->width);
-    put32(control + 8, (uint32_t)image->height);
+    png_put32(control, (*sequence)++);
+    png_put32(control + 4, (uint32_t)image->width);
+    png_put32(control + 8, (uint32_t)image->height);
     control[21] = 1; /* delay: 1/fps */
     control[23] = (unsigned char)fps;
-    bool good = write_chunk(file, "fcTL", control, sizeof control);
+    bool good = png_write_chunk(file, "fcTL", control, sizeof control);
     if (number == 0) {
-        good = good && write_chunk(file, "IDAT", packed + 4, length);
+        good = good && png_write_chunk(file, "IDAT", packed + 4, length);
     } else {
-        put32(packed, (*sequence)++);
-        good = good && write_chunk(file, "fdAT", packed, length + 4);
+        png_put32(packed, (*sequence)++);
+        good = good && png_write_chunk(file, "fdAT", packed, length + 4);
     }
     free(packed);
     return good;
@@ -80,24 +63,23 @@ static bool write_frame(FILE *file, const struct image *image, int number, int f
 
 bool apng_write(const char *path, const struct image *frames, int count, int fps)
 {
-    static const unsigned char signature[8] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
     unsigned char header[13] = {0}, animation[8] = {0};
     FILE *file = count > 0 && fps > 0 && fps < 256 ? fopen(path, "wb") : NULL;
     uint32_t sequence = 0;
     if (!file) {
         return false;
     }
-    put32(header, (uint32_t)frames[0].width);
-    put32(header + 4, (uint32_t)frames[0].height);
+    png_put32(header, (uint32_t)frames[0].width);
+    png_put32(header + 4, (uint32_t)frames[0].height);
     header[8] = 8; /* bits a channel */
     header[9] = 2; /* RGB */
-    put32(animation, (uint32_t)count);
-    bool good = fwrite(signature, 1, 8, file) == 8 && write_chunk(file, "IHDR", header, sizeof header)
-                && write_chunk(file, "acTL", animation, sizeof animation);
+    png_put32(animation, (uint32_t)count);
+    bool good = png_write_signature(file) && png_write_chunk(file, "IHDR", header, sizeof header)
+                && png_write_chunk(file, "acTL", animation, sizeof animation);
     for (int f = 0; good && f < count; ++f) {
         good = frames[f].width == frames[0].width && frames[f].height == frames[0].height
                && write_frame(file, &frames[f], f, fps, &sequence);
     }
-    good = good && write_chunk(file, "IEND", animation, 0);
+    good = good && png_write_chunk(file, "IEND", animation, 0);
     return fclose(file) == 0 && good;
 }

@@ -15,7 +15,7 @@ struct transport {
     const char *out, *name;           /* files are out/name_labels.nii.gz and so on */
     const struct volume *from, *to;
     const struct field *pull, *push;  /* on the grids of `to` and of `from` */
-    int frame;                        /* of label maps */
+    bool of_moving;                   /* `from` is the moving image */
 };
 
 static void path_of(const struct transport *t, const char *what, char path[1024])
@@ -46,12 +46,12 @@ static bool write_labels(const char *path, const struct volume *like, const floa
     return good;
 }
 
-static bool carry_labels(const struct transport *t, const char *file)
+static bool carry_labels(const struct run *run, const struct transport *t, const char *file)
 {
     char path[1024], error[VOLUME_TEXT];
     struct volume labels;
-    if (!volume_read(file, t->frame, &labels, error)) {
-        return register_fail("%s", error);
+    if (!register_read_labels(run, t->of_moving, file, &labels)) {
+        return false;
     }
     float *carried = malloc(volume_voxels(t->to) * sizeof *carried);
     bool good = carried != NULL;
@@ -91,7 +91,7 @@ static bool carry_mesh(const struct transport *t, const char *file)
     }
     path_of(t, "mesh.ply", path);
     field_map_points(t->push, mesh.positions, mesh.vertex_count, mesh.positions);
-    const struct mesh_ply ply = {.positions = mesh.positions, .vertex_count = mesh.vertex_count, .indices = mesh.indices,
+    const struct mesh_arrays ply = {.positions = mesh.positions, .vertex_count = mesh.vertex_count, .indices = mesh.indices,
                                  .triangle_count = mesh.triangle_count, .colors = mesh.colors,
                                  .comment = "millimetres, RAS+"};
     const bool good = mesh_write_ply(path, &ply, error) || register_fail("%s", error);
@@ -99,17 +99,17 @@ static bool carry_mesh(const struct transport *t, const char *file)
     return good;
 }
 
-static bool carry(const struct transport *t, const struct carried *files)
+static bool carry(const struct run *run, const struct transport *t, const struct carried *files)
 {
-    return (!files->labels || carry_labels(t, files->labels)) && (!files->points || carry_points(t, files->points))
+    return (!files->labels || carry_labels(run, t, files->labels)) && (!files->points || carry_points(t, files->points))
            && (!files->mesh || carry_mesh(t, files->mesh));
 }
 
 bool register_carry(const struct run *run)
 {
     const struct transport warp = {.out = run->common.out, .name = "warped", .from = &run->moving, .to = &run->fixed,
-                                   .pull = &run->forward, .push = &run->inverse, .frame = run->moving_frame};
+                                   .pull = &run->forward, .push = &run->inverse, .of_moving = true};
     const struct transport inverse = {.out = run->common.out, .name = "inverse", .from = &run->fixed, .to = &run->moving,
-                                      .pull = &run->inverse, .push = &run->forward, .frame = run->fixed_frame};
-    return carry(&warp, &run->warp) && carry(&inverse, &run->inverse_warp);
+                                      .pull = &run->inverse, .push = &run->forward, .of_moving = false};
+    return carry(run, &warp, &run->warp) && carry(run, &inverse, &run->inverse_warp);
 }

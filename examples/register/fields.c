@@ -15,12 +15,37 @@ bool register_fail(const char *format, ...)
 
 bool register_no_memory(void) { return register_fail("not enough memory"); }
 
+bool register_read_labels(const struct run *run, bool of_moving, const char *path, struct volume *labels)
+{
+    char error[VOLUME_TEXT];
+    const struct volume *image = of_moving ? &run->moving : &run->fixed;
+    const int frame = of_moving ? run->moving_frame : run->fixed_frame;
+    return volume_read_like(image, of_moving ? "the moving image" : "the fixed image", path, frame,
+                            of_moving ? "--moving-frame" : "--fixed-frame", labels, error)
+           || register_fail("%s", error);
+}
+
+/* Returns whether a label map, if there is one, can be read and lies on the grid of its image. */
+static bool labels_fit(const struct run *run, bool of_moving, const char *path)
+{
+    struct volume labels;
+    if (!path) {
+        return true;
+    }
+    const bool fit = register_read_labels(run, of_moving, path, &labels);
+    volume_free(&labels);
+    return fit;
+}
+
 bool register_read(struct run *run)
 {
     char error[VOLUME_TEXT];
-    return (volume_read(run->fixed_path, run->fixed_frame, &run->fixed, error)
-            && volume_read(run->moving_path, run->moving_frame, &run->moving, error))
-           || register_fail("%s", error);
+    if (!volume_read_one(run->fixed_path, run->fixed_frame, "--fixed-frame", &run->fixed, error)
+        || !volume_read_one(run->moving_path, run->moving_frame, "--moving-frame", &run->moving, error)) {
+        return register_fail("%s", error);
+    }
+    return labels_fit(run, false, run->fixed_labels_path) && labels_fit(run, true, run->moving_labels_path)
+           && labels_fit(run, true, run->warp.labels) && labels_fit(run, false, run->inverse_warp.labels);
 }
 
 bool register_fields(struct run *run)

@@ -102,25 +102,18 @@ static bool has_label(const struct run *run, const struct volume *labels, const 
 
 static bool compare_labels(struct run *run)
 {
-    char error[VOLUME_TEXT];
     struct volume fixed, moving;
     struct field still;
-    float *moved = malloc(volume_voxels(&run->fixed) * sizeof *moved);
-    if (!volume_read(run->fixed_labels_path, run->fixed_frame, &fixed, error)) {
-        free(moved);
-        return register_fail("%s", error);
+    if (!register_read_labels(run, false, run->fixed_labels_path, &fixed)) {
+        return false;
     }
-    if (!volume_read(run->moving_labels_path, run->moving_frame, &moving, error)) {
+    if (!register_read_labels(run, true, run->moving_labels_path, &moving)) {
         volume_free(&fixed);
-        free(moved);
-        return register_fail("%s", error);
+        return false;
     }
+    float *moved = malloc(volume_voxels(&run->fixed) * sizeof *moved);
     bool good = true;
-    if (!volume_same_grid(&fixed, &run->fixed)) {
-        good = register_fail("%s: not on the grid of the fixed image", run->fixed_labels_path);
-    } else if (!volume_same_grid(&moving, &run->moving)) {
-        good = register_fail("%s: not on the grid of the moving image", run->moving_labels_path);
-    } else if (!has_label(run, &fixed, run->fixed_labels_path) || !has_label(run, &moving, run->moving_labels_path)) {
+    if (!has_label(run, &fixed, run->fixed_labels_path) || !has_label(run, &moving, run->moving_labels_path)) {
         good = false;
     } else if (!moved || !field_create(&run->fixed, &still)) {
         good = register_no_memory();

@@ -38,8 +38,8 @@ static int read_command_line(struct run *run, int argc, char **argv)
         {"field", CLI_STRING, &run->field_path, "FILE", "take this displacement field (NIfTI, mm, LPS+) and register nothing",
          0, 0,
          NULL},
-        {"fixed-frame", CLI_INT, &run->fixed_frame, "K", "which image of a 4-D file, from 0", 0, 1e9, NULL},
-        {"moving-frame", CLI_INT, &run->moving_frame, "K", "which image of a 4-D file, from 0", 0, 1e9, NULL},
+        {"fixed-frame", CLI_INT, &run->fixed_frame, "K", "which image of a 4-D file, from 0", -1, 1e9, NULL},
+        {"moving-frame", CLI_INT, &run->moving_frame, "K", "which image of a 4-D file, from 0", -1, 1e9, NULL},
         {"fixed-labels", CLI_STRING, &run->fixed_labels_path, "FILE", "label map of the fixed image, to compare", 0, 0, NULL},
         {"moving-labels", CLI_STRING, &run->moving_labels_path, "FILE", "label map of the moving image", 0, 0, NULL},
         {"label", CLI_INT, &run->label, "K", "the label to compare; -1: all but 0", -1, 1e9, NULL},
@@ -115,7 +115,8 @@ static void print_summary(const struct run *run)
 
 int main(int argc, char **argv)
 {
-    struct run run = {.align = "rigid", .start = "centers", .similarity = "ssd", .label = -1};
+    struct run run = {.align = "rigid", .start = "centers", .similarity = "ssd", .label = -1, .fixed_frame = -1,
+                      .moving_frame = -1};
     springls_params params;
     run.common = cli_common_defaults();
     run.settings = register_defaults();

@@ -3,10 +3,8 @@
 
 #include "base/json.h"
 #include "base/vec3.h"
-#include "character/gltf_write.h"
-#include "character/surface_place.h"
+#include "character/gltf_character.h"
 #include "pictures/raycast.h"
-#include "shapes/surface_fit.h"
 
 #include <stdint.h>
 #include <stdio.h>
@@ -14,38 +12,6 @@
 #include <string.h>
 
 enum { FILM = 4 };
-
-/* ---- glTF ---- */
-
-/* Computes vertex colors, from the image where there is one. */
-static void vertex_colors(const struct character *c, float *colors)
-{
-    memcpy(colors, c->colors, 3 * (size_t)c->vertex_count * sizeof *colors);
-    for (int i = 0; i < 3 * c->triangle_count; ++i) {
-        struct place place = {i / 3, {0.0f, 0.0f, 0.0f}};
-        place.weight[i % 3] = 1.0f;
-        place_color(c, &place, colors + 3 * c->triangles[i]);
-    }
-}
-
-static bool write_gltf(const struct rig *rig, const char *path)
-{
-    const struct character *c = &rig->body.character;
-    const size_t size = 3 * (size_t)c->vertex_count * sizeof(float);
-    float *colors = malloc(size), *normals = malloc(size);
-    bool good = (colors && normals) || rig_fail("not enough memory");
-    if (good) {
-        vertex_colors(c, colors);
-        mesh_normals(c->positions, (size_t)c->vertex_count, c->triangles, (size_t)c->triangle_count, normals);
-        const struct gltf_mesh mesh = {c->positions,  normals,      c->uvs,          colors,
-                                       c->influences, c->triangles, c->vertex_count, c->triangle_count};
-        good = gltf_write_skinned(path, &mesh, c, c->animation_count - 1, rig->settings.fps)
-            || rig_fail("%s cannot be written", path);
-    }
-    free(colors);
-    free(normals);
-    return good;
-}
 
 /* ---- pictures ---- */
 
@@ -163,9 +129,11 @@ static bool write_picture(const struct rig *rig, const char *path)
 bool rig_write(struct rig *rig)
 {
     char path[1200];
-    if (rig->settings.glb) { return write_gltf(rig, rig->settings.glb); }
-    return write_gltf(rig, run_path(rig->settings.common.out, "rigged.glb", path, sizeof path))
-        && write_picture(rig, run_path(rig->settings.common.out, "rigged.png", path, sizeof path));
+    const char *glb = rig->settings.glb;
+    const bool folder = !glb;
+    if (folder) { glb = run_path(rig->settings.common.out, "rigged.glb", path, sizeof path); }
+    return (gltf_write_character(glb, &rig->body.character) || rig_fail("%s cannot be written", glb))
+        && (!folder || write_picture(rig, run_path(rig->settings.common.out, "rigged.png", path, sizeof path)));
 }
 
 /* ---- report ---- */

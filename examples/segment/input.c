@@ -19,26 +19,12 @@ static const float mirror_around = 4.0f;
 /* Default radius of the ball around a seed, in cells of the grid. */
 static const float seed_cells = 2.5f;
 
-/* Reads the only image of a file, or the one selected by --frame. */
-static bool read_volume(const struct segment *run, const char *path, struct volume *volume)
-{
-    char error[VOLUME_TEXT];
-    bool found = volume_read(path, 0, volume, error);
-    if (found && volume->frame_count > 1 && run->settings.frame < 0) {
-        return segment_fail("%.200s: %d images in one file (4-D): choose one with --frame", path, volume->frame_count);
-    }
-    if (found && volume->frame_count > 1 && run->settings.frame > 0) {
-        volume_free(volume);
-        found = volume_read(path, run->settings.frame, volume, error);
-    }
-    return found || segment_fail("%s", error);
-}
-
 static bool read_image(struct segment *run)
 {
+    char error[VOLUME_TEXT];
     struct volume *image = &run->image;
-    if (!read_volume(run, run->settings.image, image)) {
-        return false;
+    if (!volume_read_one(run->settings.image, run->settings.frame, "--frame", image, error)) {
+        return segment_fail("%s", error);
     }
     if (image->note[0] && cli_may_print(&run->settings.common)) {
         printf("note: %s\n", image->note);
@@ -58,14 +44,13 @@ static bool read_image(struct segment *run)
 
 static bool read_reference(struct segment *run)
 {
+    char error[VOLUME_TEXT];
     if (!run->settings.reference) {
         return true;
     }
-    if (!read_volume(run, run->settings.reference, &run->reference)) {
-        return false;
-    }
-    if (!volume_same_grid(&run->image, &run->reference)) {
-        return segment_fail("%.200s: not on the grid of the image", run->settings.reference);
+    if (!volume_read_like(&run->image, "the image", run->settings.reference, run->settings.frame, "--frame", &run->reference,
+                          error)) {
+        return segment_fail("%s", error);
     }
     run->truth = malloc(run->voxels);
     return run->truth || segment_no_memory();
@@ -200,11 +185,11 @@ static bool place_mask(struct segment *run, const struct volume *mask, struct vo
 static bool start_from_mask(struct segment *run)
 {
     const int wanted = run->result->object->mask_label;
+    char error[VOLUME_TEXT];
     struct volume mask, placed;
     memset(&placed, 0, sizeof placed);
-    if (!read_volume(run, run->settings.mask, &mask)) {
-        volume_free(&mask);
-        return false;
+    if (!volume_read_one(run->settings.mask, run->settings.frame, "--frame", &mask, error)) {
+        return segment_fail("%s", error);
     }
     uint8_t *inside = malloc(volume_voxels(&mask));
     bool started = inside || segment_no_memory();

@@ -109,8 +109,6 @@ static bool common_grid(const struct volume *reference, const struct volume *oth
     return good || track_no_memory();
 }
 
-static bool not_on_the_grid(const char *path) { return track_fail("%s: not on the grid of its image", path); }
-
 /* Returns true if a label map, if there is one, lies on the grid of its image. */
 static bool labels_fit(const char *path, const struct volume *image)
 {
@@ -119,12 +117,11 @@ static bool labels_fit(const char *path, const struct volume *image)
     if (!path) {
         return true;
     }
-    if (!volume_read(path, 0, &labels, error)) {
+    if (!volume_read_like(image, "its image", path, 0, NULL, &labels, error)) {
         return track_fail("%s", error);
     }
-    const bool same = volume_same_grid(&labels, image);
     volume_free(&labels);
-    return same || not_on_the_grid(path);
+    return true;
 }
 
 /* Reads two files; the first becomes the reference, on a grid that covers both. */
@@ -221,11 +218,10 @@ bool track_frame_mask(const struct track *track, int frame, float **mask)
     if (track->labelled == 1 && frame != track->settings.reference) {
         return true;
     }
-    if (!volume_read(track->settings.labels, track->labelled == 1 ? 0 : frame, &labels, error)) {
+    if (!volume_read_like(&track->image, "its image", track->settings.labels, track->labelled == 1 ? 0 : frame, NULL, &labels, error)) {
         return track_fail("%s", error);
     }
-    const bool good = (volume_same_grid(&labels, &track->image) || not_on_the_grid(track->settings.labels))
-                      && mask_of(track, track->settings.labels, &labels, mask);
+    const bool good = mask_of(track, track->settings.labels, &labels, mask);
     volume_free(&labels);
     return good;
 }

@@ -81,8 +81,8 @@ SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, s
     springls__has_grown(model)[args.grow_line.first_flag + i] = grew;
 }
 
-/* Sets the side of the brick of entry i from its state: a constant brick is outside or inside, in an active one phi is 1 (background) or
-   -1. */
+/* Sets the side of the brick of entry i from its state: a constant brick is outside or inside, in an active one phi is 1 (background)
+   or -1. */
 SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__arguments args, int i,
                                                   SPRINGLS__LOCAL float *memory)
 {

@@ -662,10 +662,11 @@ SPRINGLS_API springls_status springls_set_mesh(springls_context *ctx, const floa
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (stride == 0) stride = 3 * sizeof(float);
     if (position_count < 0 || triangle_count < 0 || triangle_count > INT32_MAX / 6)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_mesh: %d positions, %d triangles", position_count,
-                              triangle_count);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_mesh: %d positions and %d triangles: there may be 0 to %d, and 0 to %d",
+                              position_count, triangle_count, INT32_MAX, INT32_MAX / 6);
     if (stride < 3 * sizeof(float) || stride % sizeof(float))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_mesh: a stride of %lu bytes", (unsigned long)stride);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_mesh: a stride of %lu bytes, not 0 or a multiple of 4 from 12 on",
+                              (unsigned long)stride);
     if ((!positions && position_count) || (!triangles && triangle_count))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_mesh: NULL array");
     if (!triangle_count) return springls__fail(ctx, SPRINGLS_BAD_MESH, "the mesh has no triangles");

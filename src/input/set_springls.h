@@ -30,7 +30,8 @@ SPRINGLS__FN springls_status springls__check_springls(springls_context *ctx, con
     if (!vertices) return springls__fail_null(ctx, "set_springls", "vertices");
     if (count <= 0) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_springls: the count %d is not positive", count);
     if (count > ctx->desc.max_springls)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_springls: the count %d exceeds max_springls", count);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_springls: the count %d exceeds max_springls, %d", count,
+                              ctx->desc.max_springls);
     for (i = 0; i < count; i++)
         if (!springls__valid_point(vertices + 9 * i) || !springls__valid_point(vertices + 9 * i + 3)
             || !springls__valid_point(vertices + 9 * i + 6) || !springls__valid_point(particles ? particles + 3 * i : NULL)

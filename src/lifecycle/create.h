@@ -57,7 +57,8 @@ SPRINGLS__FN const char *springls__desc_fault(const springls_desc *desc, double 
         if (desc->follow && desc->grid.size[axis] % SPRINGLS__BRICK) return "grid.size is no multiple of 8, but follow is set";
     for (axis = 0; axis < 3; axis++) {
         if (desc->window[axis] % SPRINGLS__BRICK) return "window is no multiple of 8";
-        if (desc->window[axis] > 1 << 30 || desc->window[axis] < -(1 << 30)) return "window is out of range: it may be -2^30 to 2^30";
+        if (desc->window[axis] > 1 << 30 || desc->window[axis] < -(1 << 30))
+            return "window is out of range: it may be -2^30 to 2^30";
         if (desc->window[axis] && (desc->grid.size[0] | desc->grid.size[1] | desc->grid.size[2]) % SPRINGLS__BRICK)
             return "grid.size is no multiple of 8, but window is set";
     }

@@ -16,7 +16,7 @@
 SPRINGLS__FN springls__attribute *springls__attribute_at(springls_context *ctx, int index, const char *call)
 {
     if (index >= 0 && index < ctx->attribute_count) return &ctx->attributes[index];
-    springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: attribute %d of %d", call, index, ctx->attribute_count);
+    springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: there is no attribute %d among %d", call, index, ctx->attribute_count);
     return NULL;
 }
 
@@ -34,7 +34,8 @@ SPRINGLS__FN springls_status springls__check_attribute(springls_context *ctx, co
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: %d channels, not 1 to %d", call, desc->channels,
                               SPRINGLS_MAX_CHANNELS);
     if (!springls__policy_known(desc->split) || !springls__policy_known(desc->fill) || !springls__policy_known(desc->merge))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: an unknown policy", call);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: the policies %d, %d, %d are not each 0 to 2", call, (int)desc->split,
+                              (int)desc->fill, (int)desc->merge);
     if (ctx->attribute_count == SPRINGLS_MAX_ATTRIBUTES)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: more than %d attributes", call, SPRINGLS_MAX_ATTRIBUTES);
     return SPRINGLS_OK;

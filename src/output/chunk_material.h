@@ -164,30 +164,37 @@ SPRINGLS__FN void springls__find_nearest(const springls__model *model, const spr
     for (i = 0; i < c->listed; i++) springls__try_candidate(model, c, c->list[i], group, &search);
 }
 
-/* Reads a row of vectors, one a lane; where `index` is -1, zero. */
-SPRINGLS__FN springls__vec3 springls__vectors_at(const springls__v3 *row, const int index[SPRINGLS__LANES])
+/* Returns a vector in each lane. */
+SPRINGLS__FN springls__vec3 springls__vectors_of(const springls__v3 v[SPRINGLS__LANES])
 {
     float x[3][SPRINGLS__LANES];
     int lane;
     for (lane = 0; lane < SPRINGLS__LANES; lane++) {
-        const springls__v3 v = index[lane] < 0 ? springls__v3_make(0.0f, 0.0f, 0.0f) : row[index[lane]];
-        x[0][lane] = v.x;
-        x[1][lane] = v.y;
-        x[2][lane] = v.z;
+        x[0][lane] = v[lane].x;
+        x[1][lane] = v[lane].y;
+        x[2][lane] = v[lane].z;
     }
     return springls__vec_load_v3(x[0], x[1], x[2]);
 }
 
-/* Returns tangents to normals, as springls__fit_begin takes them. */
+/* Returns elements of an array; zeros for index -1. */
+SPRINGLS__FN springls__vec3 springls__vectors_at(const springls__v3 *row, const int index[SPRINGLS__LANES])
+{
+    springls__v3 v[SPRINGLS__LANES];
+    int lane;
+    for (lane = 0; lane < SPRINGLS__LANES; lane++)
+        v[lane] = index[lane] < 0 ? springls__v3_make(0.0f, 0.0f, 0.0f) : row[index[lane]];
+    return springls__vectors_of(v);
+}
+
+/* Returns tangents to normals, as springls__fit_begin takes them; zeros for index -1. */
 SPRINGLS__FN springls__vec3 springls__tangents_of(const springls__candidates *c, const int index[SPRINGLS__LANES])
 {
-    springls__v3 tangent[SPRINGLS__LANES];
-    int lane, own[SPRINGLS__LANES];
-    for (lane = 0; lane < SPRINGLS__LANES; lane++) {
-        own[lane] = index[lane] < 0 ? -1 : lane;
-        if (own[lane] >= 0) tangent[lane] = springls__any_tangent(c->n[index[lane]]);
-    }
-    return springls__vectors_at(tangent, own);
+    springls__v3 v[SPRINGLS__LANES];
+    int lane;
+    for (lane = 0; lane < SPRINGLS__LANES; lane++)
+        v[lane] = index[lane] < 0 ? springls__v3_make(0.0f, 0.0f, 0.0f) : springls__any_tangent(c->n[index[lane]]);
+    return springls__vectors_of(v);
 }
 
 /* Finds the correspondences of the vertices: by the quadratic fits around them, or else those of their springls. */

@@ -275,15 +275,18 @@ SPRINGLS_API springls_status springls_find_seams(springls_context *ctx, const fl
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (triangle_count < 0 || triangle_count > INT32_MAX / 6)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: triangle_count %d is out of range", triangle_count);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: triangle_count %d is not in 0 to %d", triangle_count,
+                              INT32_MAX / 6);
     if (channels < 0 || channels > SPRINGLS_MAX_CHANNELS)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: channels %d is out of range", channels);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: channels %d is not in 0 to %d", channels,
+                              SPRINGLS_MAX_CHANNELS);
     if (channels > 0 && !values) return springls__fail_null(ctx, "find_seams", "values");
     if (triangle_count > 0 && (!positions || !triangles || !neighbors))
         return springls__fail_null(ctx, "find_seams", !positions ? "positions" : !triangles ? "triangles" : "neighbors");
     if (stride == 0) stride = 3 * sizeof(float);
     if (stride < 3 * sizeof(float) || stride % sizeof(float))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: a stride of %lu bytes", (unsigned long)stride);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: a stride of %lu bytes, not 0 or a multiple of 4 from 12 on",
+                              (unsigned long)stride);
     for (i = 0; i < 3 * triangle_count; i++)
         if (triangles[i] < 0 || triangles[i] >= position_count)
             return springls__fail(ctx, SPRINGLS_BAD_MESH, "triangle %d uses position %d of %d", i / 3, triangles[i],

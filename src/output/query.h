@@ -533,7 +533,7 @@ SPRINGLS__FN springls_status springls__check_surface(springls_context *ctx, spri
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (surface == SPRINGLS_SURFACE_WATERTIGHT || surface == SPRINGLS_SURFACE_SOUP) return SPRINGLS_OK;
-    return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: there is no surface %d", call, (int)surface);
+    return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: there is no surface %d: it may be 0 or 1", call, (int)surface);
 }
 
 SPRINGLS_API springls_status springls_closest(springls_context *ctx, springls_surface surface, const float *points, int count,

@@ -232,7 +232,8 @@ SPRINGLS__FN void springls__code_attribute(springls__coder *c, springls__attribu
     X(int32_t, steps) X(int64_t, added) X(int64_t, split) X(int64_t, removed) X(int64_t, reshaped) X(int64_t, refused)           \
     X(float, volume_correction) X(float, largest_displacement) X(float, moving_share) X(float, lag) X(int32_t, opposed)          \
     X(int64_t, left) X(int32_t, window_x) X(int32_t, window_y) X(int32_t, window_z)                                              \
-    X(int32_t, original_window_x) X(int32_t, original_window_y) X(int32_t, original_window_z)
+    X(int32_t, original_window_x) X(int32_t, original_window_y) X(int32_t, original_window_z)                                    \
+    X(int32_t, inside_runs) X(int32_t, reference_inside_runs)
 
 /* Holds the numbers of a model. */
 typedef struct springls__snapshot_state {
@@ -316,7 +317,8 @@ typedef enum springls__section {
     SPRINGLS__SECTION_GRID,
     SPRINGLS__SECTION_SET,         /* one section for each array of the constellation */
     SPRINGLS__SECTION_NEIGHBORS = SPRINGLS__SECTION_SET + SPRINGLS__SPRINGL_ARRAY_COUNT,
-    SPRINGLS__SECTION_SIDES,       /* a bit for each brick: 1 is constant and inside  */
+    SPRINGLS__SECTION_SIDES,       /* of older blocks: a bit for each brick of the domain: 1 is constant and inside */
+    SPRINGLS__SECTION_INSIDE,      /* runs of these bricks                            */
     SPRINGLS__SECTION_BRICKS,      /* the numbers of the bricks with voxels           */
     SPRINGLS__SECTION_PHI,
     SPRINGLS__SECTION_CALM,        /* a byte for each of them: sleep.h                */
@@ -325,6 +327,7 @@ typedef enum springls__section {
     SPRINGLS__SECTION_EVENT_PARTS,
     SPRINGLS__SECTION_VALUES,      /* one section for each attribute                  */
     SPRINGLS__SECTION_REFERENCE_SIDES = SPRINGLS__SECTION_VALUES + SPRINGLS_MAX_ATTRIBUTES,
+    SPRINGLS__SECTION_REFERENCE_INSIDE,
     SPRINGLS__SECTION_REFERENCE_BRICKS,
     SPRINGLS__SECTION_REFERENCE_PHI,
     SPRINGLS__SECTION_ORIGINAL,
@@ -332,46 +335,59 @@ typedef enum springls__section {
     SPRINGLS__SECTIONS
 } springls__section;
 
-/* Describes a section. width: bytes of its numbers; 0: records. may_miss: was not in the first version; where a block has none,
-   its numbers are 0. */
-typedef struct springls__section_info { int section; const char *tag; int width; bool may_miss; } springls__section_info;
+/* Which blocks have a section. */
+typedef enum springls__section_use {
+    SPRINGLS__SECTION_USED,
+    SPRINGLS__SECTION_MAY_MISS, /* in older ones: its numbers are 0 */
+    SPRINGLS__SECTION_ONLY_READ /* none but older ones               */
+} springls__section_use;
+
+/* Describes a section. width: bytes of its numbers; 0: records. */
+typedef struct springls__section_info {
+    int section;
+    const char *tag;
+    int width;
+    springls__section_use use;
+} springls__section_info;
 
 #define SPRINGLS__SECTION_OF(array) (SPRINGLS__SECTION_SET + (int)SPRINGLS__ARRAY_##array)
 
 /* Has a row for each section, the attributes one together. A tag is never used again for anything else. */
 static const springls__section_info springls__section_list[] = {
-    { SPRINGLS__SECTION_NUMBERS, "NUMB", 0, false },
-    { SPRINGLS__SECTION_PARAMS, "PARM", 0, false },
-    { SPRINGLS__SECTION_GRID, "GRID", 0, false },
-    { SPRINGLS__SECTION_OF(S), "SPRG", 0, false },
-    { SPRINGLS__SECTION_OF(A), "CORR", 4, false },
-    { SPRINGLS__SECTION_OF(ID), "SPID", 4, false },
-    { SPRINGLS__SECTION_OF(GENERATION), "GENR", 4, false },
-    { SPRINGLS__SECTION_OF(MASK), "MASK", 1, false },
-    { SPRINGLS__SECTION_OF(COMPONENT), "BODY", 4, false },
-    { SPRINGLS__SECTION_OF(CAVITY), "CAVT", 4, false },
-    { SPRINGLS__SECTION_OF(CONTACT_BODY), "CONT", 4, false },
-    { SPRINGLS__SECTION_OF(OVERLAPPED), "OVER", 1, false },
-    { SPRINGLS__SECTION_OF(EDGE), "EDGE", 1, false },
-    { SPRINGLS__SECTION_OF(ERROR), "ERRO", 4, false },
-    { SPRINGLS__SECTION_OF(PARENT), "PRNT", 4, false },
-    { SPRINGLS__SECTION_OF(BIRTH), "BRTH", 4, false },
-    { SPRINGLS__SECTION_OF(PHI_AT), "PHIP", 4, false },
-    { SPRINGLS__SECTION_OF(SYNCED_POSITION), "SYNC", 4, false },
-    { SPRINGLS__SECTION_NEIGHBORS, "NEAR", 4, false },
-    { SPRINGLS__SECTION_SIDES, "SIDE", 1, false },
-    { SPRINGLS__SECTION_BRICKS, "BRIK", 4, false },
-    { SPRINGLS__SECTION_PHI, "PHIV", 4, false },
-    { SPRINGLS__SECTION_CALM, "CALM", 0, true },
-    { SPRINGLS__SECTION_COMPONENTS, "COMP", 0, false },
-    { SPRINGLS__SECTION_EVENTS, "EVNT", 0, false },
-    { SPRINGLS__SECTION_EVENT_PARTS, "PART", 0, false },
-    { SPRINGLS__SECTION_VALUES, "ATTR", 0, false },
-    { SPRINGLS__SECTION_REFERENCE_SIDES, "RSID", 1, false },
-    { SPRINGLS__SECTION_REFERENCE_BRICKS, "RBRK", 4, false },
-    { SPRINGLS__SECTION_REFERENCE_PHI, "RPHI", 4, false },
-    { SPRINGLS__SECTION_ORIGINAL, "ORIG", 4, false },
-    { SPRINGLS__SECTION_SOURCE, "SRCE", 4, false },
+    { SPRINGLS__SECTION_NUMBERS, "NUMB", 0, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_PARAMS, "PARM", 0, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_GRID, "GRID", 0, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(S), "SPRG", 0, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(A), "CORR", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(ID), "SPID", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(GENERATION), "GENR", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(MASK), "MASK", 1, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(COMPONENT), "BODY", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(CAVITY), "CAVT", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(CONTACT_BODY), "CONT", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(OVERLAPPED), "OVER", 1, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(EDGE), "EDGE", 1, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(ERROR), "ERRO", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(PARENT), "PRNT", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(BIRTH), "BRTH", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(PHI_AT), "PHIP", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(SYNCED_POSITION), "SYNC", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_NEIGHBORS, "NEAR", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_SIDES, "SIDE", 1, SPRINGLS__SECTION_ONLY_READ },
+    { SPRINGLS__SECTION_INSIDE, "INSD", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_BRICKS, "BRIK", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_PHI, "PHIV", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_CALM, "CALM", 0, SPRINGLS__SECTION_MAY_MISS },
+    { SPRINGLS__SECTION_COMPONENTS, "COMP", 0, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_EVENTS, "EVNT", 0, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_EVENT_PARTS, "PART", 0, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_VALUES, "ATTR", 0, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_REFERENCE_SIDES, "RSID", 1, SPRINGLS__SECTION_ONLY_READ },
+    { SPRINGLS__SECTION_REFERENCE_INSIDE, "RINS", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_REFERENCE_BRICKS, "RBRK", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_REFERENCE_PHI, "RPHI", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_ORIGINAL, "ORIG", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_SOURCE, "SRCE", 4, SPRINGLS__SECTION_USED },
 };
 enum { SPRINGLS__SECTION_ROWS = sizeof springls__section_list / sizeof springls__section_list[0] };
 
@@ -422,6 +438,7 @@ SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const spr
     case SPRINGLS__SECTION_GRID: return SPRINGLS__GRID_BYTES;
     case SPRINGLS__SECTION_NEIGHBORS: return s->neighbors_age >= 0 ? count * SPRINGLS__NEIGHBOR_ROW * sizeof(int32_t) : 0;
     case SPRINGLS__SECTION_SIDES: return springls__side_bytes(g);
+    case SPRINGLS__SECTION_INSIDE: return (uint64_t)s->inside_runs * 2 * sizeof(int32_t);
     case SPRINGLS__SECTION_BRICKS: return (uint64_t)s->bricks * sizeof(int32_t);
     case SPRINGLS__SECTION_PHI: return (uint64_t)s->bricks * brick;
     case SPRINGLS__SECTION_CALM: return (uint64_t)s->bricks;
@@ -429,6 +446,7 @@ SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const spr
     case SPRINGLS__SECTION_EVENTS: return (uint64_t)s->events * SPRINGLS__EVENT_BYTES;
     case SPRINGLS__SECTION_EVENT_PARTS: return (uint64_t)s->event_parts * SPRINGLS__PART_BYTES;
     case SPRINGLS__SECTION_REFERENCE_SIDES: return all ? springls__side_bytes(g) : 0;
+    case SPRINGLS__SECTION_REFERENCE_INSIDE: return all ? (uint64_t)s->reference_inside_runs * 2 * sizeof(int32_t) : 0;
     case SPRINGLS__SECTION_REFERENCE_BRICKS: return all ? (uint64_t)s->reference_bricks * sizeof(int32_t) : 0;
     case SPRINGLS__SECTION_REFERENCE_PHI: return all ? (uint64_t)s->reference_bricks * brick : 0;
     case SPRINGLS__SECTION_ORIGINAL: return all ? (uint64_t)s->original * 9 * sizeof(float) : 0;
@@ -447,7 +465,7 @@ SPRINGLS__FN springls__layout springls__layout_of(const springls__grid *g, const
     layout.size = SPRINGLS__HEAD_BYTES;
     for (section = 0; section < SPRINGLS__SECTIONS; section++) {
         uint64_t bytes = springls__section_bytes(g, s, section);
-        if (!bytes) continue;
+        if (!bytes || springls__section_of(section)->use == SPRINGLS__SECTION_ONLY_READ) continue;
         layout.count++;
         layout.bytes[section] = bytes;
         layout.at[section] = layout.size + SPRINGLS__SECTION_HEAD_BYTES;

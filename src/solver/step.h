@@ -81,7 +81,7 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: max_displacement is %g, below a thousandth of a voxel, and not 0",
                               (double)step->max_displacement);
     if (step->mode != SPRINGLS_MODE_FLUID && step->mode != SPRINGLS_MODE_ELASTIC && step->mode != SPRINGLS_MODE_ADVECT_ONLY)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d", (int)step->mode);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d: it may be 0 to 2", (int)step->mode);
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
     springls__abandon_step(ctx);
     springls__end_reading(ctx);
@@ -129,7 +129,7 @@ SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_
     const float still = 1e-3f; /* share of moving springls below which an active contour has arrived */
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (steps < 0) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "run: a negative number of steps");
+    if (steps < 0) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "run: %d steps, not 0 or more", steps);
     for (i = 0; i < steps; i++) {
         SPRINGLS__TRY(springls_step(ctx, step));
         if (springls__cancelled(ctx, (float)(i + 1) / (float)steps))

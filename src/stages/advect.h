@@ -13,7 +13,8 @@
 #include "../model/host_access.h"
 #include "../model/transform.h"
 
-enum { SPRINGLS__FURTHEST_MOTION = 1000000 }; /* voxels in one advect, with a window that follows: beyond it a float has no sixteenth of a voxel */
+/* In voxels, of one advect, with a window that follows: beyond it a float has no sixteenth of a voxel. */
+enum { SPRINGLS__FURTHEST_MOTION = 1000000 };
 
 /* Finds how a sampled field maps the model's voxels to its own samples; channels 0 when there is no field. */
 SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, const springls_sampled_field *given, int channels,

@@ -23,7 +23,7 @@
 #include "../stages/window.h"
 #include "../solver/step.h"
 #include "../lifecycle/create.h"
-#include "../output/snapshot.h"
+#include "../output/restore.h"
 
 /* Decides which springls of one operand stay: where sign * phi > 0 in the other operand's level set; and, where they lie on its
    surface, by the direction they face. */
@@ -373,6 +373,12 @@ SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const spri
     springls__copy_other_values(ctx, n, other, j);
 }
 
+/* Reports a failure of the other model as one of this call. */
+SPRINGLS__FN springls_status springls__other_failed(springls_context *ctx, springls_status status, const springls_context *other)
+{
+    return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
+}
+
 /* Keeps the springls of both models that bound the result. Both level sets must be as they were. surfaces: of the springls of
    this model, and of the other. Fails when none are left, or more than max_springls. */
 SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, springls_operation operation,
@@ -382,8 +388,10 @@ SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, s
     const springls__side_rule rule = springls__rule_of(&other->model.grid, &surfaces[1], operation, false);
     const springls__side_rule other_rule = springls__rule_of(&ctx->model.grid, &surfaces[0], operation, true);
     int i, count = ctx->model.set.count, staying, added;
+    springls_status status;
     SPRINGLS__TRY(springls__mark_kept_springls(ctx, &rule, &staying));
-    SPRINGLS__TRY(springls__mark_kept_springls(other, &other_rule, &added));
+    status = springls__mark_kept_springls(other, &other_rule, &added);
+    if (status != SPRINGLS_OK) return springls__other_failed(ctx, status, other);
     if (staying + added == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: nothing is left");
     if (staying + added > ctx->desc.max_springls)
         return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: more than %d springls", ctx->desc.max_springls);
@@ -527,7 +535,7 @@ SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, spr
 {
     if (operation != SPRINGLS_OPERATION_UNION && operation != SPRINGLS_OPERATION_INTERSECTION
         && operation != SPRINGLS_OPERATION_DIFFERENCE)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: there is no operation %d", (int)operation);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: there is no operation %d: it may be 0 to 2", (int)operation);
     if (!other) return springls__fail_null(ctx, "combine", "the other model");
     if (other == ctx) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model is this one");
     if (memcmp(ctx->desc.grid.size, other->desc.grid.size, sizeof ctx->desc.grid.size) != 0
@@ -564,7 +572,7 @@ SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_op
     status = springls__begin_reading(other);
     if (status == SPRINGLS_OK) status = springls__follow_written(other);
     if (status == SPRINGLS_OK) status = springls__use_host(other, false);
-    if (status != SPRINGLS_OK) return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
+    if (status != SPRINGLS_OK) return springls__other_failed(ctx, status, other);
     SPRINGLS__TRY(springls__use_host(ctx, true));
     if (springls__same_place(&ctx->window, &other->window)) return springls__combine_in_window(ctx, operation, other);
     if (operation == SPRINGLS_OPERATION_UNION) SPRINGLS__TRY(springls__center_window(ctx, other));

@@ -169,7 +169,8 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
     memset(&job, 0, sizeof job);
     job.offset = distance / ctx->smallest_spacing;
     if (!(springls__fabs(job.offset) < 1e4f))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "offset: a distance of %g voxels", (double)job.offset);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "offset: a distance of %g voxels, not between -10^4 and 10^4",
+                              (double)job.offset);
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: there are no springls");
     if (job.offset == 0.0f) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__follow_all(ctx));
@@ -249,7 +250,8 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     voxels = length / ctx->smallest_spacing;
     if (!(voxels >= 0.0f && voxels < 1e3f))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "smooth: a length of %g voxels", (double)voxels);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "smooth: a length of %g voxels, not from 0 to below 1000",
+                              (double)voxels);
     if (voxels == 0.0f) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__follow_all(ctx));
     params = ctx->model.params;

@@ -2,6 +2,7 @@
    and the context goes on with scalar code: where the model could be brought back, to the same bits. Skipped without OpenCL. */
 #include "springls_under_test.h"
 #include "histories.h"
+#include "every_call.h"
 #include "springls_cl.h"
 #include "opencl_stub.h"
 
@@ -481,6 +482,94 @@ TEST a_view_fails(int on)
     PASS();
 }
 
+/* ---- each public call by itself ---- */
+
+/* How a model ended: its bits, and how many calls into OpenCL the call has made. */
+typedef struct call_end_state {
+    springls_status status;
+    uint64_t hash;
+    int count, calls;
+    fault_log log;
+    char text[256];
+} call_end_state;
+
+/* Calls that consist of steps: those that were complete when the device failed stay, and more are made by another call. */
+FIXTURE bool call_has_steps(const call_row *call) { return call->run == call_run || call->run == call_smooth; }
+
+/* Calls on a model that has moved; call number fail_at into OpenCL fails from there on or once, -1: none. A call that has failed is
+   made again unless it has been completed without the device. */
+FIXTURE const char *call_with_fault(const call_row *call, call_bench *b, int fail_at, int on, const call_end_state *expected,
+                                    call_end_state *end)
+{
+    const char *fault = NULL;
+    fixture_heap heap;
+    memset(end, 0, sizeof *end);
+    b->desc.allocator = fixture_allocator(&heap);
+    b->desc.logger.log = fault_logger;
+    b->desc.logger.user = &end->log;
+    if (call_begin(b, CALL_STATE_MOVED) != SPRINGLS_OK) return "the model cannot be brought to the device";
+    end->calls = stub->calls(NULL);
+    if (fail_at >= 0)
+        stub->fail(NULL, end->calls + fail_at, on ? CL_DEVICE_NOT_AVAILABLE : CL_MEM_OBJECT_ALLOCATION_FAILURE, on);
+    end->status = call->run(b);
+    end->calls = stub->calls(NULL) - end->calls;
+    snprintf(end->text, sizeof end->text, "%s", springls_last_error(b->ctx));
+    stub->fail(NULL, 0, CL_SUCCESS, 0);
+    end->hash = springls_state_hash(b->ctx);
+    end->count = springls_count(b->ctx);
+    if (fail_at >= 0 && end->status != expected->status) {
+        if (end->status != SPRINGLS_DEVICE_FAILED) fault = "it is not reported as a failure of the device";
+        else if (!strstr(end->text, "going on without the device")) fault = "the text is not clear";
+        else if (end->count == 0 && springls_restore(b->ctx, b->snapshots[1], b->sizes[1]) != SPRINGLS_OK) fault = "no other model";
+        else if ((end->count == 0 || end->hash != expected->hash) && call->run(b) != expected->status) fault = "no second time";
+        else if (!call_has_steps(call) && springls_state_hash(b->ctx) != expected->hash) fault = "the model is another one";
+    }
+    call_end(b);
+    if (!fault && end->log.errors > 1 + (call->run == call_combine)) fault = "it is reported twice"; /* two models report */
+    if (!fault && (heap.blocks != 0 || heap.wrong_sizes != 0 || !fault_leaves_nothing())) fault = "something is left";
+    return fault;
+}
+
+enum { CALL_FAULTS = 12 }; /* of each kind in a call */
+
+TEST a_public_call_fails(const call_row *call, call_bench *b)
+{
+    static call_end_state expected, clean, end;
+    int on, k;
+    NEEDS_STUB();
+    fault_count();
+    b->desc.backend = NULL;
+    ASSERT_EQ(NULL, call_with_fault(call, b, -1, 0, NULL, &expected));
+    b->desc.backend = reliable;
+    ASSERT_EQ(NULL, call_with_fault(call, b, -1, 0, NULL, &clean));
+    ASSERT_EQ(expected.status, clean.status);
+    ASSERT(expected.hash == clean.hash);
+    ASSERT_EQ(0, clean.log.errors);
+    for (on = 0; on < 2; on++)
+        for (k = 0; k < CALL_FAULTS && k < clean.calls; k++) {
+            const int fail_at = (2 * k + 1) * clean.calls / (2 * CALL_FAULTS);
+            const char *fault = call_with_fault(call, b, fail_at, on, &expected, &end);
+            if (fault) {
+                printf("\n  %s, call %d of %d%s: %s; %s, \"%s\"\n", call->name, fail_at, clean.calls, on ? " and all after it" : "",
+                       fault, springls_status_string(end.status), end.text);
+                FAILm(fault);
+            }
+        }
+    PASS();
+}
+
+SUITE(calls)
+{
+    static call_bench bench;
+    int call;
+    if (call_bench_make(&bench) != SPRINGLS_OK) abort();
+    for (call = 0; call < CALLS; call++) {
+        greatest_set_test_suffix(every_call[call].name);
+        RUN_TESTp(a_public_call_fails, &every_call[call], &bench);
+    }
+    call_bench_free(&bench);
+}
+
 SUITE(making)
 {
     RUN_TESTp(making_a_backend_fails, CL_OUT_OF_HOST_MEMORY);
@@ -528,6 +617,7 @@ int main(int argc, char **argv)
     if (stub && (fault_create(stub_path, &log, &reliable) != SPRINGLS_OK || !springls_cl_exact(reliable))) stub = NULL;
     RUN_SUITE(making);
     RUN_SUITE(working);
+    RUN_SUITE(calls);
     springls_cl_destroy(reliable);
     GREATEST_MAIN_END();
 }

@@ -10,8 +10,9 @@ BENCH_FLAGS    = -I. -Iexamples -Iexamples/common
 bench_bench_USES        = base
 bench_segmentation_USES = base
 bench_imaging_USES      = base
-bench_paper_USES        = pictures
+bench_paper_USES        = springls imaging
 bench_ablation_USES     = springls surface
+bench_accuracy_USES     = springls surface
 bench_motions_USES      = springls surface
 bench_frames_USES       = springls
 bench_memory_USES       = springls
@@ -31,7 +32,8 @@ $(eval $(call bench_rule,segmentation,tests/bench/segmentation.c))
 $(eval $(call bench_rule,imaging,$(wildcard tests/bench/imaging*.c)))
 $(eval $(call bench_rule,paper,$(wildcard tests/bench/paper*.c)))
 $(eval $(call bench_rule,ablation,tests/bench/ablation.c tests/bench/motion.c))
-$(eval $(call bench_rule,motions,tests/bench/motions.c tests/bench/motion.c))
+$(eval $(call bench_rule,accuracy,tests/bench/accuracy.c tests/bench/known_motions.c tests/bench/motion.c))
+$(eval $(call bench_rule,motions,tests/bench/motions.c tests/bench/known_motions.c tests/bench/motion.c))
 
 # One source; the last one is C++, and uses functions of libraries that OpenVDB links itself: hence the linker's option.
 define bench_file_rule
@@ -45,15 +47,16 @@ build/bench/openvdb_advection: tests/bench/openvdb_advection.cc $(call folder_ar
 	  -Wl,--copy-dt-needed-entries $(call folder_libs,base) -lopenvdb -ltbb
 
 BENCH_PROGRAMS := build/leveque build/zalesak build/morph $(addprefix build/bench/,bench memory frames queries openvdb_advection)
-PAPER_PROGRAMS := build/leveque build/zalesak $(addprefix build/bench/,paper turns)
+# OpenVDB's rows are left out where it is not installed.
+PAPER_PROGRAMS  = build/leveque build/zalesak build/morph $(IMAGING_PROGRAMS) $(addprefix build/bench/,paper turns $(if $(wildcard /usr/include/openvdb/openvdb.h),openvdb_advection))
 
 bench: deps-bench   ## beside OpenVDB: time, errors, memory, threads, OpenCL, compile time, frames, queries (GRID=128; ONLY=opencl, =frames, =queries)
 	@$(MAKE) --no-print-directory $(BENCH_PROGRAMS)
 	@CC="$(CC)" build/bench/bench
 
-paper: deps-examples   ## the paper's tables and figures from our runs (some: PAPER="table3 fig14"; FULL=1; KEEP=1)
-	@$(MAKE) --no-print-directory $(PAPER_PROGRAMS)
-	@build/bench/paper $(if $(filter 1,$(FULL)),--full) $(if $(filter 1,$(KEEP)),--keep) $(PAPER)
+paper: deps-examples   ## docs/results.md: the paper's tables and figures, theirs and ours (PAPER=help; PAPER="table3 fig14"; FULL=1; KEEP=1; JOBS=1)
+	@$(MAKE) --no-print-directory $(if $(filter help page,$(PAPER)),build/bench/paper,$(PAPER_PROGRAMS))
+	@build/bench/paper $(if $(filter 1,$(FULL)),--full) $(if $(filter 1,$(KEEP)),--keep) $(if $(JOBS),--jobs $(JOBS)) $(PAPER)
 
 ablation: deps-examples   ## what each improvement over the paper is worth on LeVeque's test (GRID=64 PERIOD=2 ORDERS=3)
 	@$(MAKE) --no-print-directory build/bench/ablation
@@ -67,6 +70,10 @@ coverage: deps-examples   ## how well springls cover the surface: leveque, zales
 	@$(MAKE) --no-print-directory build/leveque build/zalesak build/segment build/bench/bench build/bench/motions
 	@ONLY=cover HEAD_SCAN='$(HEAD_SCAN)' HEAD_LEVEL='$(HEAD_LEVEL)' build/bench/bench
 	@ONLY=cover build/bench/motions
+
+accuracy: deps-examples   ## is the library as accurate as the documentation promises? motions with known answers, both parameter sets
+	@$(MAKE) --no-print-directory build/bench/accuracy
+	@build/bench/accuracy
 
 segmentation: deps-examples   ## the paper's Table 6 on the images of SPRINGLS_DATA (some: ROWS="hip chest")
 	@$(MAKE) --no-print-directory build/segment build/bench/segmentation

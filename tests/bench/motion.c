@@ -97,6 +97,18 @@ static void ordered_velocity(void *user, const float *points, int count, float t
     }
 }
 
+static void ordered_pressure(void *user, const float *points, const float *normals, int count, float time, float *out)
+{
+    const struct course *course = user;
+    for (int done = 0; done < count; done += BATCH) {
+        float x[3 * BATCH], normal[3 * BATCH];
+        const int n = count - done < BATCH ? count - done : BATCH;
+        to_problem(course->order, points + 3 * done, n, x);
+        to_problem(course->order, normals + 3 * done, n, normal);
+        course->motion->pressure(course->motion->problem.flow, x, normal, n, time, out + done);
+    }
+}
+
 /* What a view shows, `points` points an item, in the problem's coordinates; the caller frees its data. */
 static springls_view problem_view(const struct course *course, springls_view view, int points)
 {
@@ -471,6 +483,7 @@ static void run_case(struct motion_case *c, int order)
     course.order = order;
     course.figures = c->figures[order];
     course.forces.velocity = ordered_velocity;
+    course.forces.pressure = c->motion->pressure ? ordered_pressure : NULL;
     course.forces.user = &course;
     for (int f = 0; f < MOTION_FIGURE_COUNT; ++f) {
         course.figures[f] = NAN;

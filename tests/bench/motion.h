@@ -17,6 +17,7 @@ struct motion {
     struct benchmark problem;
     const struct mesh *mesh;                           /* the start in voxels, instead of a shape */
     bool (*on_edge)(const void *flow, const float x[3]); /* is this vertex of the start on a sharp edge? NULL: no edges */
+    springls_pressure_fn pressure;                     /* moves springls too, beside problem.velocity; NULL: none */
     double halfway_volume;                             /* exact volume at half time in volumes of the start */
 };
 

@@ -14,8 +14,8 @@ static const char *const group_stages[GROUPS][GROUP_STAGES] = {
     {"seconds", "", ""}, {"evolve", "rebuild", "project"}, {"relax", "", ""}, {"advect", "", ""},
     {"contract", "resample", ""}, {"fill_gaps", "track", ""}};
 
-/* Milliseconds a step of one group; group 0 is everything. */
-static double group_time(const struct run *run, int group)
+/* Seconds of one group in all steps; group 0 is everything. */
+static double group_seconds(const struct run *run, int group)
 {
     double seconds = group == 0 ? run_number(run, "seconds_total") : 0.0;
     for (int i = 0; i < GROUP_STAGES && group > 0; ++i) {
@@ -23,11 +23,16 @@ static double group_time(const struct run *run, int group)
         snprintf(key, sizeof key, "seconds_stage.%s", group_stages[group][i]);
         seconds += group_stages[group][i][0] ? run_number(run, key) : 0.0;
     }
-    return 1000.0 * seconds / run_number(run, "steps");
+    return seconds;
 }
 
-/* The mean over rows of a run's series. */
-static double group_time_of_rows(const struct csv *csv, int from, int to, int group)
+static double share(const struct run *run, int group) { return group_seconds(run, group) / group_seconds(run, 0); }
+
+/* Processor seconds a step: other programs on the machine do not count, the measures do (2 %). */
+static double step_seconds(const struct run *run) { return (run->cpu > 0.0 ? run->cpu : NAN) / run_number(run, "steps"); }
+
+/* The sum over rows of a run's series. */
+static double seconds_of_rows(const struct csv *csv, int from, int to, int group)
 {
     double seconds = 0.0;
     for (int i = 0; i < GROUP_STAGES; ++i) {
@@ -36,7 +41,7 @@ static double group_time_of_rows(const struct csv *csv, int from, int to, int gr
             seconds += csv_at(csv, row, column);
         }
     }
-    return 1000.0 * seconds / (to - from);
+    return seconds;
 }
 
 static bool plot_over_iterations(const char *csv_path, const char *title, struct image *image)
@@ -50,88 +55,85 @@ static bool plot_over_iterations(const char *csv_path, const char *title, struct
         csv_free(&csv);
         return false;
     }
+    const double mean = seconds_of_rows(&csv, 0, csv.rows, 0) / csv.rows;
     for (int w = 0; w < WINDOWS; ++w) { /* means: a resampling step costs more than its neighbours */
         const int from = csv.rows * w / WINDOWS, to = csv.rows * (w + 1) / WINDOWS;
         x[w] = 0.5 * (from + to);
         for (int g = 0; g < GROUPS; ++g) {
-            y[g][w] = group_time_of_rows(&csv, from, to, g);
+            y[g][w] = seconds_of_rows(&csv, from, to, g) / (to - from) / mean;
         }
     }
     for (int g = 0; g < GROUPS; ++g) {
         series[g] = paper_line(group_names[g], x, y[g], WINDOWS, g);
     }
-    const struct plot plot = {.title = title, .x_label = "iteration", .y_label = "ms per iteration", .series = series,
+    const struct plot plot = {.title = title, .x_label = "iteration", .y_label = "time over the mean iteration", .series = series,
                               .series_count = GROUPS, .y_from_zero = true};
     csv_free(&csv);
     return plot_render(&plot, 700, 500, image);
 }
 
-static bool plot_over_grids(const struct run *const *runs, const int *grids, int count, const char *title,
-                            struct image *image)
+/* The paper's time an iteration over that on 128^3, by Table 3: total time over iterations. */
+static const double paper_grids[PAPER_GRIDS] = {128, 256, 384, 512};
+static const double paper_growth[PAPER_GRIDS] = {1.0, 300.0 / 1000 / (35.0 / 500), 970.0 / 1500 / (35.0 / 500),
+                                                 2500.0 / 2000 / (35.0 / 500)};
+
+static const char *const paper_shares[PAPER_GRIDS] = {"76 %", "", "", "82 %"}; /* of level set evolution (section 5.3) */
+
+static bool plot_over_grids(const double *grids, const double *const growth[2], int count, struct image *image)
 {
-    static double x[MAX_GRIDS], y[GROUPS][MAX_GRIDS];
-    /* Table 3: total time over iterations. */
-    static const double paper_x[PAPER_GRIDS] = {128, 256, 384, 512};
-    static const double paper_y[PAPER_GRIDS] = {35e3 / 500, 300e3 / 1000, 970e3 / 1500, 2500e3 / 2000};
-    struct plot_series series[GROUPS + 1];
-    for (int g = 0; g < GROUPS; ++g) {
-        for (int i = 0; i < count; ++i) {
-            x[i] = grids[i];
-            y[g][i] = group_time(runs[i], g);
-        }
-        series[g] = paper_marked_line(group_names[g], x, y[g], count, g);
-    }
-    series[GROUPS] = paper_marked_line("paper, all, 8 cores", paper_x, paper_y, PAPER_GRIDS, GROUPS);
-    const struct plot plot = {.title = title, .x_label = "grid", .y_label = "ms per iteration", .log_x = true, .log_y = true,
-                              .series = series, .series_count = GROUPS + 1};
+    const struct plot_series series[3] = {paper_marked_line(paper_set_names[0], grids, growth[0], count, 0),
+                                          paper_marked_line(paper_set_names[1], grids, growth[1], count, 1),
+                                          paper_marked_line("the paper, Table 3", paper_grids, paper_growth, PAPER_GRIDS, 2)};
+    const struct plot plot = {.title = "Fig. 13b: time per iteration by grid", .x_label = "grid",
+                              .y_label = "over that on 128^3", .log_x = true, .log_y = true, .series = series, .series_count = 3};
     return plot_render(&plot, 700, 500, image);
 }
 
 void paper_fig13(struct paper *paper)
 {
+    enum { REFERENCE = 1 };
     static const int nominal[MAX_GRIDS] = {64, 128, 256, 384, 512};
+    static double grids[MAX_GRIDS], growth[2][MAX_GRIDS];
     static struct table table;
     const struct run *runs[2][MAX_GRIDS];
-    const int count = paper->full ? 5 : 3;
-    int grids[MAX_GRIDS], ours[2][MAX_GRIDS];
-    struct image images[4];
+    const int count = paper->full ? MAX_GRIDS : 3;
+    int ours[2][MAX_GRIDS];
+    struct image images[3];
     for (int i = 0; i < count; ++i) {
         grids[i] = paper_grid(paper, nominal[i]);
         for (int s = 0; s < 2; ++s) {
-            ours[s][i] = paper_leveque(paper, grids[i], 2.5, paper_sets[s], "", "", 0);
+            ours[s][i] = paper_leveque(paper, (int)grids[i], 2.5, paper_sets[s], "", "");
         }
     }
-    paper_do(paper, "Fig. 13", PAPER_ALONE);
-    paper_heading(paper, "Fig. 13: computation time per iteration, LeVeque's test, T = 2.5");
+    paper_do(paper, "Fig. 13");
     table_begin(&table);
-    table_row(&table, "grid|model|all|evolve, rebuild|relax|advect|contract, resample|fill gaps, track|"
-                      "share of evolve, rebuild|threads");
-    for (int s = 0; s < 2; ++s) {
-        for (int i = 0; i < count; ++i) {
+    table_row(&table, "Grid, model|Evolve, rebuild, project|Relax|Advect|Contract, resample|Fill gaps, track|Step, over 128^3's");
+    for (int i = 0; i < count; ++i) {
+        for (int s = 0; s < 2; ++s) {
             const struct run *run = runs[s][i] = &paper->runs[ours[s][i]];
-            table_row(&table, "%d^3|%s|%s|%s|%s|%s|%s|%s|%s|%s", grids[i], paper_set_names[s],
-                      cell("%.1f ms", group_time(run, 0)), cell("%.1f ms", group_time(run, 1)),
-                      cell("%.1f ms", group_time(run, 2)), cell("%.2f ms", group_time(run, 3)),
-                      cell("%.2f ms", group_time(run, 4)), cell("%.2f ms", group_time(run, 5)),
-                      cell("%.0f %%", 100.0 * group_time(run, 1) / group_time(run, 0)), run_cell(run, "%.0f", "threads"));
+            growth[s][i] = step_seconds(run) / step_seconds(&paper->runs[ours[s][REFERENCE]]);
+            table_row(&table, "%.0f^3, %s|%s|%s|%s|%s|%s|%s", grids[i], paper_set_names[s], cell("%.0f %%", 100.0 * share(run, 1)),
+                      cell("%.0f %%", 100.0 * share(run, 2)), cell("%.0f %%", 100.0 * share(run, 3)),
+                      cell("%.0f %%", 100.0 * share(run, 4)), cell("%.0f %%", 100.0 * share(run, 5)), cell("%.2f", growth[s][i]));
+        }
+        for (int g = 0; g < PAPER_GRIDS; ++g) {
+            if (paper_grids[g] == grids[i]) {
+                table_row(&table, "%.0f^3, the paper|%s|||||%.2f", grids[i], paper_shares[g], paper_growth[g]);
+            }
         }
     }
-    table_row(&table, "128^3|paper reports|70 ms|-|-|-|-|-|76 %%|8 cores");
-    table_row(&table, "256^3|paper reports|300 ms|-|-|-|-|-|-|8 cores");
-    table_row(&table, "512^3|paper reports|1250 ms|-|-|-|-|-|82 %%|8 cores");
     paper_table(paper, &table);
-    paper_say(paper, "all is the whole step; the stages beside it leave out what happens between them.\n\n");
     for (int s = 0; s < 2; ++s) {
-        char title[120], path[200], name[RUN_NAME + 16];
-        snprintf(name, sizeof name, "runs/%s.csv", runs[s][1]->name);
+        char title[120], path[PAPER_PATH], name[RUN_NAME + 16];
+        snprintf(name, sizeof name, "runs/%s.csv", runs[s][REFERENCE]->name);
         paper_path(path, name);
-        snprintf(title, sizeof title, "Fig. 13a: %s parameters, %d^3", s == 0 ? "paper's" : "default", grids[1]);
-        plot_over_iterations(path, title, &images[2 * s]);
-        snprintf(title, sizeof title, "Fig. 13b: %s parameters", s == 0 ? "paper's" : "default");
-        plot_over_grids(runs[s], grids, count, title, &images[2 * s + 1]);
+        snprintf(title, sizeof title, "Fig. 13a: %s parameters, %.0f^3", s == 0 ? "paper's" : "default", grids[REFERENCE]);
+        plot_over_iterations(path, title, &images[s]);
     }
-    paper_strip(paper, images, 4, 2, "fig13_time.png",
-                "Time per iteration by stage, over the iterations and over the grids.");
+    const double *const both[2] = {growth[0], growth[1]};
+    plot_over_grids(grids, both, count, &images[2]);
+    paper_strip(paper, images, NULL, 3, 3, 1200, "fig13.png",
+                "Fig. 13: time per iteration by stage over the iterations, and over the grids");
 }
 
 /* ---- Fig. 14: errors against deformation ---- */
@@ -162,19 +164,19 @@ static void leveque_over_periods(struct paper *paper, struct image *image)
     int ours[2][MAX_TIMES];
     char title[100];
     for (int i = 0; i < count; ++i) {
-        for (int s = 0; s < 2; ++s) { /* the one at 2.5 is Table 3's */
-            ours[s][i] = paper_leveque(paper, grid, periods[i], paper_sets[s], "", "", periods[i] == 2.5 ? 0 : 1);
+        for (int s = 0; s < 2; ++s) {
+            ours[s][i] = paper_leveque(paper, grid, periods[i], paper_sets[s], "", "");
         }
     }
-    paper_do(paper, "Fig. 14, LeVeque", PAPER_TOGETHER);
+    paper_do(paper, "Fig. 14, LeVeque");
     table_begin(&table);
-    table_row(&table, "T|model|deformation|tracking|at half time|volume|components at the end");
+    table_row(&table, "T, model|Deformation|Tracking|Halfway|Volume|Components at the end");
     for (int i = 0; i < count; ++i) {
         for (int s = 0; s < 2; ++s) {
             const struct run *run = &paper->runs[ours[s][i]];
             errors[2 * s][i] = run_number(run, "deformation_mean");
             errors[2 * s + 1][i] = run_number(run, "tracking_mean");
-            table_row(&table, "%g|%s|%s|%s|%s|%s|%s", periods[i], paper_set_names[s], cell("%.4f", errors[2 * s][i]),
+            table_row(&table, "%g, %s|%s|%s|%s|%s|%s", periods[i], paper_set_names[s], cell("%.4f", errors[2 * s][i]),
                       cell("%.4f", errors[2 * s + 1][i]), run_cell(run, "%.4f", "halfway_mean"),
                       run_cell(run, "%+.2f %%", "volume_change_percent"), run_cell(run, "%.0f", "components"));
         }
@@ -193,7 +195,7 @@ static void zalesak_over_turns(struct paper *paper, struct image *image)
     const int ours[2] = {paper_turns(paper, grid, wanted, paper_sets[0]), paper_turns(paper, grid, wanted, paper_sets[1])};
     int count = wanted;
     char title[100];
-    paper_do(paper, "Fig. 14, Zalesak", PAPER_TOGETHER);
+    paper_do(paper, "Fig. 14, Zalesak");
     for (int s = 0; s < 2; ++s) {
         const struct run *run = &paper->runs[ours[s]];
         for (int i = 0; i < MAX_TURNS; ++i) {
@@ -205,10 +207,10 @@ static void zalesak_over_turns(struct paper *paper, struct image *image)
         run_numbers(run, "volume_change_percent", volume[s], count);
     }
     table_begin(&table);
-    table_row(&table, "turns|model|deformation|tracking|volume");
+    table_row(&table, "Turns, model|Deformation|Tracking|Volume");
     for (int i = 0; i < count; ++i) {
         for (int s = 0; s < 2; ++s) {
-            table_row(&table, "%d|%s|%s|%s|%s", i + 1, paper_set_names[s], cell("%.4f", errors[2 * s][i]),
+            table_row(&table, "%d, %s|%s|%s|%s", i + 1, paper_set_names[s], cell("%.4f", errors[2 * s][i]),
                       cell("%.4f", errors[2 * s + 1][i]), cell("%+.2f %%", volume[s][i]));
         }
     }
@@ -221,13 +223,11 @@ static void zalesak_over_turns(struct paper *paper, struct image *image)
 void paper_fig14(struct paper *paper)
 {
     struct image images[2];
-    paper_heading(paper, "Fig. 14: errors against deformation and revolutions");
-    paper_say(paper, "The paper prints a picture, no numbers; its caption says 128^3, its text 256^3.\n\n");
     leveque_over_periods(paper, &images[1]);
+    paper_say(paper, "\n");
     zalesak_over_turns(paper, &images[0]);
-    paper_strip(paper, images, 2, 2, "fig14_errors.png",
-                "The paper: errors of Zalesak's test are below a voxel; those of LeVeque's grow with T, steeply from T = 3,\n"
-                "where the object tears.");
+    paper_strip(paper, images, NULL, 2, 2, 1000, "fig14.png",
+                "Fig. 14: errors of Zalesak's test after each turn, and of LeVeque's by period");
 }
 
 /* ---- Fig. 15: topology preserved ---- */
@@ -236,33 +236,36 @@ void paper_fig15(struct paper *paper)
 {
     static struct table table;
     const int grid = paper_grid(paper, paper->full ? 256 : 128);
+    struct image films[2];
     int ours[2];
     for (int s = 0; s < 2; ++s) {
         char options[240];
         snprintf(options, sizeof options, "--topology preserved --every-step --frames 5 --out %s/fig15_%s", paper_folder,
                  paper_sets[s]);
-        ours[s] = paper_leveque(paper, grid, 3.0, paper_sets[s], "_preserved", options, 1);
+        ours[s] = paper_leveque(paper, grid, 3.0, paper_sets[s], "_preserved", options);
     }
-    paper_do(paper, "Fig. 15", PAPER_TOGETHER);
-    paper_heading(paper, "Fig. 15: LeVeque's test, T = 3, topology preserved");
+    paper_do(paper, "Fig. 15");
     table_begin(&table);
-    table_row(&table, "grid|model|components, least to most|Euler number, least to most|topology kept at every step|deformation|"
-                      "tracking|volume");
+    table_row(&table, "Grid, model|Components over all steps|Euler number over all steps|Deformation|Tracking|Volume");
     for (int s = 0; s < 2; ++s) {
         const struct run *run = &paper->runs[ours[s]];
         const bool kept = run_number(run, "components_least") == 1.0 && run_number(run, "components_most") == 1.0
                           && run_number(run, "euler_least") == 2.0 && run_number(run, "euler_most") == 2.0;
-        table_row(&table, "%d^3|%s|%s|%s|%s|%s|%s|%s", grid, paper_set_names[s],
+        table_row(&table, "%d^3, %s|%s|%s|%s|%s|%s", grid, paper_set_names[s],
                   cell2("%.0f to %.0f", run_number(run, "components_least"), run_number(run, "components_most")),
-                  cell2("%.0f to %.0f", run_number(run, "euler_least"), run_number(run, "euler_most")), kept ? "yes" : "NO",
-                  run_cell(run, "%.4f", "deformation_mean"), run_cell(run, "%.4f", "tracking_mean"),
+                  cell2("%.0f to %.0f", run_number(run, "euler_least"), run_number(run, "euler_most")),
+                  paper_error(run, "deformation"), paper_error(run, "tracking"),
                   run_cell(run, "%+.2f %%", "volume_change_percent"));
         if (!kept) {
             fprintf(stderr, "Fig. 15: topology was not kept (%s)\n", run->name);
             ++paper->failures;
         }
+        char path[PAPER_PATH], name[60];
+        snprintf(name, sizeof name, "fig15_%s/leveque.png", paper_sets[s]);
+        paper_path(path, name);
+        image_read_file(path, &films[s]);
     }
     paper_table(paper, &table);
-    paper_say(paper, "The paper claims that topology is preserved and shows it; it states neither grid nor errors.\n"
-                     "Pictures: %s/fig15_paper/leveque.png and %s/fig15_default/leveque.png.\n", paper_folder, paper_folder);
+    paper_strip(paper, films, paper_set_names, 2, 1, 760, "fig15.png",
+                "Fig. 15: LeVeque's test with its topology preserved, T = 3");
 }

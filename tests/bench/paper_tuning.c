@@ -1,4 +1,5 @@
 /* paper_tuning.c - sections 5.1 and 5.2: the functions of Fig. 8 and the choice among them, Figs. 11 and 12. */
+#define SPRINGLS_STATIC
 #define SPRINGLS_IMPLEMENTATION /* Fig. 8 draws the library's own functions, which are internal */
 #include "springls.h"
 
@@ -47,9 +48,8 @@ void paper_fig8(struct paper *paper)
                                 .series = series[1], .series_count = W_COUNT};
     plot_render(&threshold, 620, 460, &images[0]);
     plot_render(&weight, 620, 460, &images[1]);
-    paper_heading(paper, "Fig. 8: threshold and weight functions");
-    paper_strip(paper, images, 2, 2, "fig08_functions.png",
-                "No result but a definition: H and W as the library computes them (section 5.1, with its d_max and R).");
+    paper_strip(paper, images, NULL, 2, 2, 900, "fig08.png",
+                "Fig. 8: threshold functions H and weight functions W, as the library computes them");
 }
 
 /* ---- Figs. 11 and 12 ---- */
@@ -78,10 +78,10 @@ static void do_sweep(struct paper *paper, int grid, double period, struct sweep 
             snprintf(name, sizeof name, "_H%d_W%d_%g_%g", pair / W_COUNT, pair % W_COUNT, kappa, lambda);
             snprintf(set, sizeof set, "--set threshold=%d,weight=%d,kappa_int=%g,sharpness=%g", pair / W_COUNT,
                      pair % W_COUNT, kappa, lambda);
-            sweep->runs[pair][c] = paper_leveque(paper, grid, period, "paper", name, set, 1);
+            sweep->runs[pair][c] = paper_leveque(paper, grid, period, "paper", name, set);
         }
     }
-    paper_do(paper, "Fig. 11", PAPER_TOGETHER);
+    paper_do(paper, "Fig. 11");
     paper->failures = failures_before;
     for (int pair = 0; pair < PAIRS; ++pair) {
         for (int c = 0; c < CELLS; ++c) {
@@ -156,9 +156,8 @@ static void draw_best(struct paper *paper, const struct sweep *sweep, const char
     if (heat_map_render(&map, 64, &image)) {
         add_pair_legend(&image);
     }
-    paper_picture(paper, &image, "fig11_tuning.png",
-                  "Least total error (deformation + tracking) of the eight pairs of H and W; the glyph tells which pair has it.\n"
-                  "Dark is low.");
+    paper_picture(paper, &image, 560, "fig11.png",
+                  "Fig. 11: the least total error of the eight pairs; the glyph is the pair that has it");
 }
 
 static void draw_metrics(struct paper *paper, const struct sweep *sweep)
@@ -182,9 +181,8 @@ static void draw_metrics(struct paper *paper, const struct sweep *sweep)
             heat_map_render(&map, 62, &images[k * METRICS + m]);
         }
     }
-    paper_strip(paper, images, 2 * METRICS, METRICS, "fig12_metrics.png",
-                "Fig. 12: the four measures of section 5.2, above for H_a with W_a, below for H_b with W_a. A ring marks the least,\n"
-                "which the foot of the bar names.");
+    paper_strip(paper, images, NULL, 2 * METRICS, METRICS, 1200, "fig12.png",
+                "Fig. 12: four measures, above for H_a with W_a, below for H_b with W_a; a ring marks the least");
 }
 
 static void pair_table(struct paper *paper, const struct sweep *sweep)
@@ -195,8 +193,8 @@ static void pair_table(struct paper *paper, const struct sweep *sweep)
         ++wins[best_pair(sweep, c)];
     }
     table_begin(&table);
-    table_row(&table, "pair|least total error|at kappa_int|at lambda_c|best pair in|total error at 0.3 and 5|volume there|"
-                      "runs that lost all springls");
+    table_row(&table, "Pair|Least total error|at kappa_int|at lambda_c|Best pair in|Total error at 0.3 and 5|Volume there|"
+                      "Runs that lost all springls");
     for (int pair = 0; pair < PAIRS; ++pair) {
         const int best = smallest(sweep->total[pair], CELLS);
         char name[64];
@@ -219,17 +217,11 @@ void paper_fig11(struct paper *paper)
     const int grid = paper_grid(paper, paper->full ? 128 : 64);
     char setting[60], name[64];
     do_sweep(paper, grid, period, &sweep);
-    paper_heading(paper, "Figs. 11 and 12: choice of kappa_int, lambda_c, H and W");
-    if (!paper->full) {
-        paper_say(paper, "LeVeque's test, %d^3 and T = %g; the paper: 128^3 and T = 2.5 (FULL=1), where the sheet at T/2 is about\n"
-                         "as thin in voxels.\n", grid, period);
-    }
-    paper_say(paper, "The paper's text does not name the points of its sweep; ours are those of the pictures.\n\n");
+    paper_say(paper, "LeVeque's test, %d^3 voxels and T = %g.\n\n", grid, period);
     pair_table(paper, &sweep);
     const int chosen = smallest(sweep.total[PAIR_CHOSEN], CELLS);
-    paper_say(paper, "The paper: H_b with W_a or W_b performs best, and H_b, W_a, kappa_int 0.3, lambda_c 5 are chosen from a sizable set of\n"
-                     "about equal ones. Ours: with H_b and W_a the least total error is %s voxel, at kappa_int %s and lambda_c %s; at the\n"
-                     "paper's choice it is %s; the best pair there is %s.\n",
+    paper_say(paper, "\nWith H_b and W_a the least total error is %s voxel, at kappa_int %s and lambda_c %s; at the paper's choice\n"
+                     "it is %s, where the best pair is %s.\n",
               cell("%.3f", sweep.total[PAIR_CHOSEN][chosen]), kappa_names[chosen % KAPPAS], lambda_names[chosen / KAPPAS],
               cell("%.3f", sweep.total[PAIR_CHOSEN][CHOSEN_CELL]), pair_name(best_pair(&sweep, CHOSEN_CELL), name));
     snprintf(setting, sizeof setting, "%d^3, T = %g", grid, period);

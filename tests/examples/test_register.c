@@ -790,7 +790,7 @@ TEST labels_points_and_meshes_are_carried(void)
     }
     beat_map(&scene.there, points[0][0], 3, points[1][0]);
     for (int side = 0; side < 2; ++side) {
-        const struct mesh_ply ply = {.positions = points[side][0], .vertex_count = 3, .indices = triangle, .triangle_count = 1};
+        const struct mesh_arrays ply = {.positions = points[side][0], .vertex_count = 3, .indices = triangle, .triangle_count = 1};
         ASSERT(points_write(scratch(side ? "moving.txt" : "fixed.txt"), points[side][0], 3, error));
         ASSERT(mesh_write_ply(scratch(side ? "moving.ply" : "fixed.ply"), &ply, error));
     }
@@ -821,6 +821,33 @@ TEST labels_points_and_meshes_are_carried(void)
     run.warp.labels = scratch("nothing.nii.gz");
     ASSERT(!register_carry(&run));
     register_free(&run);
+    free_scene(&scene);
+    PASS();
+}
+
+/* Label maps that do not lie on the grid of their image are refused before the work. */
+TEST labels_of_other_grids_are_refused(void)
+{
+    const int dims[3] = {9, 9, 9};
+    const float spacing[3] = {2.0f, 2.0f, 2.0f}, origin[3] = {0.0f, 0.0f, 0.0f};
+    struct scene scene;
+    struct volume other;
+    struct run run;
+    char error[VOLUME_TEXT], path[512];
+    ASSERT(make_scene(&scene));
+    ASSERT(volume_create(dims, spacing, origin, &other));
+    snprintf(path, sizeof path, "%s/other.nii.gz", folder);
+    ASSERT(volume_write(path, &other, VOLUME_FLOAT32, other.data, error));
+    volume_free(&other);
+    for (int which = 0; which < 4; ++which) {
+        ASSERT(begin_run(&scene, &run));
+        const char **const labels[4] = {&run.fixed_labels_path, &run.moving_labels_path, &run.warp.labels,
+                                        &run.inverse_warp.labels};
+        *labels[which] = path;
+        register_free(&run);
+        ASSERT(!register_read(&run));
+        register_free(&run);
+    }
     free_scene(&scene);
     PASS();
 }
@@ -1002,6 +1029,7 @@ int main(int argc, char **argv)
     RUN_TEST(wrong_headers_do_not_matter);
     RUN_TEST(a_search_finds_any_rotation);
     RUN_TEST(labels_points_and_meshes_are_carried);
+    RUN_TEST(labels_of_other_grids_are_refused);
     RUN_TEST(poor_results_are_reported);
     RUN_TEST(landmarks_are_read_or_refused);
     RUN_TEST(fields_agree_with_elastix);

@@ -284,6 +284,47 @@ TEST lies_are_refused(int frame)
     PASS();
 }
 
+/* Finds a section of a block; returns where its data begins. */
+static char *section_of(char *bytes, size_t size, const char *tag)
+{
+    size_t at = SPRINGLS__HEAD_BYTES;
+    while (at < size && memcmp(bytes + at, tag, 4) != 0) {
+        uint64_t length;
+        springls__copy_numbers(&length, bytes + at + 8, 1, sizeof length);
+        at += SPRINGLS__SECTION_HEAD_BYTES + (size_t)springls__padded(length);
+    }
+    return at < size ? bytes + at + SPRINGLS__SECTION_HEAD_BYTES : NULL;
+}
+
+/* Runs of bricks inside that are empty, overlap, leave the domain, or take bricks that have voxels: refused. */
+TEST runs_of_bricks_are_checked(void)
+{
+    static const int32_t wrong[][2] = { { -1, 1 }, { 0, 0 }, { 0, -5 }, { 0, INT32_MAX }, { INT32_MAX, 2 }, { 300, 1 }, { 0, 511 } };
+    springls_context *ctx = fixture_sphere(64, NULL, 32.0f, 32.0f, 32.0f, 26.0f);
+    uint64_t before = springls_state_hash(ctx);
+    char *runs;
+    block b;
+    size_t i;
+    ASSERT_OK(take(ctx, SPRINGLS_SNAPSHOT_KIND_ALL, &b));
+    runs = section_of((char *)b.bytes, b.size, "INSD");
+    ASSERT(runs != NULL);
+    for (i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
+        char kept[8];
+        memcpy(kept, runs, 8);
+        springls__copy_numbers(runs, wrong[i], 2, sizeof(int32_t));
+        fixture_seal((char *)b.bytes, b.size);
+        ASSERT_EQ(SPRINGLS_BAD_SNAPSHOT, springls_restore(ctx, b.bytes, b.size));
+        ASSERT_EQ(before, springls_state_hash(ctx));
+        memcpy(runs, kept, 8);
+    }
+    fixture_seal((char *)b.bytes, b.size);
+    ASSERT_OK(springls_restore(ctx, b.bytes, b.size));
+    ASSERT_EQ(before, springls_state_hash(ctx));
+    springls_destroy(ctx);
+    free(b.bytes);
+    PASS();
+}
+
 /* Another grid, another original surface, no block at all, too little room. */
 TEST strangers_are_refused(void)
 {
@@ -683,6 +724,7 @@ int main(int argc, char **argv)
     RUN_TEST(damage_is_refused);
     RUN_TESTp(lies_are_refused, 0);
     RUN_TESTp(lies_are_refused, 1);
+    RUN_TEST(runs_of_bricks_are_checked);
     RUN_TEST(strangers_are_refused);
     RUN_TEST(memory_may_run_out);
     RUN_TEST(restore_drops_the_step);

@@ -316,6 +316,22 @@ TEST snapshots_restore_the_table(void)
     PASS();
 }
 
+/* A block has no byte more for a larger domain. */
+TEST snapshots_do_not_grow_with_the_domain(void)
+{
+    static const int sizes[2] = { SMALL, HUGE_GRID };
+    size_t bytes[2];
+    int i;
+    for (i = 0; i < 2; i++) {
+        springls_context *ctx = fixture_sphere(sizes[i], NULL, 60.0f, 50.0f, 70.0f, 30.0f);
+        ASSERT(ctx != NULL);
+        ASSERT_OK(springls_snapshot(ctx, SPRINGLS_SNAPSHOT_KIND_ALL, NULL, 0, &bytes[i]));
+        springls_destroy(ctx);
+    }
+    ASSERT_EQ(bytes[0], bytes[1]);
+    PASS();
+}
+
 /* A huge window moves with a model that comes from its border, and forward and back again. */
 TEST huge_windows_follow(void)
 {
@@ -411,6 +427,7 @@ SUITE(top_table)
     RUN_TEST(queries_reach_beyond_the_table);
     RUN_TEST(the_ends_of_the_domain_are_closed);
     RUN_TEST(snapshots_restore_the_table);
+    RUN_TEST(snapshots_do_not_grow_with_the_domain);
     RUN_TEST(huge_windows_follow);
     RUN_TESTp(every_allocation_may_fail, false);
     RUN_TESTp(every_allocation_may_fail, true);

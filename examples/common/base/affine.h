@@ -5,6 +5,7 @@
 #include "base/vec3.h"
 
 #include <math.h>
+#include <stdbool.h>
 
 /* The map x -> A x + b as a row-major matrix [A b]. */
 struct affine {
@@ -61,6 +62,23 @@ static inline void affine_apply(const struct affine *a, const float in[3], float
         const double *row = a->m + 4 * i;
         out[i] = (float)(row[0] * x + row[1] * y + row[2] * z + row[3]);
     }
+}
+
+/* Transforms a normal by the inverse transpose, to length 1; returns false, with +z, where nothing is left of it. */
+static inline bool affine_normal(const struct affine *a, const float n[3], float out[3])
+{
+    const double *m = a->m, x = (double)n[0], y = (double)n[1], z = (double)n[2], sign = affine_determinant(a) < 0.0 ? -1.0 : 1.0;
+    double sum[3], length = 0.0;
+    for (int i = 0; i < 3; ++i) { /* rows of cofactors */
+        const double *p = m + 4 * ((i + 1) % 3), *q = m + 4 * ((i + 2) % 3);
+        sum[i] = sign * (x * (p[1] * q[2] - p[2] * q[1]) + y * (p[2] * q[0] - p[0] * q[2]) + z * (p[0] * q[1] - p[1] * q[0]));
+        length += sum[i] * sum[i];
+    }
+    const bool good = isfinite(length) && length > 0.0;
+    for (int i = 0; i < 3; ++i) {
+        out[i] = good ? (float)(sum[i] / sqrt(length)) : i == 2 ? 1.0f : 0.0f;
+    }
+    return good;
 }
 
 static inline void affine_add(struct affine *sum, double weight, const struct affine *a)

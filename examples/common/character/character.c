@@ -2,6 +2,7 @@
 #include "character/character.h"
 
 #include "base/cli.h"
+#include "base/vec3.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -33,18 +34,30 @@ void character_free_rig(struct character *character)
 void character_free(struct character *character)
 {
     character_free_rig(character);
-    for (int i = 0; i < character->image_count; ++i) {
-        image_free(&character->images[i]);
+    for (int i = 0; i < character->picture_count; ++i) {
+        picture_free(&character->pictures[i]);
     }
     free(character->positions);
     free(character->uvs);
     free(character->colors);
     free(character->influences);
     free(character->triangles);
-    free(character->images_of);
-    free(character->images);
+    free(character->materials_of);
+    free(character->materials);
+    free(character->pictures);
+    free(character->normals);
     free(character->props);
     memset(character, 0, sizeof *character);
+}
+
+bool character_has_colors(const struct character *character)
+{
+    for (int i = 0; i < 3 * character->vertex_count; ++i) {
+        if (character->colors[i] != 1.0f) {
+            return true;
+        }
+    }
+    return false;
 }
 
 int character_animation(const struct character *character, const char *name)
@@ -69,6 +82,66 @@ int character_joint(const struct character *character, const char *name)
         }
     }
     return -1;
+}
+
+/* ---- normals ---- */
+
+struct spot {
+    float place[3];
+    int vertex;
+};
+
+static int compare_spots(const void *a, const void *b)
+{
+    const struct spot *s = a, *t = b;
+    for (int i = 0; i < 3; ++i) {
+        if (s->place[i] != t->place[i]) {
+            return s->place[i] < t->place[i] ? -1 : 1;
+        }
+    }
+    return (s->vertex > t->vertex) - (s->vertex < t->vertex);
+}
+
+static bool same_place(const struct spot *a, const struct spot *b)
+{
+    return a->place[0] == b->place[0] && a->place[1] == b->place[1] && a->place[2] == b->place[2];
+}
+
+bool character_smooth(struct character *c, int first_vertex, int first_triangle)
+{
+    const int count = c->vertex_count - first_vertex;
+    struct spot *spots = malloc(((size_t)count + 1) * sizeof *spots);
+    if (!spots) {
+        return false;
+    }
+    for (int s = 0; s < count; ++s) {
+        spots[s].vertex = first_vertex + s;
+        memcpy(spots[s].place, c->positions + 3 * (first_vertex + s), sizeof spots[s].place);
+        memset(c->normals + 3 * (first_vertex + s), 0, 3 * sizeof *c->normals);
+    }
+    for (int t = first_triangle; t < c->triangle_count; ++t) { /* weighted by area */
+        const int *corner = c->triangles + 3 * t;
+        float u[3], v[3], n[3];
+        vec3_sub(c->positions + 3 * corner[1], c->positions + 3 * corner[0], u);
+        vec3_sub(c->positions + 3 * corner[2], c->positions + 3 * corner[0], v);
+        vec3_cross(u, v, n);
+        for (int k = 0; k < 3; ++k) {
+            vec3_add_scaled(c->normals + 3 * corner[k], 1.0f, n, c->normals + 3 * corner[k]);
+        }
+    }
+    qsort(spots, (size_t)count, sizeof *spots, compare_spots);
+    for (int s = 0, next; s < count; s = next) {
+        const struct affine one = affine_identity();
+        float sum[3] = {0.0f, 0.0f, 0.0f};
+        for (next = s; next < count && same_place(&spots[s], &spots[next]); ++next) {
+            vec3_add_scaled(sum, 1.0f, c->normals + 3 * spots[next].vertex, sum);
+        }
+        for (int k = s; k < next; ++k) {
+            affine_normal(&one, sum, c->normals + 3 * spots[k].vertex);
+        }
+    }
+    free(spots);
+    return true;
 }
 
 /* ---- poses ---- */

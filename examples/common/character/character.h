@@ -7,7 +7,7 @@
 #define EXAMPLES_CHARACTER_CHARACTER_H
 
 #include "base/affine.h"
-#include "pictures/image.h"
+#include "surface/material.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -47,19 +47,22 @@ struct animation {
 };
 
 struct character {
-    int joint_count, vertex_count, triangle_count, animation_count, part_count, image_count;
+    int joint_count, vertex_count, triangle_count, animation_count, part_count, material_count, picture_count;
     struct joint *joints;
     float *positions; /* 3 a vertex */
-    float *uvs;       /* 2 a vertex */
-    float *colors;    /* 3 a vertex, display values; multiplied by the image's where the triangle has one */
+    float *normals;   /* 3 a vertex, of length 1 */
+    float *uvs;       /* 2 a vertex, of the material's image */
+    float *colors;    /* 3 a vertex, display values; 1 where the file has none; the material's base color multiplies them */
     struct influences *influences;
     int *triangles; /* 3 each */
-    int *images_of; /* image of each triangle, or -1 */
-    struct image *images;
+    int *materials_of; /* one a triangle */
+    struct material *materials;
+    struct picture *pictures;
     struct animation *animations;
     bool skinned;    /* at least one part has bones */
     int unnormal;    /* vertices whose weights did not sum to 1 within 0.01 in the file */
     int unweighted;  /* vertices of skinned parts without a weight: attached to the root */
+    int missing_pictures; /* images that materials name and that cannot be read */
     int prop_count;  /* rigid parts attached to bones, whether read or skipped */
     char (*props)[CHARACTER_NAME]; /* their names */
 };
@@ -73,7 +76,12 @@ bool character_read(const char *path, const char *props, struct character *chara
 bool character_build(int number, struct character *character, char error[CHARACTER_TEXT]);
 
 void character_free(struct character *character);
+bool character_has_colors(const struct character *character); /* a vertex color is not white */
 void character_free_rig(struct character *character); /* only joints and animations */
+
+/* Computes smooth normals of vertices from `first_vertex` on by the triangles from `first_triangle` on; vertices at the same
+ * place, such as those of seams, get the same. Returns false if memory is short. */
+bool character_smooth(struct character *character, int first_vertex, int first_triangle);
 
 /* Finds an animation by name, or by number from 0 as text. Returns -1 if there is none; NULL selects the first. */
 int character_animation(const struct character *character, const char *name);

@@ -226,16 +226,20 @@ bool character_build(int number, struct character *c, char error[CHARACTER_TEXT]
     c->colors = malloc(3 * MAX_PARTS * PART_VERTICES * sizeof *c->colors);
     c->influences = malloc(MAX_PARTS * PART_VERTICES * sizeof *c->influences);
     c->triangles = malloc(3 * MAX_PARTS * PART_TRIANGLES * sizeof *c->triangles);
-    c->images_of = malloc(MAX_PARTS * PART_TRIANGLES * sizeof *c->images_of);
-    bool good = c->joints && c->positions && c->uvs && c->colors && c->influences && c->triangles && c->images_of;
+    c->normals = malloc(3 * MAX_PARTS * PART_VERTICES * sizeof *c->normals);
+    c->materials_of = calloc(MAX_PARTS * PART_TRIANGLES, sizeof *c->materials_of);
+    c->materials = malloc(sizeof *c->materials);
+    bool good = c->joints && c->positions && c->normals && c->uvs && c->colors && c->influences && c->triangles && c->materials_of
+        && c->materials;
     for (int b = 0; good && b < count; ++b) {
         add_joint(c, &limbs[b]);
         add_limb(c, limbs, count, b);
     }
-    for (int t = 0; good && t < c->triangle_count; ++t) {
-        c->images_of[t] = -1;
+    if (good) {
+        *c->materials = material_plain();
+        c->material_count = 1;
     }
-    good = good && add_walk(c);
+    good = good && character_smooth(c, 0, 0) && add_walk(c);
     if (!good) {
         snprintf(error, CHARACTER_TEXT, "not enough memory");
         character_free(c);

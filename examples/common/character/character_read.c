@@ -31,6 +31,8 @@ struct reader {
     const struct aiNode **nodes; /* node of each joint */
     struct affine *rest;         /* placement of each joint when nothing moves it */
     bool *bound;                 /* joints whose neutral placement a part has determined */
+    struct aiString *picture_names; /* of the images that were read */
+    unsigned *uv_set;               /* texture coordinates of each material's image */
     char *error;
 };
 
@@ -168,55 +170,167 @@ static bool bind_joints(struct reader *r)
     return true;
 }
 
-/* ---- colours ---- */
+/* ---- materials ---- */
 
-static float display_value(float linear) { return powf(fmaxf(0.0f, fminf(1.0f, linear)), 1.0f / 2.2f); }
+/* Reads a file into memory, to be freed. */
+static unsigned char *read_bytes(const char *path, size_t *size)
+{
+    FILE *file = fopen(path, "rb");
+    long length = -1;
+    if (file && fseek(file, 0, SEEK_END) == 0) {
+        length = ftell(file);
+        rewind(file);
+    }
+    unsigned char *bytes = length > 0 && length < INT32_MAX ? malloc((size_t)length) : NULL;
+    if (bytes && fread(bytes, 1, (size_t)length, file) != (size_t)length) {
+        free(bytes);
+        bytes = NULL;
+    }
+    if (file) {
+        fclose(file);
+    }
+    *size = bytes ? (size_t)length : 0;
+    return bytes;
+}
 
-/* Loads an image from the folder of the character's file. */
-static bool load_image(struct reader *r, const char *name, struct image *image)
+/* Replaces what a URI has as %20, and turns the slashes of other systems. */
+static void decode_uri(char *text)
+{
+    char *to = text;
+    for (const char *from = text; *from; ++to) {
+        unsigned code;
+        if (*from == '%' && isxdigit((unsigned char)from[1]) && isxdigit((unsigned char)from[2]) && sscanf(from + 1, "%2x", &code) == 1
+            && code > 0) {
+            *to = (char)code;
+            from += 3;
+        } else {
+            *to = *from == '\\' ? '/' : *from;
+            ++from;
+        }
+    }
+    *to = '\0';
+}
+
+/* Reads a file that lies beside the character's. */
+static unsigned char *read_beside(const struct reader *r, const char *name, size_t *size)
 {
     const char *slash = strrchr(r->path, '/');
     const size_t folder = slash ? (size_t)(slash - r->path + 1) : 0, length = folder + strlen(name) + 1;
     char *path = malloc(length);
     if (!path) {
-        return false;
+        return NULL;
     }
     memcpy(path, r->path, folder);
     memcpy(path + folder, name, length - folder);
-    const bool good = image_read_file(path, image);
+    unsigned char *bytes = read_bytes(path, size);
+    if (!bytes) {
+        decode_uri(path + folder);
+        bytes = read_bytes(path, size);
+    }
     free(path);
-    return good;
+    return bytes;
 }
 
-/* Reads a material's color and the number of its image, -1 when it has none that can be read. */
-static int read_material(struct reader *r, unsigned number, float color[3])
+/* Copies an image of the file; NULL if there is none of that number, or it is not encoded. */
+static unsigned char *read_embedded(const struct reader *r, const char *number, size_t *size)
+{
+    const long texture = strtol(number, NULL, 10);
+    if (texture < 0 || (unsigned long)texture >= r->scene->mNumTextures || r->scene->mTextures[texture]->mHeight != 0) {
+        return NULL;
+    }
+    const struct aiTexture *t = r->scene->mTextures[texture];
+    unsigned char *bytes = t->mWidth > 0 ? malloc(t->mWidth) : NULL;
+    if (bytes) {
+        memcpy(bytes, t->pcData, t->mWidth);
+        *size = t->mWidth;
+    }
+    return bytes;
+}
+
+/* Finds or reads the image that a material names; returns its number, -1 if it cannot be read. */
+static int find_picture(struct reader *r, const struct aiString *name)
 {
     struct character *c = r->character;
+    struct picture *picture = &c->pictures[c->picture_count];
+    for (int p = 0; p < c->picture_count; ++p) {
+        if (strcmp(r->picture_names[p].data, name->data) == 0) {
+            return p;
+        }
+    }
+    picture->bytes = name->data[0] == '*' ? read_embedded(r, name->data + 1, &picture->size)
+                                          : read_beside(r, name->data, &picture->size);
+    if (!picture->bytes || !image_read(picture->bytes, picture->size, &picture->image)) {
+        free(picture->bytes);
+        memset(picture, 0, sizeof *picture);
+        ++c->missing_pictures;
+        return -1;
+    }
+    r->picture_names[c->picture_count] = *name;
+    return c->picture_count++;
+}
+
+static float material_number(const struct aiMaterial *material, const char *key, float otherwise)
+{
+    float value = otherwise;
+    aiGetMaterialFloatArray(material, key, 0, 0, &value, NULL);
+    return isfinite(value) ? fmaxf(0.0f, fminf(1.0f, value)) : otherwise;
+}
+
+/* Reads how a material looks. Files that know no metal, such as OBJ, are rough. */
+static void read_material(struct reader *r, unsigned number)
+{
+    struct material *made = &r->character->materials[number];
     const struct aiMaterial *material = r->scene->mMaterials[number];
     struct aiColor4D base = {1.0f, 1.0f, 1.0f, 1.0f};
-    struct aiString name;
+    struct aiString name, alpha;
+    int two_sided = 0;
+    *made = material_plain();
+    if (aiGetMaterialString(material, AI_MATKEY_NAME, &name) == aiReturn_SUCCESS) {
+        snprintf(made->name, sizeof made->name, "%.*s", MATERIAL_NAME - 1, name.data);
+    }
     if (aiGetMaterialColor(material, AI_MATKEY_BASE_COLOR, &base) != aiReturn_SUCCESS) {
         aiGetMaterialColor(material, AI_MATKEY_COLOR_DIFFUSE, &base);
     }
-    color[0] = display_value(base.r), color[1] = display_value(base.g), color[2] = display_value(base.b);
-    if (aiGetMaterialTexture(material, aiTextureType_BASE_COLOR, 0, &name, NULL, NULL, NULL, NULL, NULL, NULL) != aiReturn_SUCCESS
-        && aiGetMaterialTexture(material, aiTextureType_DIFFUSE, 0, &name, NULL, NULL, NULL, NULL, NULL, NULL)
-               != aiReturn_SUCCESS) {
-        return -1;
+    const float rgba[4] = {base.r, base.g, base.b, base.a};
+    for (int i = 0; i < 4; ++i) {
+        made->base[i] = isfinite(rgba[i]) ? fmaxf(0.0f, fminf(1.0f, rgba[i])) : 1.0f;
     }
-    struct image *image = &c->images[number];
-    if (image->rgb) {
-        return (int)number;
+    made->metallic = material_number(material, "$mat.metallicFactor", made->metallic);
+    made->roughness = material_number(material, "$mat.roughnessFactor", made->roughness);
+    made->cutoff = material_number(material, "$mat.gltf.alphaCutoff", made->cutoff);
+    if (aiGetMaterialString(material, "$mat.gltf.alphaMode", 0, 0, &alpha) == aiReturn_SUCCESS) {
+        made->alpha = strcmp(alpha.data, "MASK") == 0 ? MATERIAL_MASK : strcmp(alpha.data, "BLEND") == 0 ? MATERIAL_BLEND : MATERIAL_OPAQUE;
     }
-    if (name.data[0] != '*') {
-        return load_image(r, name.data, image) ? (int)number : -1;
+    if (aiGetMaterialIntegerArray(material, AI_MATKEY_TWOSIDED, &two_sided, NULL) == aiReturn_SUCCESS) {
+        made->two_sided = two_sided != 0;
     }
-    const long texture = strtol(name.data + 1, NULL, 10);
-    if (texture < 0 || (unsigned long)texture >= r->scene->mNumTextures) {
-        return -1;
+    r->uv_set[number] = 0;
+    if (aiGetMaterialTexture(material, aiTextureType_BASE_COLOR, 0, &name, NULL, &r->uv_set[number], NULL, NULL, NULL, NULL)
+            == aiReturn_SUCCESS
+        || aiGetMaterialTexture(material, aiTextureType_DIFFUSE, 0, &name, NULL, &r->uv_set[number], NULL, NULL, NULL, NULL)
+            == aiReturn_SUCCESS) {
+        made->image = find_picture(r, &name);
     }
-    const struct aiTexture *t = r->scene->mTextures[texture];
-    return t->mHeight == 0 && image_read((const unsigned char *)t->pcData, t->mWidth, image) ? (int)number : -1;
+}
+
+/* Reads all materials; a plain one more for parts that name none. */
+static bool read_materials(struct reader *r)
+{
+    struct character *c = r->character;
+    const size_t count = r->scene->mNumMaterials;
+    c->materials = calloc(count + 1, sizeof *c->materials);
+    c->pictures = calloc(count + 1, sizeof *c->pictures);
+    r->picture_names = calloc(count + 1, sizeof *r->picture_names);
+    r->uv_set = calloc(count + 1, sizeof *r->uv_set);
+    if (!c->materials || !c->pictures || !r->picture_names || !r->uv_set) {
+        return no_memory(r);
+    }
+    for (unsigned m = 0; m < r->scene->mNumMaterials; ++m) {
+        read_material(r, m);
+    }
+    c->materials[count] = material_plain();
+    c->material_count = (int)count + 1;
+    return true;
 }
 
 /* ---- parts ---- */
@@ -272,6 +386,7 @@ static bool bring_vertices(struct reader *r, const struct aiMesh *part, int node
             c->joints[c->influences[v].joint[k]].bone |= c->influences[v].weight[k] > 0.0f;
         }
         affine_apply(&blend, c->positions + 3 * v, c->positions + 3 * v);
+        affine_normal(&blend, c->normals + 3 * v, c->normals + 3 * v);
         good = finite3(c->positions + 3 * v) || fail(r, "a vertex is not finite");
     }
     free(bring);
@@ -283,18 +398,22 @@ static bool add_part(struct reader *r, int node, unsigned number)
     struct character *c = r->character;
     const struct aiMesh *part = r->scene->mMeshes[number];
     const int first = c->vertex_count, first_triangle = c->triangle_count;
-    float color[3] = {1.0f, 1.0f, 1.0f};
-    const int image = part->mMaterialIndex < r->scene->mNumMaterials ? read_material(r, part->mMaterialIndex, color) : -1;
+    const unsigned material = part->mMaterialIndex < r->scene->mNumMaterials ? part->mMaterialIndex : r->scene->mNumMaterials,
+                   set = r->uv_set[material] < AI_MAX_NUMBER_OF_TEXTURECOORDS ? r->uv_set[material] : 0;
+    const struct aiVector3D *uvs = part->mTextureCoords[set], *normals = part->mNormals;
     for (unsigned v = 0; v < part->mNumVertices; ++v) {
         const size_t at = (size_t)c->vertex_count++;
-        const struct aiVector3D *p = &part->mVertices[v], *uv = part->mTextureCoords[0] ? &part->mTextureCoords[0][v] : NULL;
+        const struct aiVector3D *p = &part->mVertices[v], *uv = uvs ? &uvs[v] : NULL;
         const struct aiColor4D *k = part->mColors[0] ? &part->mColors[0][v] : NULL;
-        const float factor[3] = {k ? display_value(k->r) : 1.0f, k ? display_value(k->g) : 1.0f, k ? display_value(k->b) : 1.0f};
+        const float factor[3] = {k ? color_display(k->r) : 1.0f, k ? color_display(k->g) : 1.0f, k ? color_display(k->b) : 1.0f};
         c->positions[3 * at] = p->x, c->positions[3 * at + 1] = p->y, c->positions[3 * at + 2] = p->z;
         c->uvs[2 * at] = uv && isfinite(uv->x) ? uv->x : 0.0f;
         c->uvs[2 * at + 1] = uv && isfinite(uv->y) ? 1.0f - uv->y : 0.0f; /* assimp reverses glTF's v */
         for (size_t i = 0; i < 3; ++i) {
-            c->colors[3 * at + i] = color[i] * (isfinite(factor[i]) ? factor[i] : 1.0f);
+            c->colors[3 * at + i] = isfinite(factor[i]) ? factor[i] : 1.0f;
+        }
+        if (normals) {
+            c->normals[3 * at] = normals[v].x, c->normals[3 * at + 1] = normals[v].y, c->normals[3 * at + 2] = normals[v].z;
         }
         memset(&c->influences[at], 0, sizeof c->influences[at]);
         if (!finite3(c->positions + 3 * at)) {
@@ -312,8 +431,11 @@ static bool add_part(struct reader *r, int node, unsigned number)
             c->triangles[3 * c->triangle_count + (int)k] = first + (int)face->mIndices[k];
         }
         if (face->mNumIndices == 3) {
-            c->images_of[c->triangle_count++] = part->mTextureCoords[0] ? image : -1;
+            c->materials_of[c->triangle_count++] = (int)material;
         }
+    }
+    if (!normals && !character_smooth(c, first, first_triangle)) {
+        return no_memory(r);
     }
     c->part_count += c->triangle_count > first_triangle;
     return read_weights(r, part, first) && bring_vertices(r, part, node, first);
@@ -345,6 +467,48 @@ static bool wanted(struct reader *r, int node, unsigned part, const char *props)
            || (props && (strcmp(props, "all") == 0 || named(r->character->joints[node].name, props)));
 }
 
+/* Removes materials that no triangle has, and images that no material has left. */
+static bool drop_unused_materials(struct reader *r)
+{
+    struct character *c = r->character;
+    int *number = calloc((size_t)c->material_count + (size_t)c->picture_count + 1, sizeof *number), count = 0;
+    if (!number) {
+        return no_memory(r);
+    }
+    int *picture_number = number + c->material_count;
+    for (int t = 0; t < c->triangle_count; ++t) {
+        number[c->materials_of[t]] = 1;
+    }
+    for (int m = 0; m < c->material_count; ++m) {
+        if (number[m] && c->materials[m].image >= 0) {
+            picture_number[c->materials[m].image] = 1;
+        }
+        number[m] = number[m] ? count++ : -1;
+        if (number[m] >= 0) {
+            c->materials[number[m]] = c->materials[m];
+        }
+    }
+    c->material_count = count;
+    count = 0;
+    for (int p = 0; p < c->picture_count; ++p) {
+        if (picture_number[p]) {
+            picture_number[p] = count;
+            c->pictures[count++] = c->pictures[p];
+        } else {
+            picture_free(&c->pictures[p]);
+        }
+    }
+    c->picture_count = count;
+    for (int m = 0; m < c->material_count; ++m) {
+        c->materials[m].image = c->materials[m].image >= 0 ? picture_number[c->materials[m].image] : -1;
+    }
+    for (int t = 0; t < c->triangle_count; ++t) {
+        c->materials_of[t] = number[c->materials_of[t]];
+    }
+    free(number);
+    return true;
+}
+
 static bool read_parts(struct reader *r, const char *props)
 {
     struct character *c = r->character;
@@ -368,13 +532,12 @@ static bool read_parts(struct reader *r, const char *props)
     c->colors = malloc(3 * vertices * sizeof *c->colors);
     c->influences = malloc(vertices * sizeof *c->influences);
     c->triangles = malloc(3 * triangles * sizeof *c->triangles);
-    c->images_of = malloc(triangles * sizeof *c->images_of);
-    c->images = calloc((size_t)r->scene->mNumMaterials + 1, sizeof *c->images);
-    c->image_count = c->images ? (int)r->scene->mNumMaterials : 0;
-    if (!c->positions || !c->uvs || !c->colors || !c->influences || !c->triangles || !c->images_of || !c->images || !c->props) {
+    c->materials_of = malloc(triangles * sizeof *c->materials_of);
+    c->normals = malloc(3 * vertices * sizeof *c->normals);
+    if (!c->positions || !c->normals || !c->uvs || !c->colors || !c->influences || !c->triangles || !c->materials_of || !c->props) {
         return no_memory(r);
     }
-    bool good = true;
+    bool good = read_materials(r);
     for (int j = 0; good && j < c->joint_count; ++j) {
         for (unsigned m = 0; good && m < r->nodes[j]->mNumMeshes; ++m) {
             const unsigned part = r->nodes[j]->mMeshes[m];
@@ -384,7 +547,7 @@ static bool read_parts(struct reader *r, const char *props)
             good = !wanted(r, j, part, props) || add_part(r, j, part);
         }
     }
-    return good && (c->triangle_count > 0 || fail(r, "no triangles"));
+    return good && (c->triangle_count > 0 || fail(r, "no triangles")) && drop_unused_materials(r);
 }
 
 /* ---- animations ---- */
@@ -497,6 +660,8 @@ bool character_read(const char *path, const char *props, struct character *chara
     free(r.nodes);
     free(r.rest);
     free(r.bound);
+    free(r.picture_names);
+    free(r.uv_set);
     if (!good) {
         character_free(character);
     }

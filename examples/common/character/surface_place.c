@@ -28,8 +28,7 @@ void places_free(struct places *places)
     memset(places, 0, sizeof *places);
 }
 
-/* Computes barycentric weights by least squares in the triangle's plane; p lies in the triangle. */
-static void barycentric(const float *a, const float *b, const float *c, const float *p, float weight[3])
+void place_barycentric(const float *a, const float *b, const float *c, const float *p, float weight[3])
 {
     float u[3], v[3], w[3];
     vec3_sub(b, a, u);
@@ -53,7 +52,7 @@ float places_find(const struct places *places, const float point[3], struct plac
     const float distance = bvh_distance(&places->bvh, point, closest, &triangle);
     const int *v = c->triangles + 3 * triangle;
     place->triangle = (int)triangle;
-    barycentric(c->positions + 3 * v[0], c->positions + 3 * v[1], c->positions + 3 * v[2], closest, place->weight);
+    place_barycentric(c->positions + 3 * v[0], c->positions + 3 * v[1], c->positions + 3 * v[2], closest, place->weight);
     return distance;
 }
 
@@ -109,16 +108,17 @@ static void image_sample(const struct image *image, const float uv[2], float col
 
 void place_color(const struct character *character, const struct place *place, float color[3])
 {
-    const int *corner = character->triangles + 3 * place->triangle, image = character->images_of[place->triangle];
+    const int *corner = character->triangles + 3 * place->triangle;
+    const struct material *material = &character->materials[character->materials_of[place->triangle]];
     float texture[3] = {1.0f, 1.0f, 1.0f}, uv[2], sum[3] = {0.0f, 0.0f, 0.0f};
-    if (image >= 0 && character->images[image].rgb) {
+    if (material->image >= 0) {
         place_uv(character, place, uv);
-        image_sample(&character->images[image], uv, texture);
+        image_sample(&character->pictures[material->image].image, uv, texture);
     }
     for (int k = 0; k < 3; ++k) {
         vec3_add_scaled(sum, place->weight[k], character->colors + 3 * corner[k], sum);
     }
     for (int k = 0; k < 3; ++k) {
-        color[k] = sum[k] * texture[k];
+        color[k] = sum[k] * texture[k] * color_display(material->base[k]);
     }
 }

@@ -280,6 +280,33 @@ bool volume_read(const char *path, int frame, struct volume *volume, char error[
                         reason);
 }
 
+bool volume_read_one(const char *path, int frame, const char *option, struct volume *volume, char error[VOLUME_TEXT])
+{
+    if (!volume_read(path, 0, volume, error)) {
+        return false;
+    }
+    const int count = volume->frame_count;
+    if (count == 1 || frame == 0) {
+        return true;
+    }
+    volume_free(volume);
+    return frame > 0 ? volume_read(path, frame, volume, error)
+                     : volume_error(error, "%.200s: %d images in one file (4-D): choose one with %s", path, count, option);
+}
+
+bool volume_read_like(const struct volume *like, const char *name, const char *path, int frame, const char *option,
+                      struct volume *volume, char error[VOLUME_TEXT])
+{
+    if (!volume_read_one(path, frame, option, volume, error)) {
+        return false;
+    }
+    if (volume_same_grid(volume, like)) {
+        return true;
+    }
+    volume_free(volume);
+    return volume_error(error, "%.200s: not on the grid of %s", path, name);
+}
+
 bool volume_write(const char *path, const struct volume *like, enum volume_type type, const void *data,
                   char error[VOLUME_TEXT])
 {

@@ -50,6 +50,14 @@ static inline void volume_place(const int dims[3], size_t n, int place[3])
 /* Reads frame `frame` (0 for a 3-D file). On failure returns false, leaves an empty volume and puts the reason in `error`. */
 bool volume_read(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT]);
 
+/* Reads the only image of a file, whatever `frame` is, or frame `frame` of several; -1: more than one is an error, which names the
+ * option that chooses. */
+bool volume_read_one(const char *path, int frame, const char *option, struct volume *volume, char error[VOLUME_TEXT]);
+
+/* Does the same for a file that has to lie on the grid of `like`, such as a label map; `name` is what the error calls that. */
+bool volume_read_like(const struct volume *like, const char *name, const char *path, int frame, const char *option,
+                      struct volume *volume, char error[VOLUME_TEXT]);
+
 /* Makes a zero-filled volume with the axes of the world. */
 bool volume_create(const int dims[3], const float spacing[3], const float origin[3], struct volume *volume);
 

@@ -27,6 +27,13 @@ static inline struct color color_rgb(float r, float g, float b)
 bool image_create(struct image *image, int width, int height, struct color fill);
 void image_free(struct image *image);
 bool image_write_png(const struct image *image, const char *path);
+/* Writes a PNG with a palette of at most `colors` (256 at most) colors: a fifth to a third of the size. */
+bool image_write_small_png(const struct image *image, int colors, const char *path);
+/* Makes a picture `width` pixels wide in place, each pixel the mean of those it covers; leaves one that is no wider. Returns
+ * false if memory is short. */
+bool image_shrink(struct image *image, int width);
+/* Encodes as PNG in memory, to be freed. */
+bool image_encode_png(const struct image *image, unsigned char **bytes, size_t *size);
 /* Decodes PNG, JPEG and the other formats of stb_image from a file's bytes. Returns false with an empty picture on failure. */
 bool image_read(const unsigned char *bytes, size_t length, struct image *image);
 bool image_read_file(const char *path, struct image *image);

@@ -24,23 +24,34 @@
     #pragma GCC diagnostic pop
 #endif
 
-bool image_write_png(const struct image *image, const char *path)
+/* Converts to bytes, to be freed; NULL if the picture is empty or memory is short. */
+static unsigned char *image_bytes(const struct image *image)
 {
     const size_t count = 3 * (size_t)image->width * (size_t)image->height;
-    if (count == 0) {
-        return false;
-    }
-    unsigned char *bytes = malloc(count);
-    if (!bytes) {
-        return false;
-    }
-    for (size_t i = 0; i < count; ++i) {
+    unsigned char *bytes = count > 0 ? malloc(count) : NULL;
+    for (size_t i = 0; bytes && i < count; ++i) {
         const float v = image->rgb[i];
         bytes[i] = (unsigned char)(v > 0.0f ? fminf(v, 1.0f) * 255.0f + 0.5f : 0.0f); /* NaN is black */
     }
-    const int good = stbi_write_png(path, image->width, image->height, 3, bytes, 3 * image->width);
+    return bytes;
+}
+
+bool image_write_png(const struct image *image, const char *path)
+{
+    unsigned char *bytes = image_bytes(image);
+    const bool good = bytes && stbi_write_png(path, image->width, image->height, 3, bytes, 3 * image->width);
     free(bytes);
-    return good != 0;
+    return good;
+}
+
+bool image_encode_png(const struct image *image, unsigned char **encoded, size_t *size)
+{
+    unsigned char *bytes = image_bytes(image);
+    int length = 0;
+    *encoded = bytes ? stbi_write_png_to_mem(bytes, 3 * image->width, image->width, image->height, 3, &length) : NULL;
+    *size = (size_t)length;
+    free(bytes);
+    return *encoded != NULL;
 }
 
 static const unsigned char *glyph_rows(char c)

@@ -94,19 +94,6 @@ static void make_normals(struct renderer *r)
     }
 }
 
-static void make_ray(const struct renderer *r, float x, float y, float origin[3],
-                     float direction[3]) /* x, y in -1..1 */
-{
-    const float sx = x * r->frame.half_width, sy = y * r->frame.half_height;
-    const float *eye = r->scene->camera.eye;
-    for (int i = 0; i < 3; ++i) {
-        const float offset = sx * r->frame.right[i] + sy * r->frame.up[i];
-        origin[i] = r->frame.perspective ? eye[i] : eye[i] + offset;
-        direction[i] = r->frame.perspective ? r->frame.forward[i] + offset : r->frame.forward[i];
-    }
-    vec3_normalize(direction);
-}
-
 /* Returns the share of the sky visible from a point, by fixed cosine-weighted directions: neighboring points differ smoothly,
  * and there is no noise. */
 static float sky_share(const struct renderer *r, const float point[3], const float normal[3], float max_distance)
@@ -161,7 +148,7 @@ static bool make_occlusion(struct renderer *r, int width, int height)
         float origin[3], direction[3];
         struct bvh_hit hit;
         const float x = 2.0f * ((float)(p % width) + 0.5f) / (float)width - 1.0f, y = 1.0f - pixel * ((float)(p / width) + 0.5f);
-        make_ray(r, x, y, origin, direction);
+        raycast_camera_ray(&r->scene->camera, &r->frame, x, y, origin, direction);
         met[p] = bvh_nearest_hit(&r->bvh, origin, direction, 0.0f, INFINITY, &hit) ? (long)hit.triangle : -1;
     }
     for (long i = 0; i < count; ++i) {
@@ -208,29 +195,6 @@ static struct color surface_color(const struct renderer *r, size_t triangle, con
     }
     return scene->color_at ? scene->color_at(scene->color_user, value)
                            : raycast_correspondence_color(value, r->originals_lo, r->originals_hi);
-}
-
-/* Shades a point by two lights that move with the camera (key from upper left, fill from the right), the sky and a soft
- * highlight. Light adds up in linear values; display value = square root, an approximation of the sRGB curve. */
-static struct color shade(const struct renderer *r, struct color color, const float normal[3], const float view[3],
-                          float sky)
-{
-    static const float key[3] = {-0.50f, 0.62f, 0.60f},
-                       fill[3] = {0.78f, -0.10f, 0.61f}; /* right, up, towards the eye */
-    float n[3] = {vec3_dot(normal, r->frame.right), vec3_dot(normal, r->frame.up),
-                  -vec3_dot(normal, r->frame.forward)};
-    const float v[3] = {vec3_dot(view, r->frame.right), vec3_dot(view, r->frame.up),
-                        -vec3_dot(view, r->frame.forward)};
-    float half[3] = {key[0] - v[0], key[1] - v[1], key[2] - v[2]};
-    vec3_normalize(half);
-    const float light_key = fmaxf(0.0f, vec3_dot(n, key)), light_fill = fmaxf(0.0f, vec3_dot(n, fill));
-    const float ambient = 0.30f + 0.10f * n[1];
-    float gloss = fmaxf(0.0f, vec3_dot(n, half));
-    gloss *= gloss, gloss *= gloss, gloss *= gloss, gloss *= gloss; /* to the 16th */
-    const float direct = (0.72f * light_key + 0.22f * light_fill) * (0.45f + 0.55f * sky);
-    const float light = ambient * sky + direct, shine = 0.10f * gloss * sky;
-    return color_rgb(color.r * color.r * light + shine, color.g * color.g * light + shine,
-                     color.b * color.b * light + shine);
 }
 
 /* Returns the distance in the triangle's plane from the hit to the nearest side, and the radius of the inscribed circle. */
@@ -296,7 +260,7 @@ static struct color sample(const struct renderer *r, const float origin[3], cons
         color =
             color_mix(color, color_rgb(0.12f * color.r, 0.12f * color.g, 0.14f * color.b), 0.8f * dark * sqrtf(room));
     }
-    return shade(r, color, normal, direction, sky);
+    return raycast_shade(&r->frame, color, normal, direction, sky);
 }
 
 static void render_row(const struct renderer *r, struct image *image, int y)
@@ -310,7 +274,8 @@ static void render_row(const struct renderer *r, struct image *image, int y)
             float origin[3], direction[3];
             const float px = (float)x + ((float)(k % n) + 0.5f) / (float)n,
                         py = (float)y + ((float)(k / n) + 0.5f) / (float)n;
-            make_ray(r, 2.0f * px / width - 1.0f, 1.0f - 2.0f * py / height, origin, direction);
+            raycast_camera_ray(&r->scene->camera, &r->frame, 2.0f * px / width - 1.0f, 1.0f - 2.0f * py / height, origin,
+                               direction);
             const struct color c = sample(r, origin, direction, pixel, py / height);
             sum = color_rgb(sum.r + c.r, sum.g + c.g, sum.b + c.b);
         }
@@ -336,7 +301,7 @@ static void draw_dots(const struct renderer *r, struct image *image, const float
         if (!(fabsf(x) < 1.1f && fabsf(y) < 1.1f)) {
             continue;
         }
-        make_ray(r, x, y, origin, direction);
+        raycast_camera_ray(&r->scene->camera, &r->frame, x, y, origin, direction);
         vec3_sub(points + 3 * i, origin, d);
         if (!bvh_any_hit(&r->bvh, origin, direction, 0.0f, vec3_length(d) - 0.3f * r->mean_edge)) {
             const float px = 0.5f * (x + 1.0f) * (float)image->width, py = 0.5f * (1.0f - y) * (float)image->height;

@@ -25,6 +25,16 @@ struct raycast_frame {
 
 struct raycast_frame raycast_camera_frame(const struct raycast_camera *camera, float aspect);
 
+/* Computes the ray, of length 1, through a place of the picture: x, y in -1..1, to the right and upwards. */
+void raycast_camera_ray(const struct raycast_camera *camera, const struct raycast_frame *frame, float x, float y, float origin[3],
+                        float direction[3]);
+
+/* Shades a point by two lights that move with the camera (key from upper left, fill from the right), the sky, of which `sky` is
+ * visible (0..1), and a soft highlight. view: direction of the ray. Light adds up in linear values; display value = square root,
+ * an approximation of the sRGB curve. */
+struct color raycast_shade(const struct raycast_frame *frame, struct color color, const float normal[3], const float view[3],
+                           float sky);
+
 /* Returns a camera that shows all the points from `direction` (from the object to the eye), with a small margin. For a film
  * pass the points of all its frames. */
 struct raycast_camera raycast_frame_points(const float *points, size_t count, const float direction[3],

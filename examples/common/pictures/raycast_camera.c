@@ -1,4 +1,4 @@
-/* raycast_camera.c - cameras, boxes and the correspondence pattern of raycast.h. */
+/* raycast_camera.c - cameras and their rays, light, boxes and the correspondence pattern of raycast.h. */
 #include "pictures/raycast.h"
 
 #include "base/vec3.h"
@@ -75,6 +75,39 @@ struct raycast_camera raycast_frame_points(const float *points, size_t count, co
         camera.eye[i] = camera.target[i] + distance * towards[i];
     }
     return camera;
+}
+
+void raycast_camera_ray(const struct raycast_camera *camera, const struct raycast_frame *frame, float x, float y, float origin[3],
+                        float direction[3])
+{
+    const float sx = x * frame->half_width, sy = y * frame->half_height;
+    for (int i = 0; i < 3; ++i) {
+        const float offset = sx * frame->right[i] + sy * frame->up[i];
+        origin[i] = frame->perspective ? camera->eye[i] : camera->eye[i] + offset;
+        direction[i] = frame->perspective ? frame->forward[i] + offset : frame->forward[i];
+    }
+    vec3_normalize(direction);
+}
+
+struct color raycast_shade(const struct raycast_frame *frame, struct color color, const float normal[3], const float view[3],
+                           float sky)
+{
+    static const float key[3] = {-0.50f, 0.62f, 0.60f},
+                       fill[3] = {0.78f, -0.10f, 0.61f}; /* right, up, towards the eye */
+    float n[3] = {vec3_dot(normal, frame->right), vec3_dot(normal, frame->up),
+                  -vec3_dot(normal, frame->forward)};
+    const float v[3] = {vec3_dot(view, frame->right), vec3_dot(view, frame->up),
+                        -vec3_dot(view, frame->forward)};
+    float half[3] = {key[0] - v[0], key[1] - v[1], key[2] - v[2]};
+    vec3_normalize(half);
+    const float light_key = fmaxf(0.0f, vec3_dot(n, key)), light_fill = fmaxf(0.0f, vec3_dot(n, fill));
+    const float ambient = 0.30f + 0.10f * n[1];
+    float gloss = fmaxf(0.0f, vec3_dot(n, half));
+    gloss *= gloss, gloss *= gloss, gloss *= gloss, gloss *= gloss; /* to the 16th */
+    const float direct = (0.72f * light_key + 0.22f * light_fill) * (0.45f + 0.55f * sky);
+    const float light = ambient * sky + direct, shine = 0.10f * gloss * sky;
+    return color_rgb(color.r * color.r * light + shine, color.g * color.g * light + shine,
+                     color.b * color.b * light + shine);
 }
 
 struct color raycast_correspondence_color(const float original[3], const float lo[3], const float hi[3])

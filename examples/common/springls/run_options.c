@@ -64,6 +64,30 @@ const char *run_member_at(size_t offset)
     return "one that --set does not know either";
 }
 
+/* Adds bytes to an FNV-1a hash. */
+static uint32_t hash_bytes(uint32_t hash, const void *bytes, size_t count)
+{
+    for (size_t i = 0; i < count; ++i) {
+        hash = (hash ^ ((const unsigned char *)bytes)[i]) * 16777619u;
+    }
+    return hash;
+}
+
+uint32_t run_params_hash(const springls_params *params)
+{
+    uint32_t hash = 2166136261u;
+    for (size_t i = 0; i < sizeof members / sizeof *members; ++i) {
+        uint32_t bits;
+        memcpy(&bits, (const char *)params + members[i].offset, sizeof bits);
+        if (bits != 0) {
+            const unsigned char bytes[4] = {(unsigned char)bits, (unsigned char)(bits >> 8), (unsigned char)(bits >> 16),
+                                            (unsigned char)(bits >> 24)};
+            hash = hash_bytes(hash_bytes(hash, members[i].name, strlen(members[i].name)), bytes, sizeof bytes);
+        }
+    }
+    return hash;
+}
+
 /* Sets one member from "name=value" of `length` characters. */
 static bool set_member(springls_params *params, const char *text, size_t length)
 {

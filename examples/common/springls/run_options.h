@@ -6,6 +6,7 @@
 #include "springls_cl.h"
 
 #include <stddef.h>
+#include <stdint.h>
 
 /* Help text of the option --set, for every program that passes it to run_options. */
 #define RUN_OPTIONS_SET_HELP "change parameters: name=value[,name=value...], names as in springls_params"
@@ -20,6 +21,9 @@ int run_set_members(const char *program, const char *set, springls_params *param
 
 /* Returns the name of the member of springls_params at this offset, or a phrase for one that --set cannot set. */
 const char *run_member_at(size_t offset);
+
+/* Returns a hash of the names and values of all members that are not 0: a member that is added and stays off changes nothing. */
+uint32_t run_params_hash(const springls_params *params);
 
 int run_threads(void); /* present number of threads of parallel loops */
 
