@@ -125,6 +125,8 @@
      >>measure              src/output/measure.h
      >>mesh_measure         src/model/mesh_measure.h
      >>isosurface           src/output/isosurface.h
+     >>restore              src/output/restore.h
+     >>snapshot_check       src/output/snapshot_check.h
      >>snapshot             src/output/snapshot.h
      >>snapshot_format      src/output/snapshot_format.h
      >>views                src/output/views.h
@@ -10644,8 +10646,8 @@ SPRINGLS__MATHS void springls__grow_line_element(const springls__model *model, s
     springls__has_grown(model)[args.grow_line.first_flag + i] = grew;
 }
 
-/* Sets the side of the brick of entry i from its state: a constant brick is outside or inside, in an active one phi is 1 (background) or
-   -1. */
+/* Sets the side of the brick of entry i from its state: a constant brick is outside or inside, in an active one phi is 1 (background)
+   or -1. */
 SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__arguments args, int i,
                                                   SPRINGLS__LOCAL float *memory)
 {
@@ -12969,7 +12971,8 @@ SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *
 /* ======== >>advect  (src/stages/advect.h) ====================================================================== */
 /* advect.h - moves springls by the forces (section 4.2, eq. 1 and 2): pressure, velocity, affine, sampled fields, curvature. */
 
-enum { SPRINGLS__FURTHEST_MOTION = 1000000 }; /* voxels in one advect, with a window that follows: beyond it a float has no sixteenth of a voxel */
+/* In voxels, of one advect, with a window that follows: beyond it a float has no sixteenth of a voxel. */
+enum { SPRINGLS__FURTHEST_MOTION = 1000000 };
 
 /* Finds how a sampled field maps the model's voxels to its own samples; channels 0 when there is no field. */
 SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, const springls_sampled_field *given, int channels,
@@ -17839,7 +17842,7 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: max_displacement is %g, below a thousandth of a voxel, and not 0",
                               (double)step->max_displacement);
     if (step->mode != SPRINGLS_MODE_FLUID && step->mode != SPRINGLS_MODE_ELASTIC && step->mode != SPRINGLS_MODE_ADVECT_ONLY)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d", (int)step->mode);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d: it may be 0 to 2", (int)step->mode);
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
     springls__abandon_step(ctx);
     springls__end_reading(ctx);
@@ -17887,7 +17890,7 @@ SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_
     const float still = 1e-3f; /* share of moving springls below which an active contour has arrived */
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (steps < 0) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "run: a negative number of steps");
+    if (steps < 0) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "run: %d steps, not 0 or more", steps);
     for (i = 0; i < steps; i++) {
         SPRINGLS__TRY(springls_step(ctx, step));
         if (springls__cancelled(ctx, (float)(i + 1) / (float)steps))
@@ -18269,7 +18272,8 @@ SPRINGLS__FN const char *springls__desc_fault(const springls_desc *desc, double 
         if (desc->follow && desc->grid.size[axis] % SPRINGLS__BRICK) return "grid.size is no multiple of 8, but follow is set";
     for (axis = 0; axis < 3; axis++) {
         if (desc->window[axis] % SPRINGLS__BRICK) return "window is no multiple of 8";
-        if (desc->window[axis] > 1 << 30 || desc->window[axis] < -(1 << 30)) return "window is out of range: it may be -2^30 to 2^30";
+        if (desc->window[axis] > 1 << 30 || desc->window[axis] < -(1 << 30))
+            return "window is out of range: it may be -2^30 to 2^30";
         if (desc->window[axis] && (desc->grid.size[0] | desc->grid.size[1] | desc->grid.size[2]) % SPRINGLS__BRICK)
             return "grid.size is no multiple of 8, but window is set";
     }
@@ -20248,10 +20252,11 @@ SPRINGLS_API springls_status springls_set_mesh(springls_context *ctx, const floa
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (stride == 0) stride = 3 * sizeof(float);
     if (position_count < 0 || triangle_count < 0 || triangle_count > INT32_MAX / 6)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_mesh: %d positions, %d triangles", position_count,
-                              triangle_count);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_mesh: %d positions and %d triangles: there may be 0 to %d, and 0 to %d",
+                              position_count, triangle_count, INT32_MAX, INT32_MAX / 6);
     if (stride < 3 * sizeof(float) || stride % sizeof(float))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_mesh: a stride of %lu bytes", (unsigned long)stride);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_mesh: a stride of %lu bytes, not 0 or a multiple of 4 from 12 on",
+                              (unsigned long)stride);
     if ((!positions && position_count) || (!triangles && triangle_count))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_mesh: NULL array");
     if (!triangle_count) return springls__fail(ctx, SPRINGLS_BAD_MESH, "the mesh has no triangles");
@@ -20344,7 +20349,8 @@ SPRINGLS__FN springls_status springls__check_springls(springls_context *ctx, con
     if (!vertices) return springls__fail_null(ctx, "set_springls", "vertices");
     if (count <= 0) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_springls: the count %d is not positive", count);
     if (count > ctx->desc.max_springls)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_springls: the count %d exceeds max_springls", count);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_springls: the count %d exceeds max_springls, %d", count,
+                              ctx->desc.max_springls);
     for (i = 0; i < count; i++)
         if (!springls__valid_point(vertices + 9 * i) || !springls__valid_point(vertices + 9 * i + 3)
             || !springls__valid_point(vertices + 9 * i + 6) || !springls__valid_point(particles ? particles + 3 * i : NULL)
@@ -20473,7 +20479,7 @@ SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, in
 SPRINGLS__FN springls__attribute *springls__attribute_at(springls_context *ctx, int index, const char *call)
 {
     if (index >= 0 && index < ctx->attribute_count) return &ctx->attributes[index];
-    springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: attribute %d of %d", call, index, ctx->attribute_count);
+    springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: there is no attribute %d among %d", call, index, ctx->attribute_count);
     return NULL;
 }
 
@@ -20491,7 +20497,8 @@ SPRINGLS__FN springls_status springls__check_attribute(springls_context *ctx, co
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: %d channels, not 1 to %d", call, desc->channels,
                               SPRINGLS_MAX_CHANNELS);
     if (!springls__policy_known(desc->split) || !springls__policy_known(desc->fill) || !springls__policy_known(desc->merge))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: an unknown policy", call);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: the policies %d, %d, %d are not each 0 to 2", call, (int)desc->split,
+                              (int)desc->fill, (int)desc->merge);
     if (ctx->attribute_count == SPRINGLS_MAX_ATTRIBUTES)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: more than %d attributes", call, SPRINGLS_MAX_ATTRIBUTES);
     return SPRINGLS_OK;
@@ -20821,30 +20828,37 @@ SPRINGLS__FN void springls__find_nearest(const springls__model *model, const spr
     for (i = 0; i < c->listed; i++) springls__try_candidate(model, c, c->list[i], group, &search);
 }
 
-/* Reads a row of vectors, one a lane; where `index` is -1, zero. */
-SPRINGLS__FN springls__vec3 springls__vectors_at(const springls__v3 *row, const int index[SPRINGLS__LANES])
+/* Returns a vector in each lane. */
+SPRINGLS__FN springls__vec3 springls__vectors_of(const springls__v3 v[SPRINGLS__LANES])
 {
     float x[3][SPRINGLS__LANES];
     int lane;
     for (lane = 0; lane < SPRINGLS__LANES; lane++) {
-        const springls__v3 v = index[lane] < 0 ? springls__v3_make(0.0f, 0.0f, 0.0f) : row[index[lane]];
-        x[0][lane] = v.x;
-        x[1][lane] = v.y;
-        x[2][lane] = v.z;
+        x[0][lane] = v[lane].x;
+        x[1][lane] = v[lane].y;
+        x[2][lane] = v[lane].z;
     }
     return springls__vec_load_v3(x[0], x[1], x[2]);
 }
 
-/* Returns tangents to normals, as springls__fit_begin takes them. */
+/* Returns elements of an array; zeros for index -1. */
+SPRINGLS__FN springls__vec3 springls__vectors_at(const springls__v3 *row, const int index[SPRINGLS__LANES])
+{
+    springls__v3 v[SPRINGLS__LANES];
+    int lane;
+    for (lane = 0; lane < SPRINGLS__LANES; lane++)
+        v[lane] = index[lane] < 0 ? springls__v3_make(0.0f, 0.0f, 0.0f) : row[index[lane]];
+    return springls__vectors_of(v);
+}
+
+/* Returns tangents to normals, as springls__fit_begin takes them; zeros for index -1. */
 SPRINGLS__FN springls__vec3 springls__tangents_of(const springls__candidates *c, const int index[SPRINGLS__LANES])
 {
-    springls__v3 tangent[SPRINGLS__LANES];
-    int lane, own[SPRINGLS__LANES];
-    for (lane = 0; lane < SPRINGLS__LANES; lane++) {
-        own[lane] = index[lane] < 0 ? -1 : lane;
-        if (own[lane] >= 0) tangent[lane] = springls__any_tangent(c->n[index[lane]]);
-    }
-    return springls__vectors_at(tangent, own);
+    springls__v3 v[SPRINGLS__LANES];
+    int lane;
+    for (lane = 0; lane < SPRINGLS__LANES; lane++)
+        v[lane] = index[lane] < 0 ? springls__v3_make(0.0f, 0.0f, 0.0f) : springls__any_tangent(c->n[index[lane]]);
+    return springls__vectors_of(v);
 }
 
 /* Finds the correspondences of the vertices: by the quadratic fits around them, or else those of their springls. */
@@ -22796,7 +22810,7 @@ SPRINGLS__FN springls_status springls__check_surface(springls_context *ctx, spri
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (surface == SPRINGLS_SURFACE_WATERTIGHT || surface == SPRINGLS_SURFACE_SOUP) return SPRINGLS_OK;
-    return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: there is no surface %d", call, (int)surface);
+    return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: there is no surface %d: it may be 0 or 1", call, (int)surface);
 }
 
 SPRINGLS_API springls_status springls_closest(springls_context *ctx, springls_surface surface, const float *points, int count,
@@ -23251,15 +23265,18 @@ SPRINGLS_API springls_status springls_find_seams(springls_context *ctx, const fl
     int i;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (triangle_count < 0 || triangle_count > INT32_MAX / 6)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: triangle_count %d is out of range", triangle_count);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: triangle_count %d is not in 0 to %d", triangle_count,
+                              INT32_MAX / 6);
     if (channels < 0 || channels > SPRINGLS_MAX_CHANNELS)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: channels %d is out of range", channels);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: channels %d is not in 0 to %d", channels,
+                              SPRINGLS_MAX_CHANNELS);
     if (channels > 0 && !values) return springls__fail_null(ctx, "find_seams", "values");
     if (triangle_count > 0 && (!positions || !triangles || !neighbors))
         return springls__fail_null(ctx, "find_seams", !positions ? "positions" : !triangles ? "triangles" : "neighbors");
     if (stride == 0) stride = 3 * sizeof(float);
     if (stride < 3 * sizeof(float) || stride % sizeof(float))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: a stride of %lu bytes", (unsigned long)stride);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "find_seams: a stride of %lu bytes, not 0 or a multiple of 4 from 12 on",
+                              (unsigned long)stride);
     for (i = 0; i < 3 * triangle_count; i++)
         if (triangles[i] < 0 || triangles[i] >= position_count)
             return springls__fail(ctx, SPRINGLS_BAD_MESH, "triangle %d uses position %d of %d", i / 3, triangles[i],
@@ -23923,7 +23940,8 @@ SPRINGLS__FN void springls__code_attribute(springls__coder *c, springls__attribu
     X(int32_t, steps) X(int64_t, added) X(int64_t, split) X(int64_t, removed) X(int64_t, reshaped) X(int64_t, refused)           \
     X(float, volume_correction) X(float, largest_displacement) X(float, moving_share) X(float, lag) X(int32_t, opposed)          \
     X(int64_t, left) X(int32_t, window_x) X(int32_t, window_y) X(int32_t, window_z)                                              \
-    X(int32_t, original_window_x) X(int32_t, original_window_y) X(int32_t, original_window_z)
+    X(int32_t, original_window_x) X(int32_t, original_window_y) X(int32_t, original_window_z)                                    \
+    X(int32_t, inside_runs) X(int32_t, reference_inside_runs)
 
 /* Holds the numbers of a model. */
 typedef struct springls__snapshot_state {
@@ -24007,7 +24025,8 @@ typedef enum springls__section {
     SPRINGLS__SECTION_GRID,
     SPRINGLS__SECTION_SET,         /* one section for each array of the constellation */
     SPRINGLS__SECTION_NEIGHBORS = SPRINGLS__SECTION_SET + SPRINGLS__SPRINGL_ARRAY_COUNT,
-    SPRINGLS__SECTION_SIDES,       /* a bit for each brick: 1 is constant and inside  */
+    SPRINGLS__SECTION_SIDES,       /* of older blocks: a bit for each brick of the domain: 1 is constant and inside */
+    SPRINGLS__SECTION_INSIDE,      /* runs of these bricks                            */
     SPRINGLS__SECTION_BRICKS,      /* the numbers of the bricks with voxels           */
     SPRINGLS__SECTION_PHI,
     SPRINGLS__SECTION_CALM,        /* a byte for each of them: sleep.h                */
@@ -24016,6 +24035,7 @@ typedef enum springls__section {
     SPRINGLS__SECTION_EVENT_PARTS,
     SPRINGLS__SECTION_VALUES,      /* one section for each attribute                  */
     SPRINGLS__SECTION_REFERENCE_SIDES = SPRINGLS__SECTION_VALUES + SPRINGLS_MAX_ATTRIBUTES,
+    SPRINGLS__SECTION_REFERENCE_INSIDE,
     SPRINGLS__SECTION_REFERENCE_BRICKS,
     SPRINGLS__SECTION_REFERENCE_PHI,
     SPRINGLS__SECTION_ORIGINAL,
@@ -24023,46 +24043,59 @@ typedef enum springls__section {
     SPRINGLS__SECTIONS
 } springls__section;
 
-/* Describes a section. width: bytes of its numbers; 0: records. may_miss: was not in the first version; where a block has none,
-   its numbers are 0. */
-typedef struct springls__section_info { int section; const char *tag; int width; bool may_miss; } springls__section_info;
+/* Which blocks have a section. */
+typedef enum springls__section_use {
+    SPRINGLS__SECTION_USED,
+    SPRINGLS__SECTION_MAY_MISS, /* in older ones: its numbers are 0 */
+    SPRINGLS__SECTION_ONLY_READ /* none but older ones               */
+} springls__section_use;
+
+/* Describes a section. width: bytes of its numbers; 0: records. */
+typedef struct springls__section_info {
+    int section;
+    const char *tag;
+    int width;
+    springls__section_use use;
+} springls__section_info;
 
 #define SPRINGLS__SECTION_OF(array) (SPRINGLS__SECTION_SET + (int)SPRINGLS__ARRAY_##array)
 
 /* Has a row for each section, the attributes one together. A tag is never used again for anything else. */
 static const springls__section_info springls__section_list[] = {
-    { SPRINGLS__SECTION_NUMBERS, "NUMB", 0, false },
-    { SPRINGLS__SECTION_PARAMS, "PARM", 0, false },
-    { SPRINGLS__SECTION_GRID, "GRID", 0, false },
-    { SPRINGLS__SECTION_OF(S), "SPRG", 0, false },
-    { SPRINGLS__SECTION_OF(A), "CORR", 4, false },
-    { SPRINGLS__SECTION_OF(ID), "SPID", 4, false },
-    { SPRINGLS__SECTION_OF(GENERATION), "GENR", 4, false },
-    { SPRINGLS__SECTION_OF(MASK), "MASK", 1, false },
-    { SPRINGLS__SECTION_OF(COMPONENT), "BODY", 4, false },
-    { SPRINGLS__SECTION_OF(CAVITY), "CAVT", 4, false },
-    { SPRINGLS__SECTION_OF(CONTACT_BODY), "CONT", 4, false },
-    { SPRINGLS__SECTION_OF(OVERLAPPED), "OVER", 1, false },
-    { SPRINGLS__SECTION_OF(EDGE), "EDGE", 1, false },
-    { SPRINGLS__SECTION_OF(ERROR), "ERRO", 4, false },
-    { SPRINGLS__SECTION_OF(PARENT), "PRNT", 4, false },
-    { SPRINGLS__SECTION_OF(BIRTH), "BRTH", 4, false },
-    { SPRINGLS__SECTION_OF(PHI_AT), "PHIP", 4, false },
-    { SPRINGLS__SECTION_OF(SYNCED_POSITION), "SYNC", 4, false },
-    { SPRINGLS__SECTION_NEIGHBORS, "NEAR", 4, false },
-    { SPRINGLS__SECTION_SIDES, "SIDE", 1, false },
-    { SPRINGLS__SECTION_BRICKS, "BRIK", 4, false },
-    { SPRINGLS__SECTION_PHI, "PHIV", 4, false },
-    { SPRINGLS__SECTION_CALM, "CALM", 0, true },
-    { SPRINGLS__SECTION_COMPONENTS, "COMP", 0, false },
-    { SPRINGLS__SECTION_EVENTS, "EVNT", 0, false },
-    { SPRINGLS__SECTION_EVENT_PARTS, "PART", 0, false },
-    { SPRINGLS__SECTION_VALUES, "ATTR", 0, false },
-    { SPRINGLS__SECTION_REFERENCE_SIDES, "RSID", 1, false },
-    { SPRINGLS__SECTION_REFERENCE_BRICKS, "RBRK", 4, false },
-    { SPRINGLS__SECTION_REFERENCE_PHI, "RPHI", 4, false },
-    { SPRINGLS__SECTION_ORIGINAL, "ORIG", 4, false },
-    { SPRINGLS__SECTION_SOURCE, "SRCE", 4, false },
+    { SPRINGLS__SECTION_NUMBERS, "NUMB", 0, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_PARAMS, "PARM", 0, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_GRID, "GRID", 0, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(S), "SPRG", 0, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(A), "CORR", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(ID), "SPID", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(GENERATION), "GENR", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(MASK), "MASK", 1, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(COMPONENT), "BODY", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(CAVITY), "CAVT", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(CONTACT_BODY), "CONT", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(OVERLAPPED), "OVER", 1, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(EDGE), "EDGE", 1, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(ERROR), "ERRO", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(PARENT), "PRNT", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(BIRTH), "BRTH", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(PHI_AT), "PHIP", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_OF(SYNCED_POSITION), "SYNC", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_NEIGHBORS, "NEAR", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_SIDES, "SIDE", 1, SPRINGLS__SECTION_ONLY_READ },
+    { SPRINGLS__SECTION_INSIDE, "INSD", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_BRICKS, "BRIK", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_PHI, "PHIV", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_CALM, "CALM", 0, SPRINGLS__SECTION_MAY_MISS },
+    { SPRINGLS__SECTION_COMPONENTS, "COMP", 0, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_EVENTS, "EVNT", 0, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_EVENT_PARTS, "PART", 0, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_VALUES, "ATTR", 0, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_REFERENCE_SIDES, "RSID", 1, SPRINGLS__SECTION_ONLY_READ },
+    { SPRINGLS__SECTION_REFERENCE_INSIDE, "RINS", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_REFERENCE_BRICKS, "RBRK", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_REFERENCE_PHI, "RPHI", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_ORIGINAL, "ORIG", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_SOURCE, "SRCE", 4, SPRINGLS__SECTION_USED },
 };
 enum { SPRINGLS__SECTION_ROWS = sizeof springls__section_list / sizeof springls__section_list[0] };
 
@@ -24113,6 +24146,7 @@ SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const spr
     case SPRINGLS__SECTION_GRID: return SPRINGLS__GRID_BYTES;
     case SPRINGLS__SECTION_NEIGHBORS: return s->neighbors_age >= 0 ? count * SPRINGLS__NEIGHBOR_ROW * sizeof(int32_t) : 0;
     case SPRINGLS__SECTION_SIDES: return springls__side_bytes(g);
+    case SPRINGLS__SECTION_INSIDE: return (uint64_t)s->inside_runs * 2 * sizeof(int32_t);
     case SPRINGLS__SECTION_BRICKS: return (uint64_t)s->bricks * sizeof(int32_t);
     case SPRINGLS__SECTION_PHI: return (uint64_t)s->bricks * brick;
     case SPRINGLS__SECTION_CALM: return (uint64_t)s->bricks;
@@ -24120,6 +24154,7 @@ SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const spr
     case SPRINGLS__SECTION_EVENTS: return (uint64_t)s->events * SPRINGLS__EVENT_BYTES;
     case SPRINGLS__SECTION_EVENT_PARTS: return (uint64_t)s->event_parts * SPRINGLS__PART_BYTES;
     case SPRINGLS__SECTION_REFERENCE_SIDES: return all ? springls__side_bytes(g) : 0;
+    case SPRINGLS__SECTION_REFERENCE_INSIDE: return all ? (uint64_t)s->reference_inside_runs * 2 * sizeof(int32_t) : 0;
     case SPRINGLS__SECTION_REFERENCE_BRICKS: return all ? (uint64_t)s->reference_bricks * sizeof(int32_t) : 0;
     case SPRINGLS__SECTION_REFERENCE_PHI: return all ? (uint64_t)s->reference_bricks * brick : 0;
     case SPRINGLS__SECTION_ORIGINAL: return all ? (uint64_t)s->original * 9 * sizeof(float) : 0;
@@ -24138,7 +24173,7 @@ SPRINGLS__FN springls__layout springls__layout_of(const springls__grid *g, const
     layout.size = SPRINGLS__HEAD_BYTES;
     for (section = 0; section < SPRINGLS__SECTIONS; section++) {
         uint64_t bytes = springls__section_bytes(g, s, section);
-        if (!bytes) continue;
+        if (!bytes || springls__section_of(section)->use == SPRINGLS__SECTION_ONLY_READ) continue;
         layout.count++;
         layout.bytes[section] = bytes;
         layout.at[section] = layout.size + SPRINGLS__SECTION_HEAD_BYTES;
@@ -24148,11 +24183,8 @@ SPRINGLS__FN springls__layout springls__layout_of(const springls__grid *g, const
 }
 
 /* ======== >>snapshot  (src/output/snapshot.h) ================================================================== */
-/* snapshot.h - writes and restores all that a model's future depends on, as one block of bytes (snapshot_format.h). What can be
-   computed from these (cells, omega, hierarchies) is not in it. Bricks are stored in their order, without their slots.
-   springls_restore checks everything and allocates all memory before the model changes. */
-
-/* ---- writing ---- */
+/* snapshot.h - writes all that a model's future depends on as one block of bytes (snapshot_format.h). What can be computed from
+   these (cells, omega, hierarchies) is not in it. Bricks are stored in their order, without their slots. */
 
 /* Counts the bricks with voxels. */
 SPRINGLS__FN int springls__active_bricks(const springls__grid *g)
@@ -24160,6 +24192,26 @@ SPRINGLS__FN int springls__active_bricks(const springls__grid *g)
     int i, n = 0, entries = (int)springls__entry_count(g);
     for (i = 0; i < entries; i++) n += g->top[i] >= SPRINGLS__FIRST_SLOT;
     return n;
+}
+
+/* Writes the runs of bricks that have no voxels and are inside: first number and count; returns how many there are. c: NULL counts
+   them only. */
+SPRINGLS__FN int springls__put_inside_runs(springls__coder *c, const springls__grid *g)
+{
+    int32_t first = 0, length = 0;
+    int i, runs = 0, entries = (int)springls__entry_count(g);
+    for (i = 0; i <= entries; i++) {
+        const bool inside = i < entries && g->top[i] == SPRINGLS__INSIDE;
+        const int brick = inside ? springls__brick_of_entry(g, i) : -1;
+        if (length > 0 && brick != first + length) {
+            if (c) SPRINGLS__CODE(c, first);
+            if (c) SPRINGLS__CODE(c, length);
+            length = 0;
+            runs++;
+        }
+        if (inside && length++ == 0) first = brick;
+    }
+    return runs;
 }
 
 /* Returns a checksum, never 0, of the reference level set and the original surface: a FRAME snapshot, which leaves them out, can
@@ -24253,21 +24305,22 @@ SPRINGLS__FN void springls__snapshot_fill(springls_context *ctx, springls_snapsh
     s->original_window_x = ctx->original_window.offset[0];
     s->original_window_y = ctx->original_window.offset[1];
     s->original_window_z = ctx->original_window.offset[2];
+    s->inside_runs = springls__put_inside_runs(NULL, &ctx->model.grid);
+    s->reference_inside_runs = springls__put_inside_runs(NULL, &ctx->model.reference);
     springls__snapshot_stats(&ctx->stats, s);
     springls__snapshot_attributes(ctx, s);
 }
 
-/* Writes a grid into three sections, the first of which is `sides`: sides, numbers and values of its bricks. */
-SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, int sides, const springls__grid *g)
+/* Writes a grid into sections, the first of which is `inside`: runs of bricks inside, numbers and values of those with voxels. */
+SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, int inside, const springls__grid *g)
 {
-    char *side = out + layout->at[sides];
-    springls__coder numbers = springls__writer(out + layout->at[sides + 1]);
-    springls__coder values = springls__writer(out + layout->at[sides + 2]);
+    springls__coder runs = springls__writer(out + layout->at[inside]);
+    springls__coder numbers = springls__writer(out + layout->at[inside + 1]);
+    springls__coder values = springls__writer(out + layout->at[inside + 2]);
     int i, entries = (int)springls__entry_count(g);
-    memset(side, 0, (size_t)springls__side_bytes(g));
+    springls__put_inside_runs(&runs, g);
     for (i = 0; i < entries; i++) {
         int brick = springls__brick_of_entry(g, i);
-        if (g->top[i] == SPRINGLS__INSIDE) side[brick >> 3] = (char)(side[brick >> 3] | 1 << (brick & 7));
         if (g->top[i] < SPRINGLS__FIRST_SLOT) continue;
         SPRINGLS__CODE(&numbers, brick);
         springls__code(&values, g->phi + (size_t)g->top[i] * SPRINGLS__BRICK_VOXELS, SPRINGLS__BRICK_VOXELS, sizeof(float));
@@ -24375,9 +24428,9 @@ SPRINGLS__FN void springls__snapshot_write(springls_context *ctx, const springls
         springls__put_section_head(layout, section, out);
         springls__put_section(ctx, s, layout, section, out);
     }
-    springls__put_grid(out, layout, SPRINGLS__SECTION_SIDES, &ctx->model.grid);
+    springls__put_grid(out, layout, SPRINGLS__SECTION_INSIDE, &ctx->model.grid);
     if (s->kind == SPRINGLS_SNAPSHOT_KIND_ALL)
-        springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_SIDES, &ctx->model.reference);
+        springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_INSIDE, &ctx->model.reference);
     springls__put_head(out, layout);
 }
 
@@ -24390,7 +24443,7 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!size) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: size is NULL");
     if (kind != SPRINGLS_SNAPSHOT_KIND_ALL && kind != SPRINGLS_SNAPSHOT_KIND_FRAME)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: there is no kind %d", (int)kind);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: there is no kind %d: it may be 0 or 1", (int)kind);
     SPRINGLS__TRY(springls__finish_step(ctx));
     springls__end_reading(ctx);
     SPRINGLS__TRY(springls__use_host(ctx, false));
@@ -24406,7 +24459,9 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
     return SPRINGLS_OK;
 }
 
-/* ---- checking ---- */
+/* ======== >>snapshot_check  (src/output/snapshot_check.h) ====================================================== */
+/* snapshot_check.h - reads the numbers and the layout of a snapshot, and checks every byte that a model depends on, before the
+   model changes: a block may come from anywhere. */
 
 /* Returns whether all floats are finite. */
 SPRINGLS__FN bool springls__all_finite(const char *data, uint64_t bytes)
@@ -24439,13 +24494,66 @@ SPRINGLS__FN bool springls__all_flags(const char *data, uint64_t bytes)
     return all <= 1;
 }
 
-/* Returns whether the numbers of the bricks with voxels ascend, exist, and are not marked as constant. */
-SPRINGLS__FN bool springls__bricks_good(const char *sides, const char *numbers, int count, size_t bricks)
+/* Walks through the runs of bricks that are inside, in a block. bits: of an older block, which has a bit for each brick of the
+   domain; NULL: it has runs. */
+typedef struct springls__inside_walk {
+    const char *bits, *runs;
+    int at, end;       /* bricks, with bits; otherwise runs */
+    int first, length; /* of the run */
+} springls__inside_walk;
+
+/* Begins to walk. section: of a grid's runs; behind that of its bits. */
+SPRINGLS__FN springls__inside_walk springls__walk_inside(const springls__grid *g, const springls__layout *layout,
+                                                         const char *block, int section)
 {
-    int i, last = -1;
-    for (i = 0; i < count; i++) {
+    springls__inside_walk w;
+    memset(&w, 0, sizeof w);
+    w.bits = layout->at[section - 1] ? block + layout->at[section - 1] : NULL;
+    w.runs = block + layout->at[section];
+    w.end = w.bits ? (int)springls__brick_count(g) : (int)(layout->bytes[section] / (2 * sizeof(int32_t)));
+    return w;
+}
+
+SPRINGLS__FN bool springls__bit_at(const char *bits, int i) { return bits[i >> 3] >> (i & 7) & 1; }
+
+/* Goes on to the next run; returns whether there is one. */
+SPRINGLS__FN bool springls__next_inside(springls__inside_walk *w)
+{
+    if (w->bits) {
+        while (w->at < w->end && !springls__bit_at(w->bits, w->at)) w->at += w->bits[w->at >> 3] ? 1 : 8 - (w->at & 7);
+        w->first = w->at;
+        while (w->at < w->end && springls__bit_at(w->bits, w->at)) w->at++;
+        w->length = w->at - w->first;
+        return w->length > 0;
+    }
+    if (w->at == w->end) return false;
+    w->first = springls__int_at(w->runs, 2 * (size_t)w->at);
+    w->length = springls__int_at(w->runs, 2 * (size_t)w->at + 1);
+    w->at++;
+    return true;
+}
+
+/* Returns whether the numbers of the bricks with voxels, and the runs of those inside, ascend, exist, and have none in common.
+   section: of the runs. */
+SPRINGLS__FN bool springls__bricks_good(const springls__grid *g, const springls__layout *layout, const char *block, int section,
+                                        int count)
+{
+    const char *numbers = block + layout->at[section + 1];
+    const int bricks = (int)springls__brick_count(g);
+    springls__inside_walk walk = springls__walk_inside(g, layout, block, section);
+    int i = 0, last = -1, end = 0;
+    while (springls__next_inside(&walk)) {
+        if (walk.first < end || walk.length < 1 || walk.length > bricks - walk.first) return false;
+        end = walk.first + walk.length;
+        for (; i < count && springls__int_at(numbers, (size_t)i) < end; i++) {
+            int brick = springls__int_at(numbers, (size_t)i);
+            if (brick <= last || brick >= walk.first) return false;
+            last = brick;
+        }
+    }
+    for (; i < count; i++) {
         int brick = springls__int_at(numbers, (size_t)i);
-        if (brick <= last || (size_t)brick >= bricks || (sides[brick >> 3] >> (brick & 7) & 1)) return false;
+        if (brick <= last || brick >= bricks) return false;
         last = brick;
     }
     return true;
@@ -24486,6 +24594,7 @@ SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
     if (s->neighbors_age < -1 || s->neighbors_age > furthest) return false;
     if (s->components < 0 || s->events < 0 || s->event_parts < 0) return false;
     if (s->original < 0 || s->bricks < 0 || s->reference_bricks < 0) return false;
+    if (s->inside_runs < 0 || s->reference_inside_runs < 0) return false;
     if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return false;
     if (!springls__flag_good(s->has_source) || !springls__flag_good(s->components_found)) return false;
     if (!(s->lag >= 0.0f) || !springls__flag_good(s->opposed)) return false;
@@ -24579,13 +24688,13 @@ SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls
     case SPRINGLS__SECTION_PARAMS:
     case SPRINGLS__SECTION_GRID: /* checked by springls__snapshot_numbers_read */
     case SPRINGLS__SECTION_SIDES:
-    case SPRINGLS__SECTION_CALM:
-    case SPRINGLS__SECTION_REFERENCE_SIDES: return true;
-    case SPRINGLS__SECTION_NEIGHBORS: return springls__all_between(data, bytes, SPRINGLS__NOT_FOUND, 3 * s->springls - 1);
+    case SPRINGLS__SECTION_INSIDE:
+    case SPRINGLS__SECTION_REFERENCE_SIDES:
+    case SPRINGLS__SECTION_REFERENCE_INSIDE:
     case SPRINGLS__SECTION_BRICKS:
-        return springls__bricks_good(block + layout->at[section - 1], data, s->bricks, springls__brick_count(g));
-    case SPRINGLS__SECTION_REFERENCE_BRICKS:
-        return springls__bricks_good(block + layout->at[section - 1], data, s->reference_bricks, springls__brick_count(g));
+    case SPRINGLS__SECTION_REFERENCE_BRICKS: /* checked together by springls__bricks_good */
+    case SPRINGLS__SECTION_CALM: return true;
+    case SPRINGLS__SECTION_NEIGHBORS: return springls__all_between(data, bytes, SPRINGLS__NOT_FOUND, 3 * s->springls - 1);
     case SPRINGLS__SECTION_COMPONENTS: return springls__components_good(g, s, data);
     case SPRINGLS__SECTION_EVENTS: return springls__events_good(s, data);
     case SPRINGLS__SECTION_EVENT_PARTS: return springls__event_parts_good(s, data);
@@ -24602,10 +24711,14 @@ SPRINGLS__FN bool springls__sections_good(const springls__grid *g, const springl
     int section;
     for (section = SPRINGLS__SECTION_SET; section < SPRINGLS__SECTIONS; section++) {
         const uint64_t bytes = springls__section_bytes(g, s, section);
-        if (!layout->at[section] && (bytes == 0 || springls__section_of(section)->may_miss)) continue;
+        if (!layout->at[section] && (bytes == 0 || springls__section_of(section)->use != SPRINGLS__SECTION_USED))
+            continue;
         if (layout->bytes[section] != bytes) return false;
     }
     if (s->events == 0 && s->event_parts > 0) return false;
+    if (!springls__bricks_good(g, layout, block, SPRINGLS__SECTION_INSIDE, s->bricks)
+        || !springls__bricks_good(g, layout, block, SPRINGLS__SECTION_REFERENCE_INSIDE,
+                                  s->kind == SPRINGLS_SNAPSHOT_KIND_ALL ? s->reference_bricks : 0)) return false;
     for (section = SPRINGLS__SECTION_SET; section < SPRINGLS__SECTIONS; section++)
         if (layout->at[section] && !springls__section_good(g, s, layout, block, section)) return false;
     return true;
@@ -24702,7 +24815,8 @@ SPRINGLS__FN springls_status springls__snapshot_numbers_read(springls_context *c
         || bytes[SPRINGLS__SECTION_PARAMS] % SPRINGLS__NAMED_BYTES)
         return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is damaged");
     springls__code_grid(&c, size, to_world);
-    if (c.bad || memcmp(size, ctx->model.grid.size, sizeof size) != 0 || memcmp(to_world, ctx->lattice_to_world, sizeof to_world) != 0)
+    if (c.bad || memcmp(size, ctx->model.grid.size, sizeof size) != 0
+        || memcmp(to_world, ctx->lattice_to_world, sizeof to_world) != 0)
         return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is of another grid");
     SPRINGLS__TRY(springls__get_named(ctx, springls__snapshot_numbers, SPRINGLS__NUMBERS, block + at[SPRINGLS__SECTION_NUMBERS],
                                       bytes[SPRINGLS__SECTION_NUMBERS], s));
@@ -24727,21 +24841,20 @@ SPRINGLS__FN springls_status springls__snapshot_read(springls_context *ctx, cons
     return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is damaged");
 }
 
-/* ---- restoring ---- */
+/* ======== >>restore  (src/output/restore.h) ==================================================================== */
+/* restore.h - makes the model that of a snapshot. Everything has been checked and all memory allocated before it changes. */
 
-/* Returns the top table of a grid of three sections, the first of which is `sides`. count: of its bricks with voxels. */
-SPRINGLS__FN springls__table springls__table_of_block(const springls__grid *g, const springls__layout *layout, int sides,
+/* Returns the top table of a grid of a block. section: of its runs of bricks inside. count: of its bricks with voxels. */
+SPRINGLS__FN springls__table springls__table_of_block(const springls__grid *g, const springls__layout *layout, int section,
                                                       const char *block, int count)
 {
-    const char *side = block + layout->at[sides], *numbers = block + layout->at[sides + 1];
-    const int bricks = (int)springls__brick_count(g);
+    const char *numbers = block + layout->at[section + 1];
+    springls__inside_walk walk = springls__walk_inside(g, layout, block, section);
     springls__brick_box box = springls__empty_box();
     int i;
     for (i = 0; i < count; i++) springls__box_add_brick(g, &box, springls__int_at(numbers, (size_t)i), 0);
-    for (i = 0; i < bricks; i++) {
-        if ((i & 7) == 0 && side[i >> 3] == 0) i += 7; /* eight that are outside */
-        else if (side[i >> 3] >> (i & 7) & 1) springls__box_add_brick(g, &box, i, 0);
-    }
+    while (springls__next_inside(&walk))
+        for (i = 0; i < walk.length; i++) springls__box_add_brick(g, &box, walk.first + i, 0);
     return springls__table_for(g, &box);
 }
 
@@ -24750,10 +24863,10 @@ SPRINGLS__FN void springls__tables_of_block(const springls_context *ctx, const s
                                             const springls__layout *layout, const char *block, springls__table tables[2])
 {
     const springls__grid *g = &ctx->model.grid;
-    tables[0] = springls__table_of_block(g, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
+    tables[0] = springls__table_of_block(g, layout, SPRINGLS__SECTION_INSIDE, block, s->bricks);
     tables[1] = ctx->model.reference.table;
     if (s->kind == SPRINGLS_SNAPSHOT_KIND_ALL)
-        tables[1] = springls__table_of_block(g, layout, SPRINGLS__SECTION_REFERENCE_SIDES, block, s->reference_bricks);
+        tables[1] = springls__table_of_block(g, layout, SPRINGLS__SECTION_REFERENCE_INSIDE, block, s->reference_bricks);
 }
 
 /* Grows all memory of the context to what the snapshot needs; the model stays as it is. */
@@ -24794,20 +24907,20 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
     return springls__buffer_grow(ctx, &original->source_memory, n + 1, sizeof(int), original->source ? kept * sizeof(int) : 0);
 }
 
-/* Replaces the bricks of a grid by those of three sections, the first of which is `sides`, in slots of their order. */
-SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__table *table, const springls__layout *layout, int sides,
+/* Replaces the bricks of a grid by those of a block, in slots of their order. section: of its runs of bricks inside. */
+SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__table *table, const springls__layout *layout, int section,
                                      const char *block, int count)
 {
-    const char *side = block + layout->at[sides], *numbers = block + layout->at[sides + 1];
-    int i, entries = (int)springls__entries_of(table), brick;
+    const char *numbers = block + layout->at[section + 1];
+    springls__inside_walk walk = springls__walk_inside(g, layout, block, section);
+    int i, entries = (int)springls__entries_of(table);
     g->table = *table;
-    for (i = 0; i < entries; i++) {
-        brick = springls__brick_of_entry(g, i);
-        g->top[i] = side[brick >> 3] >> (brick & 7) & 1 ? SPRINGLS__INSIDE : SPRINGLS__OUTSIDE;
-    }
+    for (i = 0; i < entries; i++) g->top[i] = SPRINGLS__OUTSIDE;
+    while (springls__next_inside(&walk))
+        for (i = 0; i < walk.length; i++) g->top[springls__entry_of_brick(g, walk.first + i)] = SPRINGLS__INSIDE;
     for (i = 0; i < count; i++)
         g->top[springls__entry_of_brick(g, springls__int_at(numbers, (size_t)i))] = SPRINGLS__FIRST_SLOT + i;
-    springls__copy_numbers(g->phi + SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, block + layout->at[sides + 2],
+    springls__copy_numbers(g->phi + SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, block + layout->at[section + 2],
                            (size_t)count * SPRINGLS__BRICK_VOXELS, sizeof(float));
     g->slot_count = SPRINGLS__FIRST_SLOT + count;
     g->free_count = 0;
@@ -24890,7 +25003,7 @@ SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls_
     for (i = SPRINGLS__SECTION_SET; i <= SPRINGLS__SECTION_NEIGHBORS; i++)
         if (springls__section_of(i)->width) springls__get_array(ctx, s, layout, block, i);
     springls__get_components(ctx, s, layout, block);
-    springls__get_grid(&ctx->model.grid, table, layout, SPRINGLS__SECTION_SIDES, block, s->bricks);
+    springls__get_grid(&ctx->model.grid, table, layout, SPRINGLS__SECTION_INSIDE, block, s->bricks);
     springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS],
                           layout->at[SPRINGLS__SECTION_CALM] ? block + layout->at[SPRINGLS__SECTION_CALM] : NULL, s->bricks);
     springls__get_attributes(ctx, s, layout, block);
@@ -24903,7 +25016,7 @@ SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls_
     springls__surface *original = &ctx->original;
     springls__grid_constants(ctx, &ctx->model.reference);
     ctx->reference_stamp = 0;
-    springls__get_grid(&ctx->model.reference, table, layout, SPRINGLS__SECTION_REFERENCE_SIDES, block, s->reference_bricks);
+    springls__get_grid(&ctx->model.reference, table, layout, SPRINGLS__SECTION_REFERENCE_INSIDE, block, s->reference_bricks);
     springls__surface_forget(original);
     if (s->original == 0) return;
     springls__get_array(ctx, s, layout, block, SPRINGLS__SECTION_ORIGINAL);
@@ -25102,7 +25215,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 938 \"springls.h\"\n",
+    "#line 940 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -25210,7 +25323,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1959 \"springls.h\"\n",
+    "#line 1961 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -25309,7 +25422,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 2059 \"springls.h\"\n",
+    "#line 2061 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -25402,7 +25515,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 2153 \"springls.h\"\n",
+    "#line 2155 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -25478,7 +25591,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2230 \"springls.h\"\n",
+    "#line 2232 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -25499,7 +25612,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2252 \"springls.h\"\n",
+    "#line 2254 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25514,7 +25627,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2268 \"springls.h\"\n",
+    "#line 2270 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -25638,7 +25751,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2392 \"springls.h\"\n",
+    "#line 2394 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -25664,7 +25777,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2419 \"springls.h\"\n",
+    "#line 2421 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -25864,7 +25977,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2620 \"springls.h\"\n",
+    "#line 2622 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25879,7 +25992,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2635 \"springls.h\"\n",
+    "#line 2637 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -26003,14 +26116,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2759 \"springls.h\"\n",
+    "#line 2761 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2767 \"springls.h\"\n",
+    "#line 2769 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -26022,7 +26135,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2779 \"springls.h\"\n",
+    "#line 2781 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26037,7 +26150,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2795 \"springls.h\"\n",
+    "#line 2797 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -26081,7 +26194,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2839 \"springls.h\"\n",
+    "#line 2841 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26096,7 +26209,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2854 \"springls.h\"\n",
+    "#line 2856 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -26140,7 +26253,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2898 \"springls.h\"\n",
+    "#line 2900 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -26219,7 +26332,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2977 \"springls.h\"\n",
+    "#line 2979 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26234,7 +26347,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2993 \"springls.h\"\n",
+    "#line 2995 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -26301,7 +26414,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3060 \"springls.h\"\n",
+    "#line 3062 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26316,7 +26429,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3075 \"springls.h\"\n",
+    "#line 3077 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -26383,7 +26496,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3143 \"springls.h\"\n",
+    "#line 3145 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -26735,7 +26848,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3496 \"springls.h\"\n",
+    "#line 3498 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -27340,7 +27453,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4102 \"springls.h\"\n",
+    "#line 4104 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -27531,7 +27644,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4294 \"springls.h\"\n",
+    "#line 4296 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -27540,7 +27653,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__FIT_VALUES 4 /* height, and the three coordinates of a      */\n",
     "#define SPRINGLS__FIT_RADIUS 2.5f /* voxels */\n",
     "\n",
-    "#line 4303 \"springls.h\"\n",
+    "#line 4305 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27555,7 +27668,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4319 \"springls.h\"\n",
+    "#line 4321 \"springls.h\"\n",
     "/* fit_body.h - the quadratic fit of fit.h, for one place and for several at once. */\n",
     "\n",
     "typedef struct SPRINGLS__W(fit) {\n",
@@ -27795,7 +27908,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok & (off2 <= 1.0f) & (facing >= 0.3f);\n",
     "    return result;\n",
     "}\n",
-    "#line 4559 \"springls.h\"\n",
+    "#line 4561 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27810,7 +27923,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4574 \"springls.h\"\n",
+    "#line 4576 \"springls.h\"\n",
     "/* fit_body.h - the quadratic fit of fit.h, for one place and for several at once. */\n",
     "\n",
     "typedef struct SPRINGLS__W(fit) {\n",
@@ -28050,7 +28163,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok & (off2 <= 1.0f) & (facing >= 0.3f);\n",
     "    return result;\n",
     "}\n",
-    "#line 4814 \"springls.h\"\n",
+    "#line 4816 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls__v3 n, springls__v3 a0)\n",
     "{\n",
@@ -28059,7 +28172,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Returns how many terms a number of neighbors is enough for: a quadratic's with ten or more, a plane's with four or more. */\n",
     "SPRINGLS__MATHS int springls__fit_terms(float count) { return count >= 10.0f ? 6 : count >= 4.0f ? 3 : 0; }\n",
-    "#line 4824 \"springls.h\"\n",
+    "#line 4826 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -28178,7 +28291,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 4944 \"springls.h\"\n",
+    "#line 4946 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -28328,7 +28441,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;\n",
     "}\n",
     "\n",
-    "#line 5094 \"springls.h\"\n",
+    "#line 5096 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28343,7 +28456,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5110 \"springls.h\"\n",
+    "#line 5112 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -28674,7 +28787,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5441 \"springls.h\"\n",
+    "#line 5443 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28689,7 +28802,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5456 \"springls.h\"\n",
+    "#line 5458 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -29020,7 +29133,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5787 \"springls.h\"\n",
+    "#line 5789 \"springls.h\"\n",
     "\n",
     "/* Finds what becomes of springl i by the forces of the rule. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -29037,7 +29150,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 6387 \"springls.h\"\n",
+    "#line 6389 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -29063,7 +29176,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6414 \"springls.h\"\n",
+    "#line 6416 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -29149,7 +29262,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6501 \"springls.h\"\n",
+    "#line 6503 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -29289,7 +29402,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6642 \"springls.h\"\n",
+    "#line 6644 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -29389,7 +29502,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6743 \"springls.h\"\n",
+    "#line 6745 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -29610,7 +29723,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6965 \"springls.h\"\n",
+    "#line 6967 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -29640,7 +29753,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6995 \"springls.h\"\n",
+    "#line 6997 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29655,7 +29768,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7011 \"springls.h\"\n",
+    "#line 7013 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -29824,7 +29937,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7180 \"springls.h\"\n",
+    "#line 7182 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29839,7 +29952,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7195 \"springls.h\"\n",
+    "#line 7197 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -30008,7 +30121,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7364 \"springls.h\"\n",
+    "#line 7366 \"springls.h\"\n",
     "\n",
     "/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -30060,7 +30173,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7417 \"springls.h\"\n",
+    "#line 7419 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -30075,7 +30188,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 7432 \"springls.h\"\n",
+    "#line 7434 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30090,7 +30203,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7448 \"springls.h\"\n",
+    "#line 7450 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -30101,7 +30214,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 7459 \"springls.h\"\n",
+    "#line 7461 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30116,7 +30229,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7474 \"springls.h\"\n",
+    "#line 7476 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -30127,7 +30240,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 7485 \"springls.h\"\n",
+    "#line 7487 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -30246,7 +30359,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7605 \"springls.h\"\n",
+    "#line 7607 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -30799,7 +30912,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8159 \"springls.h\"\n",
+    "#line 8161 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -30896,7 +31009,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8257 \"springls.h\"\n",
+    "#line 8259 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -31020,7 +31133,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8382 \"springls.h\"\n",
+    "#line 8384 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -31240,7 +31353,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8603 \"springls.h\"\n",
+    "#line 8605 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -31316,7 +31429,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8680 \"springls.h\"\n",
+    "#line 8682 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -31458,7 +31571,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 8823 \"springls.h\"\n",
+    "#line 8825 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -31647,7 +31760,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9013 \"springls.h\"\n",
+    "#line 9015 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -31774,7 +31887,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9141 \"springls.h\"\n",
+    "#line 9143 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -31807,7 +31920,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (others == 0) return 0;\n",
     "    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;\n",
     "}\n",
-    "#line 9175 \"springls.h\"\n",
+    "#line 9177 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -32293,7 +32406,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9662 \"springls.h\"\n",
+    "#line 9664 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -32445,7 +32558,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 9815 \"springls.h\"\n",
+    "#line 9817 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -32529,7 +32642,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 9900 \"springls.h\"\n",
+    "#line 9902 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -32626,7 +32739,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 9998 \"springls.h\"\n",
+    "#line 10000 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -33120,7 +33233,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10493 \"springls.h\"\n",
+    "#line 10495 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -33196,7 +33309,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10570 \"springls.h\"\n",
+    "#line 10572 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -33274,8 +33387,8 @@ static const char *const springls__kernel_lines[] = {
     "    springls__has_grown(model)[args.grow_line.first_flag + i] = grew;\n",
     "}\n",
     "\n",
-    "/* Sets the side of the brick of entry i from its state: a constant brick is outside or inside, in an active one phi is 1 (background) or\n",
-    "   -1. */\n",
+    "/* Sets the side of the brick of entry i from its state: a constant brick is outside or inside, in an active one phi is 1 (background)\n",
+    "   or -1. */\n",
     "SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                                  SPRINGLS__LOCAL float *memory)\n",
     "{\n",
@@ -33432,7 +33545,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 10807 \"springls.h\"\n",
+    "#line 10809 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -33465,7 +33578,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 10841 \"springls.h\"\n",
+    "#line 10843 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -33490,7 +33603,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 10867 \"springls.h\"\n",
+    "#line 10869 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -33740,7 +33853,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11118 \"springls.h\"\n",
+    "#line 11120 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -33840,7 +33953,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 33844 \"springls.h\"\n",
+    "#line 33957 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -34857,6 +34970,12 @@ SPRINGLS__FN void springls__copy_other_springl(springls_context *ctx, const spri
     springls__copy_other_values(ctx, n, other, j);
 }
 
+/* Reports a failure of the other model as one of this call. */
+SPRINGLS__FN springls_status springls__other_failed(springls_context *ctx, springls_status status, const springls_context *other)
+{
+    return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
+}
+
 /* Keeps the springls of both models that bound the result. Both level sets must be as they were. surfaces: of the springls of
    this model, and of the other. Fails when none are left, or more than max_springls. */
 SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, springls_operation operation,
@@ -34866,8 +34985,10 @@ SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, s
     const springls__side_rule rule = springls__rule_of(&other->model.grid, &surfaces[1], operation, false);
     const springls__side_rule other_rule = springls__rule_of(&ctx->model.grid, &surfaces[0], operation, true);
     int i, count = ctx->model.set.count, staying, added;
+    springls_status status;
     SPRINGLS__TRY(springls__mark_kept_springls(ctx, &rule, &staying));
-    SPRINGLS__TRY(springls__mark_kept_springls(other, &other_rule, &added));
+    status = springls__mark_kept_springls(other, &other_rule, &added);
+    if (status != SPRINGLS_OK) return springls__other_failed(ctx, status, other);
     if (staying + added == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: nothing is left");
     if (staying + added > ctx->desc.max_springls)
         return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: more than %d springls", ctx->desc.max_springls);
@@ -35011,7 +35132,7 @@ SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, spr
 {
     if (operation != SPRINGLS_OPERATION_UNION && operation != SPRINGLS_OPERATION_INTERSECTION
         && operation != SPRINGLS_OPERATION_DIFFERENCE)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: there is no operation %d", (int)operation);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: there is no operation %d: it may be 0 to 2", (int)operation);
     if (!other) return springls__fail_null(ctx, "combine", "the other model");
     if (other == ctx) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model is this one");
     if (memcmp(ctx->desc.grid.size, other->desc.grid.size, sizeof ctx->desc.grid.size) != 0
@@ -35048,7 +35169,7 @@ SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_op
     status = springls__begin_reading(other);
     if (status == SPRINGLS_OK) status = springls__follow_written(other);
     if (status == SPRINGLS_OK) status = springls__use_host(other, false);
-    if (status != SPRINGLS_OK) return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
+    if (status != SPRINGLS_OK) return springls__other_failed(ctx, status, other);
     SPRINGLS__TRY(springls__use_host(ctx, true));
     if (springls__same_place(&ctx->window, &other->window)) return springls__combine_in_window(ctx, operation, other);
     if (operation == SPRINGLS_OPERATION_UNION) SPRINGLS__TRY(springls__center_window(ctx, other));
@@ -35228,7 +35349,8 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
     memset(&job, 0, sizeof job);
     job.offset = distance / ctx->smallest_spacing;
     if (!(springls__fabs(job.offset) < 1e4f))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "offset: a distance of %g voxels", (double)job.offset);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "offset: a distance of %g voxels, not between -10^4 and 10^4",
+                              (double)job.offset);
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: there are no springls");
     if (job.offset == 0.0f) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__follow_all(ctx));
@@ -35308,7 +35430,8 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     voxels = length / ctx->smallest_spacing;
     if (!(voxels >= 0.0f && voxels < 1e3f))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "smooth: a length of %g voxels", (double)voxels);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "smooth: a length of %g voxels, not from 0 to below 1000",
+                              (double)voxels);
     if (voxels == 0.0f) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__follow_all(ctx));
     params = ctx->model.params;
