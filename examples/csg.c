@@ -271,23 +271,19 @@ static bool draw_solid(struct csg *csg, int number, const struct raycast_camera 
 
 static bool write_result(struct csg *csg)
 {
-    char path[1024], error[MESH_TEXT];
+    char error[MESH_TEXT] = "out of memory";
     uint32_t *indices = indices_of(&csg->mesh);
-    const struct mesh_ply ply = {.positions = csg->mesh.positions,
-                                 .vertex_count = (size_t)csg->mesh.vertex_count,
-                                 .indices = indices,
-                                 .triangle_count = (size_t)csg->mesh.triangle_count,
-                                 .normals = csg->mesh.normals,
-                                 .colors = csg->colors,
-                                 .originals = csg->mesh.correspondences,
-                                 .comment = "a_x a_y a_z: place on the solids that were given"};
-    const char *file = csg->result ? csg->result : run_path(csg->common.out, "csg.ply", path, sizeof path);
-    const bool fine = indices && mesh_write_ply(file, &ply, error);
+    const struct mesh_arrays arrays = {.positions = csg->mesh.positions,
+                                       .vertex_count = (size_t)csg->mesh.vertex_count,
+                                       .indices = indices,
+                                       .triangle_count = (size_t)csg->mesh.triangle_count,
+                                       .normals = csg->mesh.normals,
+                                       .colors = csg->colors,
+                                       .originals = csg->mesh.correspondences,
+                                       .comment = "a_x a_y a_z: place on the solids that were given"};
+    const bool fine = indices && mesh_write(csg->result, &arrays, error);
     free(indices);
-    if (!fine) {
-        cli_fail("csg", CLI_EXIT_FAILURE, "%s", indices ? error : "out of memory");
-    }
-    return fine;
+    return fine || cli_fail("csg", CLI_EXIT_FAILURE, "%s", error) == CLI_CONTINUE;
 }
 
 static bool write_picture(struct csg *csg)
@@ -350,10 +346,11 @@ static bool write_json(const struct csg *csg, const springls_backend *backend)
 
 /* ---- the run ---- */
 
-static bool said(const struct csg *csg, int number)
+/* Prints why a call failed, which was about `what`. */
+static bool report_failure(const char *what, springls_context *ctx)
 {
-    const char *why = springls_last_error(csg->solids[number].ctx);
-    cli_fail("csg", CLI_EXIT_FAILURE, "%s: %s", csg->solids[number].text, *why ? why : "out of memory");
+    const char *why = springls_last_error(ctx);
+    cli_fail("csg", CLI_EXIT_FAILURE, "%s: %s", what, *why ? why : "out of memory");
     return false;
 }
 
@@ -369,12 +366,16 @@ static bool run(struct csg *csg, springls_backend *backend)
         }
         if (!make_solid(s, i) || springls_measure(s->ctx, &s->measures) != SPRINGLS_OK
             || (csg->common.out && !draw_solid(csg, i, &camera))) {
-            return said(csg, i);
+            return report_failure(s->text, s->ctx);
         }
     }
     const double begin = elapsed_seconds();
-    if (operate(csg) != SPRINGLS_OK) {
-        return said(csg, 0);
+    const springls_status status = operate(csg);
+    if (status == SPRINGLS_EMPTY_MODEL) {
+        return cli_fail("csg", CLI_EXIT_FAILURE, "%s: nothing is left", csg->operation) == CLI_CONTINUE;
+    }
+    if (status != SPRINGLS_OK) {
+        return report_failure(csg->operation, csg->solids[0].ctx);
     }
     csg->seconds = elapsed_seconds() - begin;
     springls_context *ctx = csg->solids[0].ctx;
@@ -382,7 +383,7 @@ static bool run(struct csg *csg, springls_backend *backend)
     csg->stats = springls_get_stats(ctx);
     if (springls_measure(ctx, &csg->measures) != SPRINGLS_OK || !extract(ctx, &csg->mesh, &csg->colors)
         || (csg->common.out && !draw(&csg->mesh, csg->colors, &camera, &csg->pictures[csg->count]))) {
-        return said(csg, 0);
+        return report_failure(csg->operation, ctx);
     }
     if (csg->mesh.triangle_count == 0) {
         cli_fail("csg", CLI_EXIT_FAILURE, "the result is thinner than the voxels, of %.4g, and has no surface on them",
@@ -425,6 +426,7 @@ static int check_usage(struct csg *csg)
     const bool two = strcmp(csg->operation, "union") == 0 || strcmp(csg->operation, "intersection") == 0
         || strcmp(csg->operation, "difference") == 0;
     const bool measured = strcmp(csg->operation, "offset") == 0 || strcmp(csg->operation, "smooth") == 0;
+    char error[MESH_TEXT];
     bool known = false;
     for (const char *o = operations; o && !known; o = strchr(o, '|') ? strchr(o, '|') + 1 : NULL) {
         known = strncmp(o, csg->operation, strlen(csg->operation)) == 0 && strchr("|", o[strlen(csg->operation)]) != NULL;
@@ -439,6 +441,9 @@ static int check_usage(struct csg *csg)
     if (measured && csg->amount == 0.0) {
         return cli_fail("csg", CLI_EXIT_USAGE, "%s wants --amount", csg->operation);
     }
+    if (csg->result && !mesh_can_write(csg->result, error)) {
+        return cli_fail("csg", CLI_EXIT_USAGE, "--result: %s", error);
+    }
     if (csg->common.grid != 0 && csg->common.grid < 24) {
         return cli_fail("csg", CLI_EXIT_USAGE, "--grid: 24 or more");
     }
@@ -452,8 +457,8 @@ int main(int argc, char **argv)
         {"amount", CLI_DOUBLE, &csg.amount, "X", "offset: distance, negative to shrink; smooth: length; unit of the solids", -1e6,
          1e6, NULL},
         {"keep-volume", CLI_FLAG, &csg.keep_volume, NULL, "smooth: every component keeps its volume", 0.0, 0.0, NULL},
-        {"result", CLI_STRING, &csg.result, "FILE", "PLY with colours and places on the solids given (default: csg.ply in --out)",
-         0.0, 0.0, NULL},
+        {"result", CLI_STRING, &csg.result, "FILE", "PLY, OBJ, STL or GLB, by its extension (default: csg.ply in --out)", 0.0, 0.0,
+         NULL},
         {"set", CLI_STRING, &csg.set, "LIST", RUN_OPTIONS_SET_HELP, 0.0, 0.0, NULL},
     };
     const struct cli_positional positionals[] = {
@@ -479,6 +484,10 @@ int main(int argc, char **argv)
         return status;
     }
     csg.common.grid = csg.common.grid > 0 ? csg.common.grid : 96;
+    char path[1024];
+    if (!csg.result && csg.common.out) {
+        csg.result = run_path(csg.common.out, "csg.ply", path, sizeof path);
+    }
     springls_backend *backend = NULL;
     bool fine = true;
     for (int i = 0; fine && i < csg.count; ++i) {
@@ -488,10 +497,10 @@ int main(int argc, char **argv)
         backend = run_backend("csg", &csg.common);
         fine = run(&csg, backend);
     }
-    if (fine && (!csg.common.json || strcmp(csg.common.json, "-") != 0)) {
+    if (fine && cli_may_print(&csg.common)) {
         print(&csg);
     }
-    fine = fine && ((!csg.common.out && !csg.result) || write_result(&csg)) && (!csg.common.out || write_picture(&csg))
+    fine = fine && (!csg.result || write_result(&csg)) && (!csg.common.out || write_picture(&csg))
            && (!csg.common.json || write_json(&csg, backend));
     free_all(&csg);
     springls_cl_destroy(backend);

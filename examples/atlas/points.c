@@ -32,7 +32,7 @@ static bool write_ply(const char *folder, const char *name, const struct shape_m
                       const float *means)
 {
     char path[1024], error[MESH_TEXT];
-    const struct mesh_ply ply = {.positions = points, .vertex_count = (size_t)count,
+    const struct mesh_arrays ply = {.positions = points, .vertex_count = (size_t)count,
                                  .indices = mesh ? (const uint32_t *)(const void *)mesh->triangles : NULL,
                                  .triangle_count = mesh ? (size_t)mesh->triangle_count : 0, .originals = means,
                                  .comment = "millimetres; a: the corresponding place on the mean shape"};

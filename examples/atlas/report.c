@@ -124,7 +124,7 @@ static bool report(const struct atlas_build *build, const char *path)
 static bool write_mesh(const char *folder, const char *name, const struct shape_mesh *mesh, const float *shape,
                        const float *colors) {
     char path[1024], error[MESH_TEXT];
-    const struct mesh_ply ply = {.positions = shape, .vertex_count = (size_t)mesh->vertex_count,
+    const struct mesh_arrays ply = {.positions = shape, .vertex_count = (size_t)mesh->vertex_count,
                                  .indices = (const uint32_t *)(const void *)mesh->triangles,
                                  .triangle_count = (size_t)mesh->triangle_count, .colors = colors,
                                  .originals = mesh->positions, .comment = "millimetres; a: the place on the mean shape"};

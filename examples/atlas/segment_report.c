@@ -211,7 +211,7 @@ static bool write_surface(const struct atlas_segment *run, const char *folder)
         return atlas_no_memory();
     }
     colors_by_region(run->regions, mesh->vertex_count, colors);
-    const struct mesh_ply ply = {.positions = mesh->positions, .vertex_count = (size_t)mesh->vertex_count,
+    const struct mesh_arrays ply = {.positions = mesh->positions, .vertex_count = (size_t)mesh->vertex_count,
                                  .indices = (const uint32_t *)(const void *)mesh->triangles,
                                  .triangle_count = (size_t)mesh->triangle_count, .colors = colors,
                                  .comment = "millimetres, RAS+; colours: regions of the atlas"};

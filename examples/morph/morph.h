@@ -4,14 +4,18 @@
  *   rig       gives a body without bones a donor's skeleton and weights by heat (rig.c)
  *   solid     makes each a closed body on one grid (solid.c)
  *   run       runs a frame: linear blend skinning by Algorithm 3, then active contours towards the posed target (run.c)
+ *   look      colors and weights that fade into the target's, and textures of them (look.c)
  *   output    writes glTF (gltf.c), pictures and report (output.c) */
 #ifndef EXAMPLES_MORPH_MORPH_H
 #define EXAMPLES_MORPH_MORPH_H
 
 #include "character/heat_weights.h"
+#include "character/skeleton_align.h"
+#include "character/solid_voxels.h"
 #include "character/surface_place.h"
 #include "pictures/raycast.h"
 #include "springls/run_options.h"
+#include "surface/atlas.h"
 #include "surface/mesh_check.h"
 #include "surface/surface_distances.h"
 
@@ -24,10 +28,11 @@ struct morph_settings {
     int fps;
     int iterations;  /* of the active contour a frame: the paper's 10 */
     float pace;      /* maximum motion of the contour in an iteration, voxels */
-    int ease;        /* frames over which that grows from 0 */
+    int blend;       /* frames in which the source becomes the target */
     float thicken;   /* voxels: sheets become solids of this thickness; 0: off */
-    int parts;       /* number of connected bodies of a character that are kept, the largest first; 0: all */
+    int reach;       /* voxels: longest bridge to a body of a character that touches nothing */
     int size;        /* pixels of a picture's height */
+    int texture;     /* texels of a frame's texture a side; 0: colors at vertices */
     float view[3];   /* from the body to the eye */
     bool list, preserve, weights;
 };
@@ -36,8 +41,8 @@ struct morph_settings {
 struct morph_solid {
     int boundary_edges, nonmanifold_edges, input_components; /* of the triangles, with equal points joined */
     int filled;          /* voxels of closed cavities, which become inside */
-    int found, kept;     /* separate bodies found and kept */
-    int dropped_voxels;  /* of the bodies left out */
+    int found, joined;   /* separate bodies, and those that a bridge connects with the largest one */
+    int dropped_voxels;  /* of bodies left out: less than 1/1000 of the volume each */
 };
 
 struct morph_body {
@@ -46,6 +51,8 @@ struct morph_body {
     struct morph_solid solid;
     springls_mesh mesh;            /* the closed body in the neutral pose */
     struct influences *influences; /* one a vertex of it */
+    float *pulls;                  /* of the character's vertices: where limbs shrink that the other lacks */
+    float *mesh_pulls;             /* of the mesh's vertices */
     float *posed;                  /* its vertices in the present pose */
 };
 
@@ -54,8 +61,11 @@ struct morph_frame {
     springls_mesh mesh;
     struct mesh_check check;
     int specks;           /* components of less than MORPH_SPECK voxels, left out of the mesh */
-    float *colors, *uvs;  /* by vertex */
+    float share;          /* of the target in colors and weights, 0..1 */
+    float *colors;        /* by vertex */
+    float *targets;       /* by vertex: the nearest place of the target, in its neutral pose */
     double weight_error;  /* largest |sum of bone weights - 1| of its vertices */
+    double volume;        /* of the mesh, voxels */
     double distance;      /* mean |target's signed distance| of particles, voxels */
     double missing;       /* mean |model's signed distance| of vertices of the target's zero level, voxels */
     double far;           /* share of the target's vertices that are more than a voxel from the model */
@@ -69,13 +79,11 @@ struct morph {
     springls_params params;
     struct morph_body source, target;
     int animation; /* of the target's skeleton */
-    int *map;      /* joint of the target for each joint of the source, -1: none */
-    int pairs;
-    const char *mapped_by;
+    struct alignment alignment;
     springls_grid_desc grid;
     springls_context *ctx, *other; /* the model; the posed target */
     springls_backend *backend;
-    float *pressure;
+    float *pressure, *source_phi;
     struct affine *skin, *skin_before, *skin_places;
     struct morph_frame *frames, rest; /* rest: the end in the neutral pose, for --out */
     int frame_count;
@@ -106,9 +114,11 @@ bool morph_no_memory(void);
 bool morph_check(springls_context *ctx, springls_status status, const char *what);
 
 bool morph_read(struct morph *morph);
+void morph_to_voxel(const springls_grid_desc *grid, const float world[3], float voxel[3]); /* world = voxel is allowed */
+struct solid_grid morph_voxels(const springls_grid_desc *grid);
 /* Makes a closed body of the character on the context's grid and sets the model to its level set. */
 bool morph_solid_make(springls_context *ctx, const springls_grid_desc *grid, const struct character *character, float thicken,
-                      int parts, struct morph_solid *solid);
+                      int reach, struct morph_solid *solid);
 /* Computes bone weights for a body without any, from its own skeleton or a donor's that is fitted into it. Call
  * morph_rig_free(mesh) afterwards. */
 bool morph_rig(const struct morph *morph, struct character *body, const struct character *donor, struct rig_mesh *mesh);
@@ -116,6 +126,11 @@ void morph_rig_free(struct rig_mesh *mesh);
 bool morph_weights(const struct morph *morph); /* runs --weights: computes them and writes pictures, glTF and report */
 bool morph_prepare(struct morph *morph);
 bool morph_run(struct morph *morph);
+/* Computes colors and places of a frame's mesh, whose pose the target has; checks the sums of bone weights. */
+bool morph_look(const struct morph *morph, struct morph_frame *frame);
+struct influences morph_mixed_influences(const struct morph *morph, const struct morph_frame *frame, int vertex);
+/* Unwraps a frame's mesh and bakes its texture as PNG. */
+bool morph_bake(const struct morph *morph, const struct morph_frame *frame, int size, struct atlas *atlas, struct picture *picture);
 bool morph_write(const struct morph *morph); /* writes all files of --out */
 bool morph_write_gltf(const struct morph *morph);
 bool morph_report(const struct morph *morph, const char *path);

@@ -4,7 +4,7 @@
  *    cuffs are closed by a film.
  * 2. With thicken > 0 everything within half that distance of a triangle is inside too: capes and hems become solid sheets.
  * 3. Cavities, which are not connected with the outside, are filled.
- * 4. The largest connected bodies are kept. */
+ * 4. Bodies that touch nothing are connected with the largest one by bridges. */
 #include "morph/morph.h"
 
 #include "base/vec3.h"
@@ -12,116 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-struct voxels {
-    const springls_grid_desc *grid;
-    size_t count;
-    float *phi;
-    int *label; /* 0: not labeled yet */
-    int *queue;
-};
-
-static bool voxels_create(const springls_grid_desc *grid, struct voxels *v)
-{
-    v->grid = grid;
-    v->count = (size_t)grid->size[0] * (size_t)grid->size[1] * (size_t)grid->size[2];
-    v->phi = malloc(v->count * sizeof *v->phi);
-    v->label = calloc(v->count, sizeof *v->label);
-    v->queue = malloc(v->count * sizeof *v->queue);
-    return v->phi && v->label && v->queue;
-}
-
-static void voxels_free(struct voxels *v)
-{
-    free(v->phi);
-    free(v->label);
-    free(v->queue);
-}
-
-/* Labels all voxels that are connected by faces with voxel `first` on its side; returns how many. */
-static int flood(struct voxels *v, int first, int label)
-{
-    const int *size = v->grid->size, step[3] = {1, size[0], size[0] * size[1]};
-    const bool inside = v->phi[first] < 0.0f;
-    int done = 0, end = 0;
-    v->queue[end++] = first;
-    v->label[first] = label;
-    while (done < end) {
-        const int at = v->queue[done++], place[3] = {at % size[0], at / size[0] % size[1], at / step[2]};
-        for (int k = 0; k < 6; ++k) {
-            const int axis = k / 2, sign = k % 2 ? 1 : -1, next = at + sign * step[axis];
-            if (place[axis] + sign >= 0 && place[axis] + sign < size[axis] && v->label[next] == 0
-                && (v->phi[next] < 0.0f) == inside) {
-                v->label[next] = label;
-                v->queue[end++] = next;
-            }
-        }
-    }
-    return end;
-}
-
-/* Fills cavities: what is not connected with voxel 0, since the grid's border is outside. */
-static void fill_cavities(struct voxels *v, struct morph_solid *solid)
-{
-    memset(v->label, 0, v->count * sizeof *v->label);
-    flood(v, 0, 1);
-    for (size_t n = 0; n < v->count; ++n) {
-        if (v->phi[n] >= 0.0f && v->label[n] == 0) {
-            v->phi[n] = -v->phi[n] - 1e-3f;
-            ++solid->filled;
-        }
-    }
-}
-
-struct body {
-    int label, voxels;
-};
-
-static int compare_bodies(const void *a, const void *b)
-{
-    const struct body *e = a, *f = b;
-    return e->voxels != f->voxels ? (e->voxels < f->voxels) - (e->voxels > f->voxels)
-                                  : (e->label > f->label) - (e->label < f->label);
-}
-
-static bool keep_bodies(struct voxels *v, int parts, struct morph_solid *solid)
-{
-    int room = 64;
-    struct body *bodies = malloc((size_t)room * sizeof *bodies);
-    memset(v->label, 0, v->count * sizeof *v->label);
-    for (size_t n = 0; bodies && n < v->count; ++n) {
-        if (v->phi[n] < 0.0f && v->label[n] == 0) {
-            if (solid->found == room) {
-                struct body *grown = realloc(bodies, (size_t)(room *= 2) * sizeof *bodies);
-                if (!grown) {
-                    free(bodies);
-                    return false;
-                }
-                bodies = grown;
-            }
-            const int label = solid->found + 1;
-            bodies[solid->found].label = label;
-            bodies[solid->found++].voxels = flood(v, (int)n, label);
-        }
-    }
-    if (!bodies) {
-        return false;
-    }
-    qsort(bodies, (size_t)solid->found, sizeof *bodies, compare_bodies);
-    solid->kept = parts > 0 && parts < solid->found ? parts : solid->found;
-    for (int b = solid->kept; b < solid->found; ++b) {
-        solid->dropped_voxels += bodies[b].voxels;
-        for (size_t n = 0; n < v->count; ++n) {
-            if (v->label[n] == bodies[b].label) {
-                v->phi[n] = -v->phi[n] + 1e-3f;
-            }
-        }
-    }
-    free(bodies);
-    return true;
-}
-
-/* Converts a world position to voxel coordinates. */
-static void to_voxel(const springls_grid_desc *grid, const float world[3], float voxel[3])
+void morph_to_voxel(const springls_grid_desc *grid, const float world[3], float voxel[3])
 {
     for (int k = 0; k < 3; ++k) {
         voxel[k] = (float)(((double)world[k] - grid->origin[k]) / grid->spacing[k]);
@@ -129,15 +20,15 @@ static void to_voxel(const springls_grid_desc *grid, const float world[3], float
 }
 
 /* Sets phi = min(phi, distance to the triangle - half the thickness) in the box around each triangle. */
-static bool thicken_sheets(struct voxels *v, const struct character *character, float thickness)
+static bool thicken_sheets(const springls_grid_desc *grid, float *level_set, const struct character *character, float thickness)
 {
-    const int *size = v->grid->size;
+    const int *size = grid->size;
     for (int t = 0; t < character->triangle_count; ++t) {
         float corners[9];
         struct bvh one;
         int lo[3], hi[3];
         for (int k = 0; k < 3; ++k) {
-            to_voxel(v->grid, character->positions + 3 * character->triangles[3 * t + k], corners + 3 * k);
+            morph_to_voxel(grid, character->positions + 3 * character->triangles[3 * t + k], corners + 3 * k);
         }
         for (int i = 0; i < 3; ++i) {
             const float low = fminf(corners[i], fminf(corners[3 + i], corners[6 + i])) - thickness;
@@ -152,7 +43,7 @@ static bool thicken_sheets(struct voxels *v, const struct character *character, 
             for (int y = lo[1]; y <= hi[1]; ++y) {
                 for (int x = lo[0]; x <= hi[0]; ++x) {
                     const float p[3] = {(float)x, (float)y, (float)z};
-                    float *phi = v->phi + ((size_t)z * (size_t)size[1] + (size_t)y) * (size_t)size[0] + (size_t)x;
+                    float *phi = level_set + ((size_t)z * (size_t)size[1] + (size_t)y) * (size_t)size[0] + (size_t)x;
                     *phi = fminf(*phi, bvh_distance(&one, p, NULL, NULL) - 0.5f * thickness);
                 }
             }
@@ -162,30 +53,65 @@ static bool thicken_sheets(struct voxels *v, const struct character *character, 
     return true;
 }
 
-bool morph_solid_make(springls_context *ctx, const springls_grid_desc *grid, const struct character *character, float thicken,
-                      int parts, struct morph_solid *solid)
+struct solid_grid morph_voxels(const springls_grid_desc *grid)
 {
-    struct voxels v;
+    const struct solid_grid voxels = {{grid->size[0], grid->size[1], grid->size[2]},
+                                      {grid->origin[0], grid->origin[1], grid->origin[2]},
+                                      grid->spacing[0]};
+    return voxels;
+}
+
+/* Names the joint that moves the surface nearest to a voxel. */
+static const char *limb_at(const struct character *c, const struct solid_grid *grid, int voxel)
+{
+    const int at[3] = {voxel % grid->size[0], voxel / grid->size[0] % grid->size[1], voxel / (grid->size[0] * grid->size[1])};
+    float best = INFINITY;
+    int joint = 0;
+    for (int v = 0; v < c->vertex_count; ++v) {
+        float d[3];
+        for (int k = 0; k < 3; ++k) { d[k] = c->positions[3 * v + k] - (float)(grid->origin[k] + grid->spacing * at[k]); }
+        if (vec3_length(d) < best) {
+            best = vec3_length(d);
+            const struct influences *in = &c->influences[v];
+            for (int k = 0, most = 0; k < CHARACTER_BONES; ++k) {
+                most = in->weight[k] > in->weight[most] ? k : most;
+                joint = in->joint[most];
+            }
+        }
+    }
+    return c->joint_count > 0 ? c->joints[joint].name : "without a bone";
+}
+
+bool morph_solid_make(springls_context *ctx, const springls_grid_desc *grid, const struct character *character, float thicken,
+                      int reach, struct morph_solid *solid)
+{
+    const struct solid_grid voxels = morph_voxels(grid);
+    struct solid_repair repair;
     springls_mesh_report report;
+    float *phi = malloc((size_t)grid->size[0] * (size_t)grid->size[1] * (size_t)grid->size[2] * sizeof *phi);
     memset(solid, 0, sizeof *solid);
-    bool good = voxels_create(grid, &v) || morph_no_memory();
+    bool good = phi || morph_no_memory();
     good = good
            && morph_check(ctx,
                           springls_set_mesh(ctx, character->positions, character->vertex_count, 0, character->triangles,
                                             character->triangle_count, &report),
                           "character")
-           && morph_check(ctx, springls_copy_level_set(ctx, v.phi), "character");
+           && morph_check(ctx, springls_copy_level_set(ctx, phi), "character");
+    good = good && (!(thicken > 0.0f) || thicken_sheets(grid, phi, character, thicken) || morph_no_memory())
+        && (solid_repair(&voxels, phi, reach, &repair) || morph_no_memory());
     if (good) {
         solid->boundary_edges = report.boundary_edges;
         solid->nonmanifold_edges = report.nonmanifold_edges;
         solid->input_components = report.components;
-        good = !(thicken > 0.0f) || thicken_sheets(&v, character, thicken) || morph_no_memory();
+        solid->filled = repair.filled;
+        solid->found = repair.parts;
+        solid->joined = repair.joined;
+        solid->dropped_voxels = repair.dropped;
+        good = repair.out_of_reach == 0
+            || morph_fail("a body of %d voxels at joint %s touches nothing within %d voxels (see --reach)", repair.out_of_reach,
+                          limb_at(character, &voxels, repair.out_of_reach_at), reach);
     }
-    if (good) {
-        fill_cavities(&v, solid);
-        good = keep_bodies(&v, parts, solid) || morph_no_memory();
-    }
-    good = good && morph_check(ctx, springls_set_level_set(ctx, v.phi), "character");
-    voxels_free(&v);
+    good = good && morph_check(ctx, springls_set_level_set(ctx, phi), "character");
+    free(phi);
     return good;
 }

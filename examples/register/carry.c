@@ -91,7 +91,7 @@ static bool carry_mesh(const struct transport *t, const char *file)
     }
     path_of(t, "mesh.ply", path);
     field_map_points(t->push, mesh.positions, mesh.vertex_count, mesh.positions);
-    const struct mesh_ply ply = {.positions = mesh.positions, .vertex_count = mesh.vertex_count, .indices = mesh.indices,
+    const struct mesh_arrays ply = {.positions = mesh.positions, .vertex_count = mesh.vertex_count, .indices = mesh.indices,
                                  .triangle_count = mesh.triangle_count, .colors = mesh.colors,
                                  .comment = "millimetres, RAS+"};
     const bool good = mesh_write_ply(path, &ply, error) || register_fail("%s", error);

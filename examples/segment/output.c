@@ -102,7 +102,7 @@ static const char *object_path(const struct segment *run, const char *name, cons
 bool segment_write_object(const struct segment *run)
 {
     char path[1024], error[VOLUME_TEXT];
-    const struct mesh_ply ply = {.positions = run->surface.positions, .normals = run->surface.normals,
+    const struct mesh_arrays ply = {.positions = run->surface.positions, .normals = run->surface.normals,
                                  .vertex_count = (size_t)run->surface.vertex_count,
                                  .indices = (const uint32_t *)(const void *)run->surface.triangles,
                                  .triangle_count = (size_t)run->surface.triangle_count, /* omits what only coarser grids had */

@@ -40,7 +40,7 @@ static bool write_meshes(struct track *track, int f)
 {
     char name[32], path[1024], error[MESH_TEXT];
     springls_mesh surface;
-    const struct mesh_ply tracked = {.positions = track->frames[f].vertices,
+    const struct mesh_arrays tracked = {.positions = track->frames[f].vertices,
                                      .vertex_count = (size_t)track->mesh.vertex_count,
                                      .indices = (const uint32_t *)(const void *)track->mesh.triangles,
                                      .triangle_count = (size_t)track->mesh.triangle_count,
@@ -53,7 +53,7 @@ static bool write_meshes(struct track *track, int f)
     if (!track_check(track->ctx, springls_extract_mesh(track->ctx, &surface), "surface")) {
         return false;
     }
-    const struct mesh_ply zero = {.positions = surface.positions,
+    const struct mesh_arrays zero = {.positions = surface.positions,
                                   .vertex_count = (size_t)surface.vertex_count,
                                   .indices = (const uint32_t *)(const void *)surface.triangles,
                                   .triangle_count = (size_t)surface.triangle_count,
@@ -256,7 +256,7 @@ static bool write_modes(const struct track *track)
             track_no_memory();
             break;
         }
-        const struct mesh_ply ply = {.positions = shape, .vertex_count = (size_t)mean.vertex_count,
+        const struct mesh_arrays ply = {.positions = shape, .vertex_count = (size_t)mean.vertex_count,
                                      .indices = (const uint32_t *)(const void *)mean.triangles,
                                      .triangle_count = (size_t)mean.triangle_count,
                                      .colors = colors, .comment = "millimetres, RAS+; outward of the mean red, inward blue"};

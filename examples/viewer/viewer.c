@@ -27,7 +27,7 @@ static int read_command_line(struct settings *set, int argc, char **argv)
 {
     static char summary[4096];
     const struct cli_option options[] = {
-        {"save", CLI_STRING, &set->save, "FILE", "where ctrl S saves to: PLY or OBJ", 0, 0, NULL},
+        {"save", CLI_STRING, &set->save, "FILE", "where ctrl S saves to: PLY, OBJ, STL or GLB", 0, 0, NULL},
         {"width", CLI_INT, &set->width, "N", "of the window", 64, 8192, NULL},
         {"height", CLI_INT, &set->height, "N", "of the window", 64, 8192, NULL},
         {"script", CLI_STRING, &set->script, "FILE", "events in the place of a hand (see docs/viewer.md)", 0, 0, NULL},

@@ -2,6 +2,7 @@
  * made of the same sources without the drawing, prints the hashes with which the page compares its own. */
 #define SPRINGLS_IMPLEMENTATION
 #include "springls.h"
+#include "surface/gltf_write.h"
 #include "viewer/script.h"
 
 #include <inttypes.h>
@@ -74,10 +75,12 @@ static bool play_strokes(const char *script)
     return begin(STROKES_GRID, 480, 360) && viewer_script_run(script, &app, NULL, NULL, app.message);
 }
 
-bool mesh_write_ply(const char *path, const struct mesh_ply *ply, char error[MESH_TEXT])
+/* Writes nothing: the page saves OBJ. */
+bool gltf_write_mesh(const char *path, const struct gltf_mesh *mesh, const struct gltf_look *look)
 {
-    (void)ply;
-    snprintf(error, MESH_TEXT, "%.200s: the page writes OBJ", path);
+    (void)path;
+    (void)mesh;
+    (void)look;
     return false;
 }
 

@@ -176,8 +176,8 @@ static void leveque_over_periods(struct paper *paper, struct image *image)
             const struct run *run = &paper->runs[ours[s][i]];
             errors[2 * s][i] = run_number(run, "deformation_mean");
             errors[2 * s + 1][i] = run_number(run, "tracking_mean");
-            table_row(&table, "%g, %s|%s|%s|%s|%s|%s", periods[i], paper_set_names[s], cell("%.3f", errors[2 * s][i]),
-                      cell("%.3f", errors[2 * s + 1][i]), run_cell(run, "%.3f", "halfway_mean"),
+            table_row(&table, "%g, %s|%s|%s|%s|%s|%s", periods[i], paper_set_names[s], cell("%.4f", errors[2 * s][i]),
+                      cell("%.4f", errors[2 * s + 1][i]), run_cell(run, "%.4f", "halfway_mean"),
                       run_cell(run, "%+.2f %%", "volume_change_percent"), run_cell(run, "%.0f", "components"));
         }
     }
@@ -210,8 +210,8 @@ static void zalesak_over_turns(struct paper *paper, struct image *image)
     table_row(&table, "Turns, model|Deformation|Tracking|Volume");
     for (int i = 0; i < count; ++i) {
         for (int s = 0; s < 2; ++s) {
-            table_row(&table, "%d, %s|%s|%s|%s", i + 1, paper_set_names[s], cell("%.3f", errors[2 * s][i]),
-                      cell("%.3f", errors[2 * s + 1][i]), cell("%+.2f %%", volume[s][i]));
+            table_row(&table, "%d, %s|%s|%s|%s", i + 1, paper_set_names[s], cell("%.4f", errors[2 * s][i]),
+                      cell("%.4f", errors[2 * s + 1][i]), cell("%+.2f %%", volume[s][i]));
         }
     }
     paper_table(paper, &table);
@@ -266,6 +266,6 @@ void paper_fig15(struct paper *paper)
         image_read_file(path, &films[s]);
     }
     paper_table(paper, &table);
-    paper_strip(paper, films, paper_set_names, 2, 1, 900, "fig15.png",
+    paper_strip(paper, films, paper_set_names, 2, 1, 760, "fig15.png",
                 "Fig. 15: LeVeque's test with its topology preserved, T = 3");
 }

@@ -16,7 +16,7 @@ static void film(struct paper *paper, const char *name, const char *program, con
     paper_path(path, file);
     image_read_file(path, &image);
     snprintf(file, sizeof file, "%s.png", name);
-    paper_picture(paper, &image, 1000, file, caption);
+    paper_picture(paper, &image, 900, file, caption);
 }
 
 void paper_fig9(struct paper *paper)
@@ -135,7 +135,7 @@ void paper_fig16(struct paper *paper)
     if (paper_imaging(paper)) {
         step_picture("segment_cube/film.png", 0.0f, 0.0f, 1.0f, 1.0f, &images[0]);
         step_picture("segment_torus/film.png", 0.0f, 0.0f, 1.0f, 1.0f, &images[1]);
-        paper_strip(paper, images, NULL, 2, 2, 1100, "fig16.png", "Fig. 16: a brain segmented from a cube and from a torus");
+        paper_strip(paper, images, NULL, 2, 2, 900, "fig16.png", "Fig. 16: a brain segmented from a cube and from a torus");
     }
 }
 

@@ -6,14 +6,29 @@
 #include <stdlib.h>
 #include <sys/wait.h>
 
+static int gltf_run(const char *command)
+{
+    fflush(stdout);
+    const int status = system(command), code = WIFEXITED(status) ? WEXITSTATUS(status) : 1;
+    return code == 0 ? 0 : code == 77 || code == 127 ? -1 : 1;
+}
+
 /* Prints the problems of a file. Returns 0: none, 1: some, -1: there is no Python with numpy. */
 static int gltf_problems(const char *path)
 {
     char command[1200];
     snprintf(command, sizeof command, "/usr/bin/python3 tests/examples/gltf_check.py '%s'", path);
-    fflush(stdout);
-    const int status = system(command), code = WIFEXITED(status) ? WEXITSTATUS(status) : 1;
-    return code == 0 ? 0 : code == 77 || code == 127 ? -1 : 1;
+    return gltf_run(command);
+}
+
+/* Shows a file by three.js in Chromium, and keeps what is seen in build/test/pictures. Returns 0, 1: it is not shown, -1: these are missing. */
+static int gltf_shown(const char *path, const char *name, const char *clip)
+{
+    char command[1200];
+    snprintf(command, sizeof command,
+             "mkdir -p build/test/pictures && command -v node > /dev/null 2>&1 || exit 77; timeout 100 node tests/examples/gltf_view.js '%s' "
+             "build/test/pictures/%s.png %s", path, name, clip);
+    return gltf_run(command);
 }
 
 #endif

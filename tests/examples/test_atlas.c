@@ -231,7 +231,7 @@ TEST springls_find_the_correspondence_of_ellipsoids(void)
         char error[MESH_TEXT];
         const float half[3] = {24.0f + 2.0f * (float)(s - 2), 17.0f, 11.0f};
         const struct similarity pose = some_pose(0.1 * s);
-        const struct mesh_ply ply = {
+        const struct mesh_arrays ply = {
             .positions = points, .vertex_count = BALL, .indices = triangles, .triangle_count = BALL_TRIANGLES};
         make_ellipsoid(half, points);
         for (int v = 0; v < BALL; ++v) points[3 * v + 2] += 0.02f * points[3 * v] * points[3 * v]; /* bent: no symmetry about x */

@@ -790,7 +790,7 @@ TEST labels_points_and_meshes_are_carried(void)
     }
     beat_map(&scene.there, points[0][0], 3, points[1][0]);
     for (int side = 0; side < 2; ++side) {
-        const struct mesh_ply ply = {.positions = points[side][0], .vertex_count = 3, .indices = triangle, .triangle_count = 1};
+        const struct mesh_arrays ply = {.positions = points[side][0], .vertex_count = 3, .indices = triangle, .triangle_count = 1};
         ASSERT(points_write(scratch(side ? "moving.txt" : "fixed.txt"), points[side][0], 3, error));
         ASSERT(mesh_write_ply(scratch(side ? "moving.ply" : "fixed.ply"), &ply, error));
     }

@@ -242,9 +242,9 @@ TEST cut_makes_two_and_merge_one(void)
 
 TEST a_saved_mesh_is_read_again(void)
 {
-    static const char *const names[] = {"saved.ply", "saved.obj"};
+    static const char *const names[] = {"saved.ply", "saved.obj", "saved.stl", "saved.glb"};
     struct viewer_model model = ball();
-    for (int f = 0; f < 2; ++f) {
+    for (int f = 0; f < 4; ++f) {
         struct mesh mesh;
         char error[MESH_TEXT];
         springls_mesh surface;
@@ -264,7 +264,7 @@ TEST a_saved_mesh_is_read_again(void)
         viewer_model_free(&again);
     }
     ASSERT_FALSE(viewer_save(&model, scratch("saved.txt")));
-    ASSERT(strstr(model.error, ".ply or .obj"));
+    ASSERT(strstr(model.error, ".ply, .obj, .stl or .glb"));
     const uint64_t hash = springls_state_hash(model.ctx);
     ASSERT_FALSE(viewer_model_file(&model, &model.desc, scratch("not there.ply"))); /* leaves what is there */
     ASSERT_EQ(hash, springls_state_hash(model.ctx));
@@ -537,7 +537,7 @@ TEST colors_of_a_mesh_are_carried(void)
     ASSERT_EQ(SPRINGLS_OK, springls_extract_mesh(model.ctx, &surface));
     float *colors = calloc(3 * (size_t)surface.vertex_count, sizeof *colors);
     for (int v = 0; v < surface.vertex_count; ++v) colors[3 * v + (surface.positions[3 * v] > 0.0f ? 0 : 2)] = 1.0f;
-    const struct mesh_ply ply = {.positions = surface.positions,
+    const struct mesh_arrays ply = {.positions = surface.positions,
                                  .vertex_count = (size_t)surface.vertex_count,
                                  .indices = (const uint32_t *)surface.triangles,
                                  .triangle_count = (size_t)surface.triangle_count,

@@ -28,8 +28,7 @@ void places_free(struct places *places)
     memset(places, 0, sizeof *places);
 }
 
-/* Computes barycentric weights by least squares in the triangle's plane; p lies in the triangle. */
-static void barycentric(const float *a, const float *b, const float *c, const float *p, float weight[3])
+void place_barycentric(const float *a, const float *b, const float *c, const float *p, float weight[3])
 {
     float u[3], v[3], w[3];
     vec3_sub(b, a, u);
@@ -53,7 +52,7 @@ float places_find(const struct places *places, const float point[3], struct plac
     const float distance = bvh_distance(&places->bvh, point, closest, &triangle);
     const int *v = c->triangles + 3 * triangle;
     place->triangle = (int)triangle;
-    barycentric(c->positions + 3 * v[0], c->positions + 3 * v[1], c->positions + 3 * v[2], closest, place->weight);
+    place_barycentric(c->positions + 3 * v[0], c->positions + 3 * v[1], c->positions + 3 * v[2], closest, place->weight);
     return distance;
 }
 

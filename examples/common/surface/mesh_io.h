@@ -1,4 +1,4 @@
-/* mesh_io.h - triangle meshes in and out.
+/* mesh_io.h - triangle meshes in (mesh_io.c) and out (mesh_write.c).
  *
  * Files are read through assimp (OBJ, PLY, STL, OFF, glTF, ...), with node transforms applied and polygons split into
  * triangles. Vertices of the whole file with three bitwise equal coordinates are joined; assimp's own joining keeps UV and
@@ -30,18 +30,26 @@ void mesh_free(struct mesh *mesh);
  * opened, is empty, or its header promises more than it can contain. */
 bool mesh_counts_plausible(const char *path, char error[MESH_TEXT]);
 
-struct mesh_ply {
-    const float *positions;
+/* What is written; the members after the triangles may be NULL. */
+struct mesh_arrays {
+    const float *positions; /* 3 a vertex */
     size_t vertex_count;
-    const uint32_t *indices; /* NULL = soup: vertices 3t, 3t+1, 3t+2 */
-    size_t triangle_count;   /* 0 = a point cloud */
-    const float *normals;    /* the rest: 3 floats a vertex, or NULL */
-    const float *colors;     /* 0..1, written as uchar red green blue */
-    const float *originals;  /* correspondences, written as float a_x a_y a_z */
-    const char *comment;     /* one line for the header, or NULL */
+    const uint32_t *indices; /* 3 a triangle; NULL, not for GLB: vertices 3t, 3t+1, 3t+2 */
+    size_t triangle_count;   /* 0: a point cloud, for PLY */
+    const float *normals;    /* 3 a vertex, as all that follow */
+    const float *colors;     /* 0..1: as bytes in PLY, behind the place in OBJ */
+    const float *originals;  /* correspondences: a_x a_y a_z in PLY, vt in OBJ */
+    const char *comment;     /* one line for the header of PLY */
 };
 
 /* Writes binary little-endian PLY. Returns false with one line in `error`. */
-bool mesh_write_ply(const char *path, const struct mesh_ply *ply, char error[MESH_TEXT]);
+bool mesh_write_ply(const char *path, const struct mesh_arrays *mesh, char error[MESH_TEXT]);
+
+/* Writes PLY, OBJ, binary STL (triangles alone) or GLB (without correspondences), by the extension of the path. Returns false with
+ * one line in `error`. */
+bool mesh_write(const char *path, const struct mesh_arrays *mesh, char error[MESH_TEXT]);
+
+/* Checks that mesh_write has a format for this name. Returns false with the formats in `error`. */
+bool mesh_can_write(const char *path, char error[MESH_TEXT]);
 
 #endif

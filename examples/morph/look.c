@@ -1,0 +1,169 @@
+/* look.c - how the model looks: colors and bone weights fade from the source's to the target's as its shape does.
+ *
+ * The source's are those at the place that a point came from, its correspondence; the target's those at the nearest place of the target
+ * in the same pose, taken back to the neutral pose. */
+#include "morph/morph.h"
+
+#include "base/vec3.h"
+#include "surface/atlas.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const float APART = 4.0f; /* voxels: corners of a triangle that came from places further apart are not blended */
+
+/* Returns the share of the target in a frame's look: how much of the way to the target has been made. It never falls. */
+static float share_of_target(const struct morph *morph, const struct morph_frame *frame)
+{
+    const int made = morph->frame_count;
+    const float before = made > 0 ? morph->frames[made - 1].share : 0.0f;
+    const double start = morph->frames[0].missing;
+    if (made == 0 || !(start > 0.0)) {
+        return 0.0f;
+    }
+    return fmaxf(before, (float)fmax(0.0, 1.0 - frame->missing / start));
+}
+
+/* Finds for each vertex the nearest place of the posed target, in the neutral pose. */
+static bool find_targets(const struct morph *morph, struct morph_frame *frame)
+{
+    const struct morph_body *target = &morph->target;
+    const springls_mesh *mesh = &frame->mesh;
+    struct bvh bvh;
+    frame->targets = malloc(3 * ((size_t)mesh->vertex_count + 1) * sizeof *frame->targets);
+    if (!frame->targets
+        || !bvh_build(&bvh, target->posed, (const uint32_t *)target->mesh.triangles, (size_t)target->mesh.triangle_count)) {
+        return morph_no_memory();
+    }
+#if defined(_OPENMP)
+    #pragma omp parallel for schedule(dynamic, 256)
+#endif
+    for (int v = 0; v < mesh->vertex_count; ++v) {
+        float closest[3] = {0.0f, 0.0f, 0.0f}, weight[3], *place = frame->targets + 3 * v;
+        uint32_t triangle = 0;
+        bvh_distance(&bvh, mesh->positions + 3 * v, closest, &triangle);
+        const int *corner = target->mesh.triangles + 3 * triangle;
+        place_barycentric(target->posed + 3 * corner[0], target->posed + 3 * corner[1], target->posed + 3 * corner[2], closest, weight);
+        memset(place, 0, 3 * sizeof *place);
+        for (int k = 0; k < 3; ++k) {
+            vec3_add_scaled(place, weight[k], target->mesh.positions + 3 * corner[k], place);
+        }
+    }
+    bvh_free(&bvh);
+    return true;
+}
+
+/* Mixes the colors at a place of the source and at one of the target. */
+static void mixed_color(const struct morph *morph, float share, const float source[3], const float target[3], float color[3])
+{
+    const struct places *places[2] = {&morph->source.places, &morph->target.places};
+    const float *at[2] = {source, target}, part[2] = {1.0f - share, share};
+    float sum[3] = {0.0f, 0.0f, 0.0f};
+    for (int n = 0; n < 2; ++n) {
+        struct place place;
+        float one[3];
+        if (part[n] > 0.0f) {
+            places_find(places[n], at[n], &place);
+            place_color(places[n]->character, &place, one);
+            vec3_add_scaled(sum, part[n], one, sum);
+        }
+    }
+    memcpy(color, sum, sizeof sum);
+}
+
+bool morph_look(const struct morph *morph, struct morph_frame *frame)
+{
+    const int count = frame->mesh.vertex_count;
+    double worst = 0.0;
+    frame->share = share_of_target(morph, frame);
+    frame->colors = malloc(3 * ((size_t)count + 1) * sizeof *frame->colors);
+    if (!frame->colors) {
+        return morph_no_memory();
+    }
+    if (!find_targets(morph, frame)) {
+        return false;
+    }
+#if defined(_OPENMP)
+    #pragma omp parallel for schedule(dynamic, 256) reduction(max : worst)
+#endif
+    for (int v = 0; v < count; ++v) {
+        const float *from = frame->mesh.correspondences + 3 * v;
+        struct place place;
+        double sum = 0.0;
+        places_find(&morph->source.places, from, &place);
+        const struct influences in = place_influences(&morph->source.character, &place);
+        for (int k = 0; k < CHARACTER_BONES; ++k) {
+            sum += (double)in.weight[k];
+        }
+        worst = fmax(worst, fabs(sum - 1.0));
+        mixed_color(morph, frame->share, from, frame->targets + 3 * v, frame->colors + 3 * v);
+    }
+    frame->weight_error = worst;
+    return true;
+}
+
+struct influences morph_mixed_influences(const struct morph *morph, const struct morph_frame *frame, int vertex)
+{
+    const struct places *places[2] = {&morph->source.places, &morph->target.places};
+    const float *at[2] = {frame->mesh.correspondences + 3 * vertex, frame->targets + 3 * vertex},
+                part[2] = {1.0f - frame->share, frame->share};
+    struct influences sum;
+    memset(&sum, 0, sizeof sum);
+    for (int n = 0; n < 2; ++n) {
+        struct place place;
+        places_find(places[n], at[n], &place);
+        const struct influences in = place_influences(places[n]->character, &place);
+        for (int k = 0; k < CHARACTER_BONES; ++k) {
+            if (in.weight[k] * part[n] > 0.0f) {
+                influences_add(&sum, in.joint[k], in.weight[k] * part[n]);
+            }
+        }
+    }
+    influences_normalize(&sum, 0);
+    return sum;
+}
+
+/* ---- the atlas ---- */
+
+struct bake {
+    const struct morph *morph;
+    const struct morph_frame *frame;
+};
+
+/* Interpolates places of a triangle's corners; where these are far apart, takes that of the nearest corner. */
+static void place_within(const struct bake *bake, const float *places, int triangle, const float weight[3], float out[3])
+{
+    const int *corner = bake->frame->mesh.triangles + 3 * triangle,
+              nearest = weight[0] >= weight[1] && weight[0] >= weight[2] ? 0 : weight[1] >= weight[2] ? 1 : 2;
+    float sum[3] = {0.0f, 0.0f, 0.0f}, apart = 0.0f;
+    for (int k = 0; k < 3; ++k) {
+        float d[3];
+        vec3_sub(places + 3 * corner[k], places + 3 * corner[(k + 1) % 3], d);
+        apart = fmaxf(apart, vec3_length(d));
+        vec3_add_scaled(sum, weight[k], places + 3 * corner[k], sum);
+    }
+    const bool torn = apart > APART * (float)bake->morph->grid.spacing[0];
+    memcpy(out, torn ? places + 3 * corner[nearest] : sum, 3 * sizeof *out);
+}
+
+static void bake_color(const void *user, int triangle, const float weight[3], float color[3])
+{
+    const struct bake *bake = user;
+    float source[3], target[3];
+    place_within(bake, bake->frame->mesh.correspondences, triangle, weight, source);
+    place_within(bake, bake->frame->targets, triangle, weight, target);
+    mixed_color(bake->morph, bake->frame->share, source, target, color);
+}
+
+bool morph_bake(const struct morph *morph, const struct morph_frame *frame, int size, struct atlas *atlas, struct picture *picture)
+{
+    const springls_mesh *mesh = &frame->mesh;
+    const struct bake bake = {morph, frame};
+    memset(picture, 0, sizeof *picture);
+    const bool good = atlas_unwrap(mesh->positions, mesh->vertex_count, mesh->triangles, mesh->triangle_count, size, atlas)
+        && atlas_bake(atlas, bake_color, &bake, &picture->image)
+        && image_encode_png(&picture->image, &picture->bytes, &picture->size);
+    image_free(&picture->image); /* the file needs the bytes only */
+    return good;
+}
