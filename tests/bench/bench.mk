@@ -75,6 +75,12 @@ accuracy: deps-examples   ## is the library as accurate as the documentation pro
 	@$(MAKE) --no-print-directory build/bench/accuracy
 	@build/bench/accuracy
 
+LONG_TESTS = build/long/unit/test_long build/long/unit/test_self_intersections
+long: deps-test springls.h   ## a flow for LONG_STEPS=100000, LONG_EDITS=10000 edits: memory, volume, specks, bits; crossing triangles by CGAL
+	@$(MAKE) --no-print-directory $(LONG_TESTS) TEST_DIR=build/long OPT=-O3
+	@LONG_STEPS=$(or $(LONG_STEPS),100000) LONG_EDITS=$(or $(LONG_EDITS),10000) build/long/unit/test_long -v
+	@LONG_STEPS=$(or $(LONG_STEPS),1000) LONG_EDITS=$(or $(LONG_EDITS),1000) build/long/unit/test_self_intersections -v
+
 segmentation: deps-examples   ## the paper's Table 6 on the images of SPRINGLS_DATA (some: ROWS="hip chest")
 	@$(MAKE) --no-print-directory build/segment build/bench/segmentation
 	@build/bench/segmentation $(ROWS)

@@ -15,6 +15,10 @@
  * number of threads and makes the folder of --out. Returns CLI_CONTINUE, or the exit status after one line on stderr. */
 int run_options(const char *program, const struct cli_common *common, const char *set, springls_params *params);
 
+/* Sets the members of params in `set` alone, as run_options does. Returns CLI_CONTINUE, or the exit status after one line on
+ * stderr. */
+int run_set_members(const char *program, const char *set, springls_params *params);
+
 /* Returns the name of the member of springls_params at this offset, or a phrase for one that --set cannot set. */
 const char *run_member_at(size_t offset);
 
