@@ -157,7 +157,8 @@ static bool make_body(springls_context *ctx, const struct morph *morph, struct m
     if (!places_create(&body->character, &body->places)) {
         return morph_no_memory();
     }
-    if (!morph_solid_make(ctx, &morph->grid, &body->character, set->thicken, set->reach, &body->solid)
+    const char *path = body == &morph->source ? set->source : set->target;
+    if (!morph_solid_make(morph, ctx, &morph->grid, path, &body->character, &body->solid)
         || !morph_check(ctx, springls_extract_mesh(ctx, &body->mesh), "body")) {
         return false;
     }
@@ -629,6 +630,7 @@ static bool run_frame(struct morph *morph, int f)
     clock[2] = elapsed_seconds();
     good = good && contour_steps(morph);
     clock[3] = elapsed_seconds();
+    frame->share = part_of(morph, f);
     frame->seconds = clock[3] - clock[0];
     frame->seconds_skinning = clock[1] - clock[0];
     frame->seconds_target = clock[2] - clock[1];
@@ -702,6 +704,7 @@ static bool rest_pose(struct morph *morph)
         next_pose(morph, last, (double)s / LEAD_OUT);
         good = skin_step(morph, part_of(morph, last)) && pose_between(morph, part_of(morph, last)) && contour_steps(morph);
     }
+    morph->rest.share = part_of(morph, last);
     return good && measure(morph, &morph->rest);
 }
 
