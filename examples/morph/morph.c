@@ -2,13 +2,13 @@
  *
  *   morph --out result                                            # two built-in bodies
  *   morph Knight.glb Mage.glb --animation Walking_A --out result
- *   morph Fox.glb CesiumMan.glb --map examples/morph/fox_to_man.txt --out result # different skeletons: a map of joints
+ *   morph Fox.glb CesiumMan.glb --out result                      # different skeletons
  *   morph Knight.glb --list
  *   morph body.obj --weights --donor RiggedFigure.glb --out result # bone weights for a body that has none
  *
  * The source is rescaled onto the target's skeleton; both become springls' bodies on one grid. In each frame linear blend
  * skinning, as a batch of affine forces, moves the springls in one step of Algorithm 3; then ten iterations of an active
- * contour push them towards the target in the same pose. Bone weights, texture coordinates and colors stay with the springls. */
+ * contour push them to a shape between the two in the same pose. Bone weights, texture coordinates and colors stay with the springls. */
 #include "morph/morph.h"
 
 #include <stdio.h>
@@ -24,9 +24,9 @@ static int read_command_line(struct morph_settings *set, int argc, char **argv)
         {"fps", CLI_INT, &set->fps, "N", "frames a second of the animation", 1, 120, NULL},
         {"iterations", CLI_INT, &set->iterations, "N", "of the active contour a frame", 1, 1000, NULL},
         {"pace", CLI_FLOAT, &set->pace, "X", "voxels that the contour moves in an iteration at most", 0.001, 1, NULL},
-        {"ease", CLI_INT, &set->ease, "N", "frames in which it grows to that", 0, 1000, NULL},
-        {"thicken", CLI_FLOAT, &set->thicken, "X", "make sheets, such as capes, solids of X voxels; 0: leave them", 0, 10, NULL},
-        {"parts", CLI_INT, &set->parts, "N", "separate bodies of a character to keep, the largest first; 0: all", 0, 1000, NULL},
+        {"blend", CLI_INT, &set->blend, "N", "frames in which the source becomes the target", 1, 1000, NULL},
+        {"thicken", CLI_FLOAT, &set->thicken, "X", "voxels of thickness that sheets get, such as capes (default 1, with a note); 0: leave them out", 0, 10, NULL},
+        {"reach", CLI_INT, &set->reach, "N", "voxels: longest bridge to a body that touches nothing", 0, 1000, NULL},
         {"props", CLI_STRING, &set->props, "NAMES", "rigid parts that hang on bones too: parts of their names, or all", 0, 0,
          NULL},
         {"weights", CLI_FLAG, &set->weights, NULL, "only bone weights for SOURCE, by heat; as if it had none", 0, 0, NULL},
@@ -87,9 +87,10 @@ int main(int argc, char **argv)
     struct morph morph = {.settings = {.frames = 60,
                                        .fps = 24,
                                        .iterations = 10,
-                                       .pace = 0.2f,
-                                       .ease = 24,
-                                       .parts = 1,
+                                       .pace = 0.3f,
+                                       .blend = 40,
+                                       .reach = 10,
+                                       .thicken = -1.0f,
                                        .size = 480,
                                        .texture = 512,
                                        .view = {0.45f, 0.12f, 1.0f}}};

@@ -10,6 +10,8 @@
 #define EXAMPLES_MORPH_MORPH_H
 
 #include "character/heat_weights.h"
+#include "character/skeleton_align.h"
+#include "character/solid_voxels.h"
 #include "character/surface_place.h"
 #include "pictures/raycast.h"
 #include "springls/run_options.h"
@@ -26,9 +28,9 @@ struct morph_settings {
     int fps;
     int iterations;  /* of the active contour a frame: the paper's 10 */
     float pace;      /* maximum motion of the contour in an iteration, voxels */
-    int ease;        /* frames over which that grows from 0 */
-    float thicken;   /* voxels: sheets become solids of this thickness; 0: off */
-    int parts;       /* number of connected bodies of a character that are kept, the largest first; 0: all */
+    int blend;       /* frames in which the source becomes the target */
+    float thicken;   /* voxels: sheets become solids of this thickness; 0: they are left out; negative: 1, with a note */
+    int reach;       /* voxels: longest bridge to a body of a character that touches nothing */
     int size;        /* pixels of a picture's height */
     int texture;     /* texels of a frame's texture a side; 0: colors at vertices */
     float view[3];   /* from the body to the eye */
@@ -38,9 +40,11 @@ struct morph_settings {
 /* Figures of making a closed body from a character's triangles. */
 struct morph_solid {
     int boundary_edges, nonmanifold_edges, input_components; /* of the triangles, with equal points joined */
+    int sheet_triangles; /* without an inside */
+    float thickened;     /* voxels: their thickness now, 0: left out or none */
     int filled;          /* voxels of closed cavities, which become inside */
-    int found, kept;     /* separate bodies found and kept */
-    int dropped_voxels;  /* of the bodies left out */
+    int found, joined;   /* separate bodies, and those that a bridge connects with the largest one */
+    int dropped_voxels;  /* of bodies left out: less than 1/1000 of the volume each */
 };
 
 struct morph_body {
@@ -49,6 +53,8 @@ struct morph_body {
     struct morph_solid solid;
     springls_mesh mesh;            /* the closed body in the neutral pose */
     struct influences *influences; /* one a vertex of it */
+    float *pulls;                  /* of the character's vertices: where limbs shrink that the other lacks */
+    float *mesh_pulls;             /* of the mesh's vertices */
     float *posed;                  /* its vertices in the present pose */
 };
 
@@ -61,6 +67,7 @@ struct morph_frame {
     float *colors;        /* by vertex */
     float *targets;       /* by vertex: the nearest place of the target, in its neutral pose */
     double weight_error;  /* largest |sum of bone weights - 1| of its vertices */
+    double volume;        /* of the mesh, voxels */
     double distance;      /* mean |target's signed distance| of particles, voxels */
     double missing;       /* mean |model's signed distance| of vertices of the target's zero level, voxels */
     double far;           /* share of the target's vertices that are more than a voxel from the model */
@@ -74,13 +81,11 @@ struct morph {
     springls_params params;
     struct morph_body source, target;
     int animation; /* of the target's skeleton */
-    int *map;      /* joint of the target for each joint of the source, -1: none */
-    int pairs;
-    const char *mapped_by;
+    struct alignment alignment;
     springls_grid_desc grid;
     springls_context *ctx, *other; /* the model; the posed target */
     springls_backend *backend;
-    float *pressure;
+    float *pressure, *source_phi;
     struct affine *skin, *skin_before, *skin_places;
     struct morph_frame *frames, rest; /* rest: the end in the neutral pose, for --out */
     int frame_count;
@@ -111,9 +116,11 @@ bool morph_no_memory(void);
 bool morph_check(springls_context *ctx, springls_status status, const char *what);
 
 bool morph_read(struct morph *morph);
-/* Makes a closed body of the character on the context's grid and sets the model to its level set. */
-bool morph_solid_make(springls_context *ctx, const springls_grid_desc *grid, const struct character *character, float thicken,
-                      int parts, struct morph_solid *solid);
+void morph_to_voxel(const springls_grid_desc *grid, const float world[3], float voxel[3]); /* world = voxel is allowed */
+struct solid_grid morph_voxels(const springls_grid_desc *grid);
+/* Makes a closed body of the character on the context's grid and sets the model to its level set. path: its file, for messages. */
+bool morph_solid_make(const struct morph *morph, springls_context *ctx, const springls_grid_desc *grid, const char *path,
+                      const struct character *character, struct morph_solid *solid);
 /* Computes bone weights for a body without any, from its own skeleton or a donor's that is fitted into it. Call
  * morph_rig_free(mesh) afterwards. */
 bool morph_rig(const struct morph *morph, struct character *body, const struct character *donor, struct rig_mesh *mesh);

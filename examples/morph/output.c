@@ -114,21 +114,38 @@ static void report_body(struct json_writer *json, const char *name, const char *
     json_integer(json, "nonmanifold_edges", body->solid.nonmanifold_edges);
     json_integer(json, "input_components", body->solid.input_components);
     json_integer(json, "cavity_voxels_filled", body->solid.filled);
+    json_integer(json, "sheet_triangles", body->solid.sheet_triangles);
+    json_number(json, "sheets_thickened_voxels", (double)body->solid.thickened);
     json_integer(json, "bodies_found", body->solid.found);
-    json_integer(json, "bodies_kept", body->solid.kept);
+    json_integer(json, "bodies_bridged", body->solid.joined);
     json_integer(json, "voxels_left_out", body->solid.dropped_voxels);
     json_object_end(json);
 }
 
 struct summary {
     int watertight, intersections, min_components, max_components, specks;
-    double weight_error, seconds, skinning, contour, target;
+    double weight_error, off_monotone, seconds, skinning, contour, target;
 };
+
+/* Returns by how much the volume goes back on its way from the first frame's to the last one's, percent of the larger. */
+static double off_monotone(const struct morph *morph)
+{
+    const struct morph_frame *frames = morph->frames;
+    const double first = frames[0].volume, last = frames[morph->frame_count - 1].volume, sign = last < first ? -1.0 : 1.0;
+    double most = sign * first, worst = 0.0;
+    for (int f = 0; f < morph->frame_count; ++f) {
+        worst = fmax(worst, most - sign * frames[f].volume);
+        worst = fmax(worst, sign * (frames[f].volume - last));
+        most = fmax(most, sign * frames[f].volume);
+    }
+    return 100.0 * worst / fmax(first, last);
+}
 
 static struct summary summarize(const struct morph *morph)
 {
     struct summary s;
     memset(&s, 0, sizeof s);
+    s.off_monotone = off_monotone(morph);
     for (int f = 0; f < morph->frame_count; ++f) {
         const struct morph_frame *frame = &morph->frames[f];
         s.watertight += frame->check.open_edges == 0;
@@ -150,12 +167,12 @@ static struct summary summarize(const struct morph *morph)
 static void report_joints(struct json_writer *json, const struct morph *morph)
 {
     const struct character *source = &morph->source.character, *target = &morph->target.character;
-    json_string(json, "joints_paired_by", morph->mapped_by);
-    json_integer(json, "joints_paired", morph->pairs);
+    json_string(json, "joints_paired_by", morph->alignment.how);
+    json_integer(json, "joints_paired", morph->alignment.pairs);
     json_object_begin(json, "joints");
     for (int j = 0; j < source->joint_count; ++j) {
-        if (morph->map[j] >= 0) {
-            json_string(json, source->joints[j].name, target->joints[morph->map[j]].name);
+        if (morph->alignment.map[j] >= 0) {
+            json_string(json, source->joints[j].name, target->joints[morph->alignment.map[j]].name);
         }
     }
     json_object_end(json);
@@ -175,8 +192,8 @@ static void report_settings(struct json_writer *json, const struct morph *morph)
     json_integer(json, "threads", run_threads());
     json_integer(json, "iterations", set->iterations);
     json_number(json, "pace_voxels", (double)set->pace);
-    json_integer(json, "ease_frames", set->ease);
-    json_number(json, "thicken_voxels", (double)set->thicken);
+    json_integer(json, "blend_frames", set->blend);
+    json_integer(json, "reach_voxels", set->reach);
 }
 
 /* Reports the figures of all frames together. */
@@ -195,6 +212,7 @@ static void report_totals(struct json_writer *json, const struct morph *morph)
     json_number(json, "distance_to_target_mean_voxels", morph->end.mean_ab / voxel);
     json_number(json, "distance_from_target_mean_voxels", morph->end.mean_ba / voxel);
     json_number(json, "distance_max_voxels", morph->end.max / voxel);
+    json_number(json, "volume_off_monotone_percent", s.off_monotone);
     json_number(json, "weights_from_targets_own_mean_l1", morph->weight_difference);
     json_number(json, "channel_weight_sum_error_max", morph->channel_sum_error);
     json_number(json, "channel_weights_from_looked_up_mean_l1", morph->channel_difference);
@@ -218,6 +236,7 @@ static void report_frame(struct json_writer *json, const struct morph_frame *fra
     json_integer(json, "components", frame->check.components);
     json_integer(json, "specks_left_out", frame->specks);
     json_integer(json, "euler", frame->check.euler);
+    json_number(json, "volume_voxels", frame->volume);
     json_number(json, "distance_voxels", frame->distance);
     json_number(json, "missing_voxels", frame->missing);
     json_number(json, "share_beyond_a_voxel", frame->far);
@@ -255,8 +274,12 @@ void morph_print(const struct morph *morph)
     if (morph->settings.common.quiet || (morph->settings.common.json && strcmp(morph->settings.common.json, "-") == 0)) {
         return;
     }
-    printf("%d joints paired by %s; grid %d x %d x %d\n", morph->pairs, morph->mapped_by, morph->grid.size[0],
+    printf("%d joints paired by %s; grid %d x %d x %d\n", morph->alignment.pairs, morph->alignment.how, morph->grid.size[0],
            morph->grid.size[1], morph->grid.size[2]);
+    const int left_out = morph->source.solid.dropped_voxels + morph->target.solid.dropped_voxels;
+    if (left_out > 0) {
+        printf("%d voxels of bodies below 1/1000 of the volume are left out\n", left_out);
+    }
     printf("%d frames, %s; %d watertight, %d self-intersections, %d to %d components beside up to %d specks\n",
            morph->frame_count, morph->coincided >= 0 ? "the last is the target" : "the target is not reached", s.watertight,
            s.intersections, s.min_components, s.max_components, s.specks);

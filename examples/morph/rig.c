@@ -45,7 +45,7 @@ static bool body_mesh(const struct morph *morph, const struct character *body, s
     desc.params = &morph->params;
     bool good = (desc.grid.spacing[0] > 0.0 || morph_fail("the body has no size"))
         && run_create("morph", &desc, &ctx) == CLI_CONTINUE
-        && morph_solid_make(ctx, &desc.grid, body, morph->settings.thicken, morph->settings.parts, &solid)
+        && morph_solid_make(morph, ctx, &desc.grid, morph->settings.source, body, &solid)
         && morph_check(ctx, springls_extract_mesh(ctx, &surface), "body");
     if (good) {
         const size_t points = 3 * (size_t)surface.vertex_count * sizeof(float),
@@ -318,8 +318,8 @@ bool morph_weights(const struct morph *morph)
     struct character body, artist, donor;
     struct places truth;
     struct rig_mesh mesh;
+    struct alignment alignment;
     char error[CHARACTER_TEXT];
-    const char *how;
     double difference = (double)NAN, joints = (double)NAN;
     memset(&artist, 0, sizeof artist);
     memset(&donor, 0, sizeof donor);
@@ -339,13 +339,12 @@ bool morph_weights(const struct morph *morph)
     good = good && morph_rig(morph, &body, set->donor ? &donor : NULL, &mesh);
     const double seconds = elapsed_seconds() - start;
     if (good && artist.skinned) {
-        int *map = malloc(((size_t)body.joint_count + 1) * sizeof *map);
-        good = (map && places_create(&artist, &truth)) || morph_no_memory();
-        if (good && skeleton_map(&body, &artist, set->map, map, &how, error) > 0) {
-            difference = compare(&mesh, &body, &truth, map);
-            joints = joint_distance(&body, &artist, map);
+        good = places_create(&artist, &truth) || morph_no_memory();
+        if (good && skeleton_align(&body, &artist, set->map, &alignment, error)) {
+            difference = compare(&mesh, &body, &truth, alignment.map);
+            joints = joint_distance(&body, &artist, alignment.map);
+            alignment_free(&alignment);
         }
-        free(map);
     }
     if (good && !set->common.quiet && !(set->common.json && strcmp(set->common.json, "-") == 0)) {
         printf("%d of %d vertices see their bone; weights sum to 1 within %.1g; from the artist's: mean L1 %.3f\n",

@@ -3,12 +3,15 @@
 
 #include "base/progress.h"
 #include "base/vec3.h"
-#include "character/skeleton_align.h"
+#include "character/solid_voxels.h"
 
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+
+#define ROD 1.4f  /* voxels: radius that limbs have at least before the target is reached */
+#define BAND 2.5f /* voxels: where level sets that springls make are distances */
 
 enum { MARGIN = 5, LEAD_IN = 8, LEAD_OUT = 12 }; /* voxels around; steps from the neutral pose to the first frame, and back */
 
@@ -82,12 +85,16 @@ bool morph_read(struct morph *morph)
         return morph_fail(set->animation ? "the target has no animation %s (see --list)" : "the target has no animation%s",
                           set->animation ? set->animation : "");
     }
-    morph->map = malloc(((size_t)source->joint_count + 1) * sizeof *morph->map);
-    if (!morph->map) {
+    morph->source.pulls = malloc(3 * ((size_t)source->vertex_count + 1) * sizeof(float));
+    morph->target.pulls = malloc(3 * ((size_t)target->vertex_count + 1) * sizeof(float));
+    if (!morph->source.pulls || !morph->target.pulls) {
         return morph_no_memory();
     }
-    morph->pairs = skeleton_map(source, target, set->map, morph->map, &morph->mapped_by, error);
-    return morph->pairs > 0 ? skeleton_rescale(source, target, morph->map) || morph_no_memory() : morph_fail("%s", error);
+    if (!skeleton_align(source, target, set->map, &morph->alignment, error)) {
+        return morph_fail("%s", error);
+    }
+    skeleton_rescale(source, target, &morph->alignment, morph->source.pulls, morph->target.pulls);
+    return true;
 }
 
 /* ---- preparation ---- */
@@ -149,14 +156,16 @@ static bool make_body(springls_context *ctx, const struct morph *morph, struct m
     if (!places_create(&body->character, &body->places)) {
         return morph_no_memory();
     }
-    if (!morph_solid_make(ctx, &morph->grid, &body->character, set->thicken, set->parts, &body->solid)
+    const char *path = body == &morph->source ? set->source : set->target;
+    if (!morph_solid_make(morph, ctx, &morph->grid, path, &body->character, &body->solid)
         || !morph_check(ctx, springls_extract_mesh(ctx, &body->mesh), "body")) {
         return false;
     }
     const size_t count = (size_t)body->mesh.vertex_count;
     body->influences = malloc(count * sizeof *body->influences);
     body->posed = malloc(3 * count * sizeof *body->posed);
-    if (!body->influences || !body->posed) {
+    body->mesh_pulls = calloc(3 * count, sizeof *body->mesh_pulls);
+    if (!body->influences || !body->posed || !body->mesh_pulls) {
         return morph_no_memory();
     }
 #if defined(_OPENMP)
@@ -166,6 +175,10 @@ static bool make_body(springls_context *ctx, const struct morph *morph, struct m
         struct place place;
         places_find(&body->places, body->mesh.positions + 3 * v, &place);
         body->influences[v] = place_influences(&body->character, &place);
+        for (int k = 0; k < 3; ++k) {
+            const int corner = body->character.triangles[3 * place.triangle + k];
+            vec3_add_scaled(body->mesh_pulls + 3 * v, place.weight[k], body->pulls + 3 * corner, body->mesh_pulls + 3 * v);
+        }
     }
     return true;
 }
@@ -238,6 +251,12 @@ static bool compare_channels(struct morph *morph)
     return true;
 }
 
+static size_t voxel_count(const struct morph *morph)
+{
+    const int *size = morph->grid.size;
+    return (size_t)size[0] * (size_t)size[1] * (size_t)size[2];
+}
+
 bool morph_prepare(struct morph *morph)
 {
     springls_desc desc;
@@ -256,8 +275,9 @@ bool morph_prepare(struct morph *morph)
     desc.grid = morph->grid;
     desc.params = &morph->params;
     desc.backend = morph->backend = run_backend("morph", &morph->settings.common);
-    morph->pressure = malloc((size_t)desc.grid.size[0] * (size_t)desc.grid.size[1] * (size_t)desc.grid.size[2] * sizeof(float));
-    if (!morph->pressure) {
+    morph->pressure = malloc(voxel_count(morph) * sizeof(float));
+    morph->source_phi = malloc(voxel_count(morph) * sizeof(float));
+    if (!morph->pressure || !morph->source_phi) {
         return morph_no_memory();
     }
     return run_create("morph", &desc, &morph->ctx) == CLI_CONTINUE && run_create("morph", &desc, &morph->other) == CLI_CONTINUE
@@ -341,25 +361,109 @@ static bool skin_step(struct morph *morph)
 
 /* ---- active contours ---- */
 
-/* Makes the level set of the posed target; the pressure is minus its signed distance, at most `pace` voxels. */
-static bool pose_target(struct morph *morph, float pace)
+/* Computes the signed distance of a body in the present pose, with limbs that the other lacks at `size` of theirs. */
+static bool pose_body(struct morph *morph, struct morph_body *body, float size, float *phi)
 {
-    struct morph_body *target = &morph->target;
-    for (int v = 0; v < target->mesh.vertex_count; ++v) {
-        const struct affine blend = influences_blend(&target->influences[v], morph->skin);
-        affine_apply(&blend, target->mesh.positions + 3 * v, target->posed + 3 * v);
+    const struct solid_grid voxels = morph_voxels(&morph->grid);
+    for (int v = 0; v < body->mesh.vertex_count; ++v) {
+        const struct affine blend = influences_blend(&body->influences[v], morph->skin);
+        float place[3];
+        vec3_add_scaled(body->mesh.positions + 3 * v, 1.0f - size, body->mesh_pulls + 3 * v, place);
+        affine_apply(&blend, place, body->posed + 3 * v);
     }
-    if (!morph_check(morph->other,
-                     springls_set_mesh(morph->other, target->posed, target->mesh.vertex_count, 0, target->mesh.triangles,
-                                       target->mesh.triangle_count, NULL),
-                     "target")
-        || !morph_check(morph->other, springls_copy_level_set(morph->other, morph->pressure), "target")) {
+    return morph_check(morph->other,
+                       springls_set_mesh(morph->other, body->posed, body->mesh.vertex_count, 0, body->mesh.triangles,
+                                         body->mesh.triangle_count, NULL),
+                       "body")
+        && morph_check(morph->other, springls_copy_level_set(morph->other, phi), "body")
+        && (solid_extend(&voxels, phi, BAND) || morph_no_memory());
+}
+
+/* Returns the volume of a level set, voxels, and in *area roughly that of its surface. */
+static double volume_of(const float *phi, size_t count, float shift, double *area)
+{
+    double volume = 0.0;
+    *area = 0.0;
+    for (size_t n = 0; n < count; ++n) {
+        const float x = phi[n] + shift;
+        volume += x < -0.5f ? 1.0 : x < 0.5f ? 0.5 - (double)x : 0.0;
+        *area += fabsf(x) < 0.5f;
+    }
+    return volume;
+}
+
+/* Adds a rod of `radius` voxels to a level set. */
+static void add_rod(const int size[3], float *phi, const float from[3], const float to[3], float radius)
+{
+    float axis[3];
+    int lo[3], hi[3];
+    vec3_sub(to, from, axis);
+    const float square = vec3_dot(axis, axis);
+    for (int k = 0; k < 3; ++k) {
+        lo[k] = (int)fmaxf(1.0f, floorf(fminf(from[k], to[k]) - radius - BAND));
+        hi[k] = (int)fminf((float)size[k] - 2.0f, ceilf(fmaxf(from[k], to[k]) + radius + BAND));
+    }
+    for (int z = lo[2]; z <= hi[2]; ++z) {
+        for (int y = lo[1]; y <= hi[1]; ++y) {
+            for (int x = lo[0]; x <= hi[0]; ++x) {
+                const float p[3] = {(float)x, (float)y, (float)z};
+                float d[3];
+                vec3_sub(p, from, d);
+                vec3_add_scaled(d, square > 0.0f ? -fmaxf(0.0f, fminf(1.0f, vec3_dot(d, axis) / square)) : 0.0f, axis, d);
+                float *here = phi + ((size_t)z * (size_t)size[1] + (size_t)y) * (size_t)size[0] + (size_t)x;
+                *here = fminf(*here, vec3_length(d) - radius);
+            }
+        }
+    }
+}
+
+/* Keeps limbs that both have at least as thick as a rod along their bones, so that none falls apart between two shapes. */
+static void add_rods(const struct morph *morph, float radius, float *phi)
+{
+    const struct character *target = &morph->target.character;
+    for (int j = 0; j < target->joint_count; ++j) {
+        const int ends[2] = {j, morph->alignment.bone_above[j]};
+        float places[2][3];
+        for (int e = 0; e < 2 && ends[1] >= 0; ++e) {
+            joint_place(&target->joints[ends[e]], places[e]);
+            affine_apply(&morph->skin[ends[e]], places[e], places[e]);
+            morph_to_voxel(&morph->grid, places[e], places[e]);
+        }
+        if (ends[1] >= 0) { add_rod(morph->grid.size, phi, places[0], places[1], radius); }
+    }
+}
+
+/* Sets the pressure to minus the signed distance of the body between source and target, at most `pace` voxels. part: 0 the
+ * source, 1 the target. The level set is blended, moved so that the volume is between theirs, and what falls apart is bridged. */
+static bool pose_between(struct morph *morph, float part)
+{
+    const size_t count = voxel_count(morph);
+    const float pace = morph->settings.pace;
+    const struct solid_grid voxels = morph_voxels(&morph->grid);
+    float *phi = morph->pressure, *source = morph->source_phi;
+    double area, volumes[2] = {0.0, 0.0};
+    struct solid_repair repair;
+    if ((part < 1.0f && !pose_body(morph, &morph->source, fmaxf(0.05f, 1.0f - part), source))
+        || !pose_body(morph, &morph->target, fmaxf(0.05f, part), phi)) {
         return false;
     }
-    const size_t count = (size_t)morph->grid.size[0] * (size_t)morph->grid.size[1] * (size_t)morph->grid.size[2];
-    for (size_t n = 0; n < count; ++n) {
-        morph->pressure[n] = fmaxf(-pace, fminf(pace, -morph->pressure[n]));
+    if (part < 1.0f) {
+        volumes[0] = volume_of(source, count, 0.0f, &area);
+        volumes[1] = volume_of(phi, count, 0.0f, &area);
+        for (size_t n = 0; n < count; ++n) { phi[n] = (1.0f - part) * source[n] + part * phi[n]; }
+        const double wanted = (1.0 - (double)part) * volumes[0] + (double)part * volumes[1];
+        float shift = 0.0f;
+        for (int step = 0; step < 3; ++step) { /* Newton */
+            const double volume = volume_of(phi, count, shift, &area);
+            shift += area > 0.0 ? (float)fmax(-1.0, fmin(1.0, (volume - wanted) / area)) : 0.0f;
+        }
+        for (size_t n = 0; n < count; ++n) { phi[n] += shift; }
+        add_rods(morph, ROD * fminf(1.0f, 5.0f * (1.0f - part)), phi);
     }
+    if (!solid_repair(&voxels, phi, morph->settings.reach, &repair)) {
+        return morph_no_memory();
+    }
+    for (size_t n = 0; n < count; ++n) { phi[n] = fmaxf(-pace, fminf(pace, -phi[n])); }
     return true;
 }
 
@@ -395,6 +499,20 @@ static bool mean_distance(const struct morph *morph, springls_context *ctx, cons
     return good;
 }
 
+/* Returns the volume inside a mesh by the divergence theorem. */
+static double enclosed_volume(const springls_mesh *mesh)
+{
+    double sum = 0.0;
+    for (int t = 0; t < mesh->triangle_count; ++t) {
+        const float *corner[3];
+        float cross[3];
+        for (int k = 0; k < 3; ++k) { corner[k] = mesh->positions + 3 * mesh->triangles[3 * t + k]; }
+        vec3_cross(corner[0], corner[1], cross);
+        sum += (double)vec3_dot(cross, corner[2]) / 6.0;
+    }
+    return sum;
+}
+
 static bool measure(struct morph *morph, struct morph_frame *frame)
 {
     const double voxel = morph->grid.spacing[0], speck = MORPH_SPECK * voxel * voxel * voxel;
@@ -423,6 +541,7 @@ static bool measure(struct morph *morph, struct morph_frame *frame)
     if (frame->specks < 0) {
         return morph_no_memory();
     }
+    frame->volume = good ? enclosed_volume(&frame->mesh) / (voxel * voxel * voxel) : 0.0;
     const springls_stats stats = springls_get_stats(morph->ctx);
     frame->springls = stats.springls;
     frame->split = stats.split;
@@ -436,11 +555,11 @@ static bool measure(struct morph *morph, struct morph_frame *frame)
 
 /* ---- all frames ---- */
 
-/* Returns how far the contour moves in an iteration at most, voxels: the pace grows over the first frames. */
-static float pace_of(const struct morph *morph, int frame)
+/* Returns how far the morph has come: 0 the source, 1 the target. */
+static float part_of(const struct morph *morph, int frame)
 {
-    const float ease = morph->settings.ease > 0 ? fminf(1.0f, (float)frame / (float)morph->settings.ease) : 1.0f;
-    return ease * morph->settings.pace;
+    const float x = fminf(1.0f, (float)frame / (float)morph->settings.blend);
+    return x * x * (3.0f - 2.0f * x);
 }
 
 static bool run_frame(struct morph *morph, int f)
@@ -450,10 +569,11 @@ static bool run_frame(struct morph *morph, int f)
     clock[0] = elapsed_seconds();
     bool good = skin_step(morph);
     clock[1] = elapsed_seconds();
-    good = good && pose_target(morph, pace_of(morph, f));
+    good = good && pose_between(morph, part_of(morph, f));
     clock[2] = elapsed_seconds();
-    good = good && (f == 0 || contour_steps(morph)); /* the first frame shows the source */
+    good = good && contour_steps(morph);
     clock[3] = elapsed_seconds();
+    frame->share = part_of(morph, f);
     frame->seconds = clock[3] - clock[0];
     frame->seconds_skinning = clock[1] - clock[0];
     frame->seconds_target = clock[2] - clock[1];
@@ -515,8 +635,9 @@ static bool rest_pose(struct morph *morph)
     bool good = true;
     for (int s = LEAD_OUT - 1; good && s >= 0; --s) {
         next_pose(morph, last, (double)s / LEAD_OUT);
-        good = skin_step(morph) && pose_target(morph, pace_of(morph, last)) && contour_steps(morph);
+        good = skin_step(morph) && pose_between(morph, part_of(morph, last)) && contour_steps(morph);
     }
+    morph->rest.share = part_of(morph, last);
     return good && measure(morph, &morph->rest);
 }
 
@@ -528,7 +649,7 @@ bool morph_run(struct morph *morph)
     pose(morph, 0, 0.0);
     for (int s = 1; good && s < LEAD_IN; ++s) {
         next_pose(morph, 0, (double)s / LEAD_IN);
-        good = skin_step(morph);
+        good = skin_step(morph) && pose_between(morph, 0.0f) && contour_steps(morph);
     }
     progress_begin(&bar, "morph", (size_t)morph->settings.frames, morph->settings.common.quiet);
     for (int f = 0; good && f < morph->settings.frames && morph->coincided < 0; ++f) {
@@ -536,7 +657,8 @@ bool morph_run(struct morph *morph)
         good = run_frame(morph, f);
         morph->frame_count += good;
         const struct morph_frame *frame = &morph->frames[f];
-        if (good && frame->distance < COINCIDE && frame->missing < COINCIDE && frame->far < LEFT_OVER) {
+        if (good && f >= morph->settings.blend && frame->distance < COINCIDE && frame->missing < COINCIDE
+            && frame->far < LEFT_OVER) {
             morph->coincided = f;
         }
         progress_update(&bar, (size_t)f + 1, NULL);
@@ -563,6 +685,8 @@ static void free_body(springls_context *ctx, struct morph_body *body)
     character_free(&body->character);
     free(body->influences);
     free(body->posed);
+    free(body->pulls);
+    free(body->mesh_pulls);
 }
 
 void morph_free(struct morph *morph)
@@ -575,11 +699,12 @@ void morph_free(struct morph *morph)
     free_body(morph->ctx, &morph->source);
     free_body(morph->other, &morph->target);
     free(morph->frames);
-    free(morph->map);
+    alignment_free(&morph->alignment);
     free(morph->skin);
     free(morph->skin_before);
     free(morph->skin_places);
     free(morph->pressure);
+    free(morph->source_phi);
     springls_destroy(morph->ctx);
     springls_destroy(morph->other);
     springls_cl_destroy(morph->backend);

@@ -185,11 +185,11 @@ static bool place_mask(struct segment *run, const struct volume *mask, struct vo
 static bool start_from_mask(struct segment *run)
 {
     const int wanted = run->result->object->mask_label;
+    char error[VOLUME_TEXT];
     struct volume mask, placed;
     memset(&placed, 0, sizeof placed);
-    if (!read_volume(run, run->settings.mask, &mask)) {
-        volume_free(&mask);
-        return false;
+    if (!volume_read_one(run->settings.mask, run->settings.frame, "--frame", &mask, error)) {
+        return segment_fail("%s", error);
     }
     uint8_t *inside = malloc(volume_voxels(&mask));
     bool started = inside || segment_no_memory();

@@ -207,17 +207,17 @@ SPRINGLS__MATHS float springls__grid_sample_spline(const springls__grid *g, SPRI
                           springls__clamp(x.z, -1.0f, (float)g->size[2]) };
     float w[9], sum = 0.0f;
     int first[3], axis, d;
-    bool one_brick = true;
+    bool one_brick = true, inner = true;
     for (axis = 0; axis < 3; axis++) {
         float nearest = springls__floor(at[axis] + 0.5f), t = at[axis] - nearest;
         first[axis] = (int)nearest - 1;
-        one_brick = one_brick && first[axis] >= g->table.lower[axis] && first[axis] + 2 < g->table.upper[axis]
-                    && (first[axis] & 7) < 6;
+        inner = inner && first[axis] >= g->table.lower[axis] && first[axis] + 2 < g->table.upper[axis];
+        one_brick = one_brick && (first[axis] & 7) < 6;
         w[3 * axis] = 0.5f * (0.5f - t) * (0.5f - t);
         w[3 * axis + 2] = 0.5f * (0.5f + t) * (0.5f + t);
         w[3 * axis + 1] = 1.0f - w[3 * axis] - w[3 * axis + 2];
     }
-    if (one_brick) {
+    if (inner && one_brick) {
         size_t slot = (size_t)springls__slot_at(g, first[0], first[1], first[2]);
         SPRINGLS__GLOBAL const float *b = phi + slot * SPRINGLS__BRICK_VOXELS
                                           + springls__voxel_in_brick(first[0], first[1], first[2]);
@@ -225,7 +225,13 @@ SPRINGLS__MATHS float springls__grid_sample_spline(const springls__grid *g, SPRI
             sum += w[3 + d % 3] * w[6 + d / 3] * (w[0] * b[0] + w[1] * b[1] + w[2] * b[2]);
         return sum;
     }
-    for (d = 0; d < 9; d++) {
+    for (d = 0; d < 9 && inner; d++) {
+        int y = first[1] + d % 3, z = first[2] + d / 3;
+        sum += w[3 + d % 3] * w[6 + d / 3] * (w[0] * springls__grid_voxel(g, phi, first[0], y, z)
+                                              + w[1] * springls__grid_voxel(g, phi, first[0] + 1, y, z)
+                                              + w[2] * springls__grid_voxel(g, phi, first[0] + 2, y, z));
+    }
+    for (d = 0; d < 9 && !inner; d++) {
         int y = first[1] + d % 3, z = first[2] + d / 3;
         sum += w[3 + d % 3] * w[6 + d / 3] * (w[0] * springls__grid_phi(g, phi, first[0], y, z)
                                               + w[1] * springls__grid_phi(g, phi, first[0] + 1, y, z)

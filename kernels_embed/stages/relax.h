@@ -68,18 +68,23 @@ SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, spri
     for (; begin < end; begin++) springls__relax_element(model, args, begin);
 }
 
-/* Turns a flipped triangle, n . grad phi < 0 (section 4.3.1), where the gradient of phi is reliable: beside a single sheet, and
-   not beside another body. Springls of the mask stay as they are. */
+/* Returns true when a triangle at p with normal n is flipped, n . grad phi < 0 (section 4.3.1), where the gradient of phi is
+   reliable: beside a single sheet. */
+SPRINGLS__MATHS bool springls__is_flipped(const springls__grid *g, springls__v3 p, springls__v3 n)
+{
+    springls__v3 gradient = springls__grid_gradient(g, g->phi, p);
+    return springls__dot(n, gradient) < 0.0f && springls__length2(gradient) > 0.49f
+        && springls__fabs(springls__grid_sample(g, g->phi, p)) < 0.5f;
+}
+
+/* Turns a flipped triangle, unless it is beside another body, of the mask or asleep. */
 SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__arguments args, int i)
 {
-    const springls__grid *g = &model->grid;
     const float beside = 1.6f; /* voxels */
     springls__springl s = model->set.s[i];
-    springls__v3 gradient = springls__grid_gradient(g, g->phi, s.p);
-    bool certain = springls__length2(gradient) > 0.49f && springls__fabs(springls__grid_sample(g, g->phi, s.p)) < 0.5f;
     (void)args;
-    if (model->set.mask[i] || springls__is_asleep(model, i) || !certain || springls__is_overlapped(model, i)
-        || springls__dot(springls__springl_normal(s), gradient) >= 0.0f) return;
+    if (model->set.mask[i] || springls__is_asleep(model, i) || springls__is_overlapped(model, i)
+        || !springls__is_flipped(&model->grid, s.p, springls__springl_normal(s))) return;
     if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;
     model->set.s[i] = springls__reversed(s);
 }

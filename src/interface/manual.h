@@ -205,7 +205,7 @@
      epsilon    evolve_width         half-width of the compact delta                     1.5       1.5 (d)   voxel
      lambda     curvature            of eq. 22; positive smooths: see CURVATURE          0         0         voxel
                 carry_level_set      1: springls carry phi along                         1         0
-                lazy_distance        voxels that springls may be ahead of phi: LAZY STEPS 2.1      0         voxel
+                lazy_distance        voxels that springls may be ahead of phi: LAZY STEPS 2.6      0         voxel
                 project_level_set    1: near springls phi is their oriented distance     1         0
                 nucleate             1: project makes voxels of thin sheets inside       1         0
                 fill_from_springls   1: first fill holes among the springls              1         0
@@ -233,7 +233,8 @@
    phi last followed: by the sum of the largest displacements, with a next step as long as this one. In models with thin sheets
    or gaps the limit is 0.15 voxel, because their sides may move against each other. The step after that is a whole one: relax,
    keep_edges and project run, and every resample_period-th whole step resamples. So steps much shorter than two voxels cost
-   little more than advect.
+   little more than advect. A step with max_displacement that goes so much further than those before it that phi could not be
+   carried along makes phi follow first.
 
      - Phi is never seen behind: every call that reads the level set makes it follow first. After a lazy step that takes the time
        of project once, and memory for a second phi. Springls stay as they are, and so do views of them.

@@ -106,10 +106,12 @@ SPRINGLS__FN bool springls__may_be_lazy(const springls_context *ctx)
         && !forces->pressure_batch && !forces->pressure_grid.data;
 }
 
-/* Returns true when phi has been left behind and the step in progress needs it. */
+/* Returns true when phi has been left behind and the step in progress needs it, or moves springls so much further than those
+   before that phi could not be carried along. */
 SPRINGLS__FN bool springls__must_catch_up(const springls_context *ctx)
 {
-    return springls__phi_lags(ctx) && !springls__may_be_lazy(ctx);
+    return springls__phi_lags(ctx)
+        && (!springls__may_be_lazy(ctx) || ctx->lag + ctx->step.expected > ctx->model.grid.far_value);
 }
 
 /* Returns true when springls may move once more, as far as just now, before phi follows. The sides of thin sheets and gaps may
@@ -199,6 +201,7 @@ SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
     }
     step->time_left = (float)(step->end_time - ctx->time);
     step->longest_substep = ctx->motion.dt * (growth * moved > longest ? longest / moved : growth);
+    step->expected = springls__min(growth * moved, longest);
     if (step->time_left > 1e-6f * step->desc.dt) {
         step->next = step->algorithm;
         return SPRINGLS_OK;
@@ -285,6 +288,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
     float speed = 0.0f, limit = desc->max_displacement > 0.0f ? desc->max_displacement : ctx->model.params.d_max;
     step->time_left = 0.0f;
     step->longest_substep = desc->dt;
+    step->expected = 0.0f;
     step->next = step->algorithm;
     if (desc->dt > 0.0f && desc->max_displacement == 0.0f) return SPRINGLS_OK;
     if (ctx->work.phase == SPRINGLS__PLAN_MEASURE) {
@@ -292,6 +296,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
         return springls__next_phase(ctx, SPRINGLS__PLAN_DECIDE);
     }
     SPRINGLS__TRY(springls__max_speed_end(ctx, "step", &speed));
+    step->expected = desc->dt > 0.0f ? springls__min(speed * desc->dt, limit) : limit;
     if (desc->dt == 0.0f) { /* section 4.8: dt = d_max / f_max */
         step->longest_substep = speed > 1e-6f ? limit / speed : 0.0f;
         return SPRINGLS_OK;

@@ -67,6 +67,8 @@ void paper_table4(struct paper *paper);
 void paper_table5(struct paper *paper);
 void paper_table6(struct paper *paper);
 void paper_fig1(struct paper *paper);
+void paper_fig3(struct paper *paper);
+void paper_fig6(struct paper *paper);
 void paper_fig8(struct paper *paper);
 void paper_fig9(struct paper *paper);
 void paper_fig10(struct paper *paper);

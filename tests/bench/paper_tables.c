@@ -68,7 +68,10 @@ void paper_tests(struct paper *paper)
 enum { MODELS = 3 }; /* the paper's set, the same with half-time sampling, the default set */
 static const char *model_name(int m) { return m == 1 ? "the same, half-time sampling" : paper_set_names[m / 2]; }
 
-static const char *times(double ours, double theirs) { return cell("%.2g times", ours / theirs); }
+static const char *times(double ours, double theirs)
+{
+    return cell(ours < 0.01 * theirs ? "less than 0.01 times" : "%.2f times", ours / theirs);
+}
 
 /* Writes in words how far a run is from the paper's. */
 static void say_difference(struct paper *paper, const struct run *run, const char *name, const struct reported *r)
@@ -144,8 +147,8 @@ void paper_table5(struct paper *paper)
         for (int s = 0; s < 2; ++s) {
             const struct run *run = &paper->runs[ours[g][s]];
             table_row(&table, "%s, %s|%s|%s|%s|%s|%s", run_cell(run, "%.0f^3", "grid"), paper_set_names[s],
-                      run_cell(run, "%.3f", "deformation_mean"), run_cell(run, "%.3f", "tracking_mean"),
-                      run_cell(run, "%.3f", "halfway_mean"), run_cell(run, "%.0f", "springls_mean"),
+                      run_cell(run, "%.4f", "deformation_mean"), run_cell(run, "%.4f", "tracking_mean"),
+                      run_cell(run, "%.4f", "halfway_mean"), run_cell(run, "%.0f", "springls_mean"),
                       run_cell(run, "%+.2f %%", "volume_change_percent"));
         }
     }

@@ -167,7 +167,7 @@ TEST the_affine_force_goes_from_pose_to_pose(void)
     affine_apply(&from, x, start);
     affine_apply(&to, x, end);
     to_velocity(&grid, &m, out);
-    to_voxel(&grid, start, voxel);
+    morph_to_voxel(&grid, start, voxel);
     for (int i = 0; i < 3; ++i) {
         const float moved =
             voxel[i] + out[4 * i] * voxel[0] + out[4 * i + 1] * voxel[1] + out[4 * i + 2] * voxel[2] + out[4 * i + 3];
@@ -217,62 +217,155 @@ TEST alignment_makes_joints_coincide(void)
 {
     struct character source, target;
     char error[CHARACTER_TEXT];
-    int map[64];
-    const char *how;
-    struct affine bones[64];
+    struct alignment a;
     ASSERT(character_build(0, &source, error) && character_build(1, &target, error));
-    ASSERT_EQ(15, skeleton_map(&source, &target, NULL, map, &how, error));
-    ASSERT_STR_EQ("names", how);
-    skeleton_fit_bones(&source, &target, map, bones);
+    ASSERT(skeleton_align(&source, &target, NULL, &a, error));
+    ASSERT_EQ(15, a.pairs);
+    ASSERT_STR_EQ("names", a.how);
     for (int i = 0; i < source.joint_count; ++i) {
         float from[3], to[3], moved[3];
         joint_place(&source.joints[i], from);
-        joint_place(&target.joints[map[i]], to);
-        affine_apply(&bones[i], from, moved);
+        joint_place(&target.joints[a.map[i]], to);
+        affine_apply(&a.bones[i], from, moved);
         for (int k = 0; k < 3; ++k) ASSERT_NEAR(to[k], moved[k], 1e-5);
+        ASSERT_EQ(-1, a.shrinks[i]);
         if (strcmp(source.joints[i].name, "forearm.l") == 0) { /* one joint beyond: the bone's other end coincides too */
             const int hand = character_joint(&source, "hand.l");
             joint_place(&source.joints[hand], from);
-            joint_place(&target.joints[map[hand]], to);
-            affine_apply(&bones[i], from, moved);
+            joint_place(&target.joints[a.map[hand]], to);
+            affine_apply(&a.bones[i], from, moved);
             for (int k = 0; k < 3; ++k) ASSERT_NEAR(to[k], moved[k], 1e-5);
         }
     }
-    ASSERT(skeleton_rescale(&source, &target, map));
+    for (int j = 0; j < target.joint_count; ++j) { /* tail and horns grow from their first joints */
+        const int tail = character_joint(&target, "tail");
+        ASSERT_EQ(j < 15 ? -1 : j == tail + 1 ? tail : j, a.grows[j]);
+    }
+    float *shrink = malloc(3 * (size_t)source.vertex_count * sizeof *shrink),
+          *grow = malloc(3 * (size_t)target.vertex_count * sizeof *grow);
+    skeleton_rescale(&source, &target, &a, shrink, grow);
     for (int v = 0; v < source.vertex_count; ++v) {
         for (int k = 0; k < CHARACTER_BONES; ++k)
             ASSERT(source.influences[v].joint[k] >= 0 && source.influences[v].joint[k] < target.joint_count);
+        for (int k = 0; k < 3; ++k) ASSERT_EQ(0.0f, shrink[3 * v + k]);
     }
+    free(shrink);
+    free(grow);
+    alignment_free(&a);
     character_free(&source);
     character_free(&target);
     PASS();
 }
 
-TEST joints_are_paired_by_file_and_by_hierarchy(void)
+static int strongest_joint(const struct influences *in)
+{
+    int most = 0;
+    for (int k = 1; k < CHARACTER_BONES; ++k) most = in->weight[k] > in->weight[most] ? k : most;
+    return in->joint[most];
+}
+
+/* Takes away what joints move whose names contain a word. */
+static void cut_off(struct character *c, const char *word)
+{
+    int kept = 0;
+    for (int t = 0; t < c->triangle_count; ++t) {
+        if (!strstr(c->joints[strongest_joint(&c->influences[c->triangles[3 * t]])].name, word)) {
+            memmove(c->triangles + 3 * kept++, c->triangles + 3 * t, 3 * sizeof *c->triangles);
+        }
+    }
+    c->triangle_count = kept;
+    for (int j = 0; j < c->joint_count; ++j) c->joints[j].bone = c->joints[j].bone && !strstr(c->joints[j].name, word);
+}
+
+/* Gives a character another rig: names without a meaning, joints whose names contain `joined` joined with those above, another
+ * size, and another direction to face. */
+static void change_rig(struct character *c, const char *joined, double size, double turn)
+{
+    const double c_turn = size * cos(turn), s_turn = size * sin(turn);
+    const struct affine t = {{c_turn, 0, s_turn, 0.3 * size, 0, size, 0, 0, -s_turn, 0, c_turn, 0}};
+    for (int v = 0; v < c->vertex_count; ++v) {
+        affine_apply(&t, c->positions + 3 * v, c->positions + 3 * v);
+        struct influences *in = &c->influences[v];
+        for (int k = 0; k < CHARACTER_BONES; ++k) {
+            while (strstr(c->joints[in->joint[k]].name, joined)) in->joint[k] = c->joints[in->joint[k]].parent;
+        }
+    }
+    for (int j = 0; j < c->joint_count; ++j) {
+        struct joint *joint = &c->joints[j];
+        joint->bone = joint->bone && !strstr(joint->name, joined);
+        joint->neutral = affine_after(&t, &joint->neutral);
+        for (int k = 0; k < 9; ++k) joint->neutral.m[4 * (k / 3) + k % 3] /= size;
+        const struct affine up = j > 0 ? affine_inverse(&c->joints[joint->parent].neutral) : affine_identity();
+        const struct affine local = affine_after(&up, &joint->neutral);
+        joint->rest = placement_of(&local);
+    }
+    for (int j = 0; j < c->joint_count; ++j) snprintf(c->joints[j].name, CHARACTER_NAME, "%c%d", joined[0] + 1, 100 - j);
+}
+
+TEST joints_are_paired_by_file(void)
 {
     struct character source, target;
     char error[CHARACTER_TEXT];
-    int map[64];
-    const char *how;
+    struct alignment a;
     ASSERT(character_build(0, &source, error) && character_build(1, &target, error));
     FILE *file = fopen(scratch("map.txt"), "w");
     fputs("# arms are legs\narm.l leg.l   # remark\n\nhips hips\n", file);
     fclose(file);
-    ASSERT_EQ(2, skeleton_map(&source, &target, scratch("map.txt"), map, &how, error));
-    ASSERT_EQ(character_joint(&target, "leg.l"), map[character_joint(&source, "arm.l")]);
-    ASSERT_EQ(-1, map[character_joint(&source, "head")]);
+    ASSERT(skeleton_align(&source, &target, scratch("map.txt"), &a, error));
+    ASSERT_EQ(2, a.pairs);
+    ASSERT_EQ(character_joint(&target, "leg.l"), a.map[character_joint(&source, "arm.l")]);
+    ASSERT_EQ(-1, a.map[character_joint(&source, "head")]);
+    alignment_free(&a);
     file = fopen(scratch("wrong.txt"), "w");
     fputs("hips hips\narm.l nothing\n", file);
     fclose(file);
-    ASSERT_EQ(0, skeleton_map(&source, &target, scratch("wrong.txt"), map, &how, error));
+    ASSERT(!skeleton_align(&source, &target, scratch("wrong.txt"), &a, error));
     ASSERT(strstr(error, "line 2") && strstr(error, "nothing"));
-    ASSERT_EQ(0, skeleton_map(&source, &target, scratch("absent.txt"), map, &how, error));
-    for (int j = 0; j < source.joint_count; ++j) snprintf(source.joints[j].name, sizeof source.joints[j].name, "x%d", j);
-    ASSERT_EQ(15, skeleton_map(&source, &target, NULL, map, &how, error));
-    ASSERT_STR_EQ("hierarchy", how);
-    for (int j = 0; j < 15; ++j) ASSERT_EQ(j, map[j]); /* the same joints in the same order, told by directions alone */
+    ASSERT(!skeleton_align(&source, &target, scratch("absent.txt"), &a, error));
     character_free(&source);
     character_free(&target);
+    PASS();
+}
+
+/* Limb by limb: left with left whichever way the two face, with other numbers of joints, and without a tail on one side. */
+TEST joints_of_different_rigs_are_paired_limb_by_limb(void)
+{
+    for (int turn = 0; turn < 4; ++turn) {
+        struct character source, target;
+        char error[CHARACTER_TEXT];
+        struct alignment a;
+        ASSERT(character_build(turn % 2, &source, error) && character_build(1 - turn % 2, &target, error));
+        const int hand = character_joint(&source, "hand.l"), tail = character_joint(turn % 2 ? &source : &target, "tail");
+        change_rig(&source, "hand", 40.0, 1.5707963 * turn);
+        change_rig(&target, "foot", 0.1, 0.3);
+        ASSERT(skeleton_align(&source, &target, NULL, &a, error));
+        ASSERT_STR_EQ("limbs", a.how);
+        for (int j = 0; j < 15; ++j) { /* the joints that both bodies have, numbered alike */
+            const char *const message = source.joints[j].name;
+            const bool hands = j == hand || j == character_joint(&source, "i92"), feet = j == 11 || j == 14;
+            float from[3], to[3], moved[3], off[3];
+            if (hands) {
+                ASSERT_EQm(message, -1, a.map[j]);
+                continue;
+            }
+            ASSERT_EQm(message, feet ? j - 1 : j, a.map[j]);
+            joint_place(&source.joints[j], from);
+            joint_place(&target.joints[j], to);
+            affine_apply(&a.bones[j], from, moved);
+            vec3_sub(moved, to, off);
+            ASSERTm(message, vec3_length(off) < 0.1f * 0.25f); /* a seventh of the height: hips and chests differ */
+        }
+        const int *alone = turn % 2 ? a.shrinks : a.grows, *other = turn % 2 ? a.grows : a.shrinks;
+        ASSERT(alone[tail] == tail && alone[tail + 1] == tail);
+        ASSERT(alone[tail + 2] == tail + 2 && alone[tail + 3] == tail + 3); /* horns */
+        for (int j = 0; j < 15; ++j) { /* hands and feet have no bones */
+            ASSERT_EQ(-1, (turn % 2 ? source : target).joints[j].bone ? alone[j] : -1);
+            ASSERT_EQ(-1, (turn % 2 ? target : source).joints[j].bone ? other[j] : -1);
+        }
+        alignment_free(&a);
+        character_free(&source);
+        character_free(&target);
+    }
     PASS();
 }
 
@@ -730,8 +823,8 @@ TEST a_morph_from_nothing(void)
                                 "48",
                                 "--frames",
                                 "6",
-                                "--ease",
-                                "0",
+                                "--blend",
+                                "4",
                                 "--size",
                                 "64",
                                 "--quiet",
@@ -771,6 +864,37 @@ TEST a_morph_from_nothing(void)
     PASS();
 }
 
+/* Two rigs that share no name, of different sizes, one without hands, one without feet: a tail and horns grow, arms shrink. */
+TEST a_morph_between_two_rigs(void)
+{
+    for (int armless = 0; armless < 2; ++armless) {
+        struct character source, target;
+        char error[CHARACTER_TEXT];
+        ASSERT(character_build(armless, &source, error) && character_build(1, &target, error));
+        if (armless) cut_off(&target, "arm"), cut_off(&target, "hand");
+        change_rig(&source, "hand", 40.0, 1.5707963);
+        change_rig(&target, "foot", 0.1, 0.0);
+        ASSERT(gltf_write_character(scratch("a.glb"), &source) && gltf_write_character(scratch("b.glb"), &target));
+        character_free(&source);
+        character_free(&target);
+        const char *const line[] = {scratch("a.glb"), scratch("b.glb"), "--grid",           "64",  "--frames", "14",
+                                    "--blend",        "9",              "--quiet", "--json", scratch("rigs.json"), NULL};
+        ASSERT_EQ(0, run_program(line));
+        cJSON *json = read_report(scratch("rigs.json"));
+        ASSERT(json != NULL);
+        ASSERT_STR_EQ("limbs", cJSON_GetObjectItem(json, "joints_paired_by")->valuestring);
+        ASSERT_EQ((int)number_of(json, "frames"), (int)number_of(json, "watertight_frames"));
+        ASSERT_EQ(1, (int)number_of(json, "components_most"));
+        ASSERT_EQ(0, (int)number_of(json, "specks_left_out_most"));
+        ASSERT(number_of(json, "distance_to_target_mean_voxels") < 0.15);
+        ASSERT(number_of(json, "distance_from_target_mean_voxels") < 0.15);
+        ASSERT(number_of(json, "distance_max_voxels") < 3.0);
+        ASSERT(number_of(json, "volume_off_monotone_percent") < 5.0);
+        cJSON_Delete(json);
+    }
+    PASS();
+}
+
 /* The files of the morph before this test, in a browser; the pictures are left for the eye. */
 TEST three_js_shows_the_files(void)
 {
@@ -779,6 +903,87 @@ TEST three_js_shows_the_files(void)
     ASSERT_EQ(0, sequence);
     ASSERT_EQ(0, gltf_shown(scratch("skinned.glb"), "skinned", "walk"));
     ASSERT_EQ(1, gltf_shown(scratch("skinned.glb"), "none", "swim"));
+    PASS();
+}
+
+/* ---- sheets ---- */
+
+enum { SHEET = 10, BOX_CORNERS = 8, CAPE_VERTICES = (SHEET + 1) * (SHEET + 1) + BOX_CORNERS, CAPE_TRIANGLES = 2 * SHEET * SHEET + 12 };
+
+/* A body of a box on two bones, a cape behind it that leans, or one of these alone. */
+static void make_cape(struct character *c, bool box, bool cape)
+{
+    static float positions[3 * CAPE_VERTICES], normals[3 * CAPE_VERTICES], uvs[2 * CAPE_VERTICES], colors[3 * CAPE_VERTICES];
+    static int triangles[3 * CAPE_TRIANGLES], materials_of[CAPE_TRIANGLES];
+    static struct influences influences[CAPE_VERTICES];
+    static const int faces[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+    *c = by_hand();
+    c->positions = positions, c->normals = normals, c->uvs = uvs, c->colors = colors, c->triangles = triangles;
+    c->materials_of = materials_of, c->influences = influences, c->triangle_count = 0;
+    for (int v = 0; v < BOX_CORNERS; ++v) {
+        const float p[3] = {v & 1 ? 0.3f : -0.3f, v & 2 ? 2.0f : 0.0f, v & 4 ? 0.25f : -0.25f};
+        memcpy(positions + 3 * v, p, sizeof p);
+    }
+    for (int f = 0; box && f < 6; ++f) {
+        const int *q = faces[f], two[6] = {q[0], q[1], q[2], q[0], q[2], q[3]};
+        memcpy(triangles + 3 * c->triangle_count, two, sizeof two);
+        c->triangle_count += 2;
+    }
+    c->vertex_count = BOX_CORNERS;
+    for (int i = 0; cape && i <= SHEET; ++i) {
+        for (int k = 0; k <= SHEET; ++k, ++c->vertex_count) {
+            const float p[3] = {(float)k / SHEET - 0.5f, 1.9f * (float)i / SHEET, -0.25f - 0.5f * (1.0f - (float)i / SHEET)};
+            memcpy(positions + 3 * c->vertex_count, p, sizeof p);
+            if (i < SHEET && k < SHEET) {
+                const int a = c->vertex_count, two[6] = {a, a + 1, a + SHEET + 2, a, a + SHEET + 2, a + SHEET + 1};
+                memcpy(triangles + 3 * c->triangle_count, two, sizeof two);
+                c->triangle_count += 2;
+            }
+        }
+    }
+    for (int v = 0; v < c->vertex_count; ++v) {
+        memset(&influences[v], 0, sizeof influences[v]);
+        influences_add(&influences[v], 0, 1.0f - 0.5f * positions[3 * v + 1]);
+        influences_add(&influences[v], 1, 0.5f * positions[3 * v + 1] + 1e-6f);
+        influences_normalize(&influences[v], 0);
+    }
+    for (int i = 0; i < 3 * c->vertex_count; ++i) colors[i] = 1.0f;
+    character_smooth(c, 0, 0);
+}
+
+TEST sheets_become_one_voxel_thick(void)
+{
+    struct character c;
+    FILE *errors = freopen(scratch("notes"), "w", stderr);
+    ASSERT(errors != NULL);
+    make_cape(&c, true, true);
+    ASSERT(gltf_write_character(scratch("cape.glb"), &c));
+    make_cape(&c, true, false);
+    ASSERT(gltf_write_character(scratch("box.glb"), &c));
+    make_cape(&c, false, true);
+    ASSERT(gltf_write_character(scratch("sheet.glb"), &c));
+    const char *const worn[] = {scratch("cape.glb"), scratch("box.glb"), "--grid", "40", "--frames", "2", "--json", scratch("cape.json"), NULL};
+    ASSERT_EQ(0, run_program(worn));
+    cJSON *json = read_report(scratch("cape.json"));
+    ASSERT(json != NULL);
+    const int bare = (int)number_of(cJSON_GetObjectItem(json, "source"), "sheet_triangles"); /* the upper edge touches the box */
+    ASSERT(bare > 3 * SHEET * SHEET / 2 && bare <= 2 * SHEET * SHEET);
+    ASSERT_EQ(0, (int)number_of(cJSON_GetObjectItem(json, "target"), "sheet_triangles"));
+    ASSERT_EQ(1, (int)number_of(cJSON_GetObjectItem(json, "source"), "bodies_found"));
+    ASSERT_EQ(2, (int)number_of(json, "watertight_frames"));
+    ASSERT_EQ(1, (int)number_of(json, "components_most"));
+    cJSON_Delete(json);
+    const char *const alone[] = {scratch("sheet.glb"), scratch("sheet.glb"), "--grid", "40", "--frames", "2", "--quiet", NULL};
+    ASSERT_EQ(0, run_program(alone));
+    const char *const left[] = {scratch("sheet.glb"), scratch("box.glb"), "--grid", "40", "--frames", "2", "--thicken", "0", "--quiet", NULL};
+    ASSERT_EQ(1, run_program(left));
+    fflush(stderr);
+    size_t length;
+    char *text = whole_file(scratch("notes"), &length);
+    ASSERTm(text, strstr(text, "cape.glb: sheets without an inside (1, of "));
+    ASSERTm(text, strstr(text, " triangles) are made one voxel thick; --thicken X"));
+    ASSERTm(text, strstr(text, "sheet.glb: encloses nothing: a sheet; --thicken 1 makes it solid"));
+    free(text);
     PASS();
 }
 
@@ -847,7 +1052,7 @@ TEST characters_of_the_collection(void)
     ASSERT(character_animation(&c, "Walking_A") >= 0 && character_animation(&c, "3") == 3 && character_animation(&c, "99") == -1);
     character_free(&c);
     const char *const line[] = {
-        knight,    mage,     "--animation",          "Walking_A", "--grid", "40", "--frames", "3", "--ease", "0",
+        knight,    mage,     "--animation",          "Walking_A", "--grid", "40", "--frames", "3", "--blend", "2",
         "--quiet", "--json", scratch("knight.json"), NULL};
     ASSERT_EQ(0, run_program(line));
     CHECK_CALL(check_report(scratch("knight.json"), 3, 0.6));
@@ -867,7 +1072,8 @@ int main(int argc, char **argv)
     RUN_TEST(the_affine_force_goes_from_pose_to_pose);
     RUN_TEST(weights_sum_to_one);
     RUN_TEST(alignment_makes_joints_coincide);
-    RUN_TEST(joints_are_paired_by_file_and_by_hierarchy);
+    RUN_TEST(joints_are_paired_by_file);
+    RUN_TEST(joints_of_different_rigs_are_paired_limb_by_limb);
     RUN_TEST(heat_weights_of_a_tube_are_symmetric_and_sum_to_one);
     RUN_TEST(meshes_that_cut_themselves_are_found_out);
     RUN_TEST(specks_are_left_out);
@@ -879,7 +1085,9 @@ int main(int argc, char **argv)
     RUN_TEST(an_animated_picture_begins_with_its_first_frame);
     RUN_TEST(malformed_files_are_refused_in_one_line);
     RUN_TEST(a_morph_from_nothing);
+    RUN_TEST(a_morph_between_two_rigs);
     RUN_TEST(three_js_shows_the_files);
+    RUN_TEST(sheets_become_one_voxel_thick);
     RUN_TEST(weights_from_nothing);
     RUN_TEST(characters_of_the_collection);
     RUN_TEST(wrong_lines_end_with_a_status);

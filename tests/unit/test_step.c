@@ -104,6 +104,26 @@ TEST lazy_steps_only_advect(void)
     PASS();
 }
 
+/* A step that goes much further than the lazy ones before it makes phi follow first, so that it can be carried along. */
+TEST phi_follows_before_a_sudden_step(void)
+{
+    static diary d;
+    springls_context *ctx = traced(1, 2.6f, &d);
+    float wind[3] = { 0.3f, 0.0f, 0.0f };
+    springls_forces forces = fixture_forces(fixture_wind, wind);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
+    int i, from = 0;
+    step.max_displacement = 2.0f;
+    for (i = 0; i < 9; i++) {
+        from = d.count;
+        if (i == 8) wind[0] = 1.95f;
+        ASSERT_OK(springls_step(ctx, &step));
+        ASSERT_STR_EQ(i == 0 ? "AP" : i < 8 ? "A" : "PAP", stages_since(&d, from));
+    }
+    springls_destroy(ctx);
+    PASS();
+}
+
 static void no_pressure(void *user, const float *points, const float *normals, int count, float time, float *out)
 {
     (void)user, (void)points, (void)normals, (void)time;
@@ -708,6 +728,7 @@ SUITE(step)
         RUN_TESTp(free_springls_are_not_stopped, which);
     }
     RUN_TEST(lazy_steps_only_advect);
+    RUN_TEST(phi_follows_before_a_sudden_step);
     RUN_TESTp(relax_is_left_out_in_a_flow_only, 0, 1, 0.0f);
     RUN_TESTp(relax_is_left_out_in_a_flow_only, 1, 1, 0.0f);
     RUN_TESTp(relax_is_left_out_in_a_flow_only, 0, 1, 0.1f);

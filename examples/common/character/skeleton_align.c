@@ -1,6 +1,7 @@
 #include "character/skeleton_align.h"
 
 #include "base/vec3.h"
+#include "character/skeleton_limbs.h"
 #include "shapes/shapes.h"
 
 #include <ctype.h>
@@ -58,70 +59,6 @@ static int map_by_names(const struct character *source, const bool *source_used,
     return pairs;
 }
 
-/* Computes the mean direction of the joints below a joint. */
-static void branch_direction(const struct character *character, int joint, float direction[3])
-{
-    float origin[3], place[3];
-    joint_place(&character->joints[joint], origin);
-    memset(direction, 0, 3 * sizeof *direction);
-    for (int j = joint; j < character->joint_count; ++j) {
-        for (int up = j; up >= joint; up = character->joints[up].parent) {
-            if (up == joint) {
-                joint_place(&character->joints[j], place);
-                vec3_sub(place, origin, place);
-                vec3_add_scaled(direction, 1.0f, place, direction);
-                break;
-            }
-        }
-    }
-}
-
-/* Computes the direction from a joint to the middle of a child's branch. */
-static void child_direction(const struct character *character, int joint, int child, float direction[3])
-{
-    float from[3], to[3], branch[3];
-    joint_place(&character->joints[joint], from);
-    joint_place(&character->joints[child], to);
-    branch_direction(character, child, branch);
-    vec3_sub(to, from, direction);
-    vec3_add_scaled(direction, 0.1f, branch, direction);
-    vec3_normalize(direction);
-}
-
-static int map_branches(const struct character *source, const bool *source_used, const struct character *target,
-                        const bool *target_used, int i, int j, int *map)
-{
-    int pairs = 1;
-    map[i] = j;
-    for (;;) { /* pair the best two children that are still unpaired */
-        int best_i = -1, best_j = -1;
-        float best = -2.0f;
-        for (int a = i + 1; a < source->joint_count; ++a) {
-            if (source->joints[a].parent != i || !source_used[a] || map[a] >= 0) {
-                continue;
-            }
-            for (int b = j + 1; b < target->joint_count; ++b) {
-                bool alone = target->joints[b].parent == j && target_used[b];
-                for (int other = 0; alone && other < source->joint_count; ++other) {
-                    alone = map[other] != b;
-                }
-                if (alone) {
-                    float u[3], v[3];
-                    child_direction(source, i, a, u);
-                    child_direction(target, j, b, v);
-                    if (vec3_dot(u, v) > best) {
-                        best = vec3_dot(u, v), best_i = a, best_j = b;
-                    }
-                }
-            }
-        }
-        if (best_i < 0) {
-            return pairs;
-        }
-        pairs += map_branches(source, source_used, target, target_used, best_i, best_j, map);
-    }
-}
-
 static int first_bone(const struct character *character)
 {
     for (int j = 0; j < character->joint_count; ++j) {
@@ -130,27 +67,6 @@ static int first_bone(const struct character *character)
         }
     }
     return -1;
-}
-
-/* Returns the bone with the most bones below it: the first bone may belong to a helper chain, as for feet. */
-static int trunk(const struct character *character)
-{
-    int best = -1, best_below = -1;
-    for (int j = 0; j < character->joint_count; ++j) {
-        int below = 0;
-        for (int k = j + 1; character->joints[j].bone && k < character->joint_count; ++k) {
-            int up = k;
-            while (up > j) {
-                up = character->joints[up].parent;
-            }
-            below += up == j && character->joints[k].bone;
-        }
-        if (character->joints[j].bone && below > best_below) {
-            best_below = below;
-            best = j;
-        }
-    }
-    return best;
 }
 
 static int count_true(const bool *flags, int count)
@@ -194,37 +110,6 @@ static int map_by_file(const struct character *source, const struct character *t
     if (pairs == 0) {
         snprintf(error, CHARACTER_TEXT, "%.200s: no pair of joints", path);
     }
-    return pairs;
-}
-
-int skeleton_map(const struct character *source, const struct character *target, const char *file, int *map, const char **how,
-                 char error[CHARACTER_TEXT])
-{
-    bool *source_used = used_joints(source), *target_used = used_joints(target);
-    const int ours = count_true(source_used, source->joint_count), theirs = count_true(target_used, target->joint_count);
-    int pairs = 0;
-    snprintf(error, CHARACTER_TEXT, "not enough memory");
-    for (int i = 0; i < source->joint_count; ++i) {
-        map[i] = -1;
-    }
-    *how = "file";
-    if (file) {
-        pairs = map_by_file(source, target, file, map, error);
-    } else if (source_used && target_used) {
-        *how = "names";
-        pairs = map_by_names(source, source_used, target, target_used, map);
-        if (2 * pairs < (ours < theirs ? ours : theirs)) {
-            const int i = trunk(source), j = trunk(target);
-            *how = "hierarchy";
-            for (int k = 0; k < source->joint_count; ++k) {
-                map[k] = -1;
-            }
-            pairs = i >= 0 && j >= 0 ? map_branches(source, source_used, target, target_used, i, j, map) : 0;
-            snprintf(error, CHARACTER_TEXT, "the skeletons have nothing in common");
-        }
-    }
-    free(source_used);
-    free(target_used);
     return pairs;
 }
 
@@ -360,26 +245,148 @@ void skeleton_fit_bones(const struct character *source, const struct character *
     free(ends.weights);
 }
 
-bool skeleton_rescale(struct character *source, const struct character *target, const int *map)
+/* ---- alignment ---- */
+
+/* Lists for each joint that nothing is mapped to (mapped: not its own but a flag) the highest such joint above it, -1: mapped. */
+static void list_alone(const struct character *c, const bool *used, const bool *mapped, int *alone)
 {
-    struct affine *bones = malloc(((size_t)source->joint_count + 1) * sizeof *bones);
-    if (!bones) {
-        return false;
+    for (int j = 0; j < c->joint_count; ++j) {
+        const int up = c->joints[j].parent;
+        alone[j] = mapped[j] || !used[j] ? -1 : up >= 0 && alone[up] >= 0 ? alone[up] : j;
     }
-    skeleton_fit_bones(source, target, map, bones);
-    character_skin(source, bones, source->positions);
+    for (int j = 0; j < c->joint_count; ++j) { /* helpers between the root and the first joint are no limbs */
+        for (int up = c->joints[j].parent; mapped[j] && up >= 0; up = c->joints[up].parent) { alone[up] = -1; }
+    }
+}
+
+static bool pair_names(const struct character *source, const struct character *target, struct alignment *a)
+{
+    bool *source_used = used_joints(source), *target_used = used_joints(target);
+    const int ours = count_true(source_used, source->joint_count), theirs = count_true(target_used, target->joint_count);
+    bool good = source_used && target_used;
+    if (good) {
+        a->pairs = map_by_names(source, source_used, target, target_used, a->map);
+        good = a->pairs > 0 && 10 * a->pairs >= 9 * (ours < theirs ? ours : theirs);
+    }
+    free(source_used);
+    free(target_used);
+    return good;
+}
+
+static bool pair_limbs(const struct character *source, const struct character *target, struct alignment *a)
+{
+    struct skeleton_limbs ours, theirs;
+    if (!skeleton_limbs_find(source, &ours) || !skeleton_limbs_find(target, &theirs)) { return false; }
+    a->pairs = skeleton_limbs_pair(source, &ours, &theirs, a->map, a->bones);
+    for (int j = 0; j < source->joint_count; ++j) { a->shrinks[j] = skeleton_limbs_alone(source, &ours, &theirs, j); }
+    for (int j = 0; j < target->joint_count; ++j) {
+        a->grows[j] = skeleton_limbs_alone(target, &theirs, &ours, j);
+        a->bone_above[j] = a->grows[j] < 0 ? skeleton_limbs_above(target, &theirs, j) : -1;
+    }
+    return true;
+}
+
+/* Completes an alignment whose joints are mapped by names: computes the bones' maps, and which joints only one has. */
+static bool complete(const struct character *source, const struct character *target, struct alignment *a)
+{
+    bool *used[2] = {used_joints(source), used_joints(target)};
+    bool *mapped[2] = {calloc((size_t)source->joint_count + 1, sizeof(bool)),
+                       calloc((size_t)target->joint_count + 1, sizeof(bool))};
+    const bool good = used[0] && used[1] && mapped[0] && mapped[1];
+    for (int j = 0; good && j < source->joint_count; ++j) {
+        if (a->map[j] >= 0) { mapped[0][j] = mapped[1][a->map[j]] = true; }
+    }
+    if (good) {
+        list_alone(source, used[0], mapped[0], a->shrinks);
+        list_alone(target, used[1], mapped[1], a->grows);
+        skeleton_fit_bones(source, target, a->map, a->bones);
+    }
+    for (int j = 0; good && j < target->joint_count; ++j) {
+        int up = target->joints[j].parent;
+        while (up >= 0 && !(mapped[1][up] && target->joints[up].bone)) { up = target->joints[up].parent; }
+        a->bone_above[j] = mapped[1][j] && target->joints[j].bone ? up : -1;
+    }
+    for (int k = 0; k < 2; ++k) {
+        free(used[k]);
+        free(mapped[k]);
+    }
+    return good;
+}
+
+bool skeleton_align(const struct character *source, const struct character *target, const char *file, struct alignment *a,
+                    char error[CHARACTER_TEXT])
+{
+    const size_t ours = (size_t)source->joint_count + 1, theirs = (size_t)target->joint_count + 1;
+    memset(a, 0, sizeof *a);
+    a->map = malloc(ours * sizeof *a->map);
+    a->bones = malloc(ours * sizeof *a->bones);
+    a->shrinks = malloc(ours * sizeof *a->shrinks);
+    a->grows = malloc(theirs * sizeof *a->grows);
+    a->bone_above = malloc(theirs * sizeof *a->bone_above);
+    snprintf(error, CHARACTER_TEXT, "not enough memory");
+    bool good = a->map && a->bones && a->shrinks && a->grows && a->bone_above;
+    for (int i = 0; good && i < source->joint_count; ++i) { a->map[i] = -1; }
+    if (good && file) {
+        a->how = "file";
+        a->pairs = map_by_file(source, target, file, a->map, error);
+        good = a->pairs > 0 && complete(source, target, a);
+    } else if (good && pair_names(source, target, a)) {
+        a->how = "names";
+        good = complete(source, target, a);
+    } else if (good) {
+        a->how = "limbs";
+        good = pair_limbs(source, target, a);
+    }
+    if (!good) { alignment_free(a); }
+    return good;
+}
+
+void alignment_free(struct alignment *a)
+{
+    free(a->map);
+    free(a->bones);
+    free(a->shrinks);
+    free(a->grows);
+    free(a->bone_above);
+    memset(a, 0, sizeof *a);
+}
+
+/* Adds to each vertex's pull the way to the first joint of limbs that only one character has. bones: NULL, or the maps that the
+ * surface has been moved by. */
+static void add_pulls(const struct character *c, const int *alone, const struct affine *bones, float *pulls)
+{
+    for (int v = 0; v < c->vertex_count; ++v) {
+        const struct influences *in = &c->influences[v];
+        memset(pulls + 3 * v, 0, 3 * sizeof *pulls);
+        for (int k = 0; k < CHARACTER_BONES; ++k) {
+            const int root = in->weight[k] > 0.0f ? alone[in->joint[k]] : -1;
+            if (root >= 0) {
+                float place[3];
+                joint_place(&c->joints[root], place);
+                if (bones) { affine_apply(&bones[root], place, place); }
+                vec3_sub(place, c->positions + 3 * v, place);
+                vec3_add_scaled(pulls + 3 * v, in->weight[k], place, pulls + 3 * v);
+            }
+        }
+    }
+}
+
+void skeleton_rescale(struct character *source, const struct character *target, const struct alignment *a, float *shrink,
+                      float *grow)
+{
+    character_skin(source, a->bones, source->positions);
+    add_pulls(source, a->shrinks, a->bones, shrink);
+    add_pulls(target, a->grows, NULL, grow);
     for (int v = 0; v < source->vertex_count; ++v) {
         const struct influences old = source->influences[v];
         struct influences *now = &source->influences[v];
         memset(now, 0, sizeof *now);
         for (int k = 0; k < CHARACTER_BONES; ++k) {
             if (old.weight[k] > 0.0f) {
-                const int up = map[old.joint[k]] >= 0 ? old.joint[k] : mapped_above(source, map, old.joint[k]);
-                influences_add(now, up >= 0 ? map[up] : first_bone(target), old.weight[k]);
+                const int up = a->map[old.joint[k]] >= 0 ? old.joint[k] : mapped_above(source, a->map, old.joint[k]);
+                influences_add(now, up >= 0 ? a->map[up] : first_bone(target), old.weight[k]);
             }
         }
         influences_normalize(now, first_bone(target));
     }
-    free(bones);
-    return true;
 }

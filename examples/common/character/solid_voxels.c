@@ -157,6 +157,10 @@ static bool join_parts(struct repair *r, int reach, struct solid_repair *report)
         if (r->label[n] > 1 && r->phi[n] < 0.0f) {
             r->phi[n] = fmaxf(-r->phi[n], 1e-3f);
             ++report->dropped;
+            if (kept[r->label[n]]) {
+                ++report->out_of_reach;
+                report->out_of_reach_at = (int)n;
+            }
         }
     }
     free(voxels);
@@ -212,8 +216,8 @@ static void envelope(const float *f, int n, float *out, int *vertex, float *from
     }
 }
 
-/* Computes squared distances to the nearest voxel outside. */
-static bool square_distances(const struct solid_grid *grid, const float *phi, float *square)
+/* Computes squared distances to the nearest voxel where `square` is 0. */
+static bool square_distances(const struct solid_grid *grid, float *square)
 {
     const int *size = grid->size, longest = size[0] > size[1] ? size[0] : size[1],
               room = longest > size[2] ? longest : size[2];
@@ -223,7 +227,6 @@ static bool square_distances(const struct solid_grid *grid, const float *phi, fl
           *from = malloc(((size_t)room + 1) * sizeof *from);
     int *vertex = malloc((size_t)room * sizeof *vertex);
     const bool good = line && out && from && vertex;
-    for (size_t n = 0; n < count; ++n) { square[n] = phi[n] < 0.0f ? 1e12f : 0.0f; }
     for (int axis = 0; good && axis < 3; ++axis) {
         for (size_t n = 0; n < count; ++n) {
             if (n / step[axis] % (size_t)size[axis] == 0) {
@@ -240,6 +243,19 @@ static bool square_distances(const struct solid_grid *grid, const float *phi, fl
     return good;
 }
 
+bool solid_extend(const struct solid_grid *grid, float *phi, float band)
+{
+    const size_t count = (size_t)grid->size[0] * (size_t)grid->size[1] * (size_t)grid->size[2];
+    float *square = malloc(count * sizeof *square);
+    for (size_t n = 0; square && n < count; ++n) { square[n] = fabsf(phi[n]) < 0.87f ? 0.0f : 1e12f; } /* half a diagonal */
+    const bool good = square && square_distances(grid, square);
+    for (size_t n = 0; good && n < count; ++n) {
+        if (fabsf(phi[n]) >= band) { phi[n] = copysignf(fmaxf(band, sqrtf(square[n])), phi[n]); }
+    }
+    free(square);
+    return good;
+}
+
 bool solid_create(const struct solid_grid *grid, const float *phi, float band, struct solid *solid)
 {
     const size_t count = (size_t)grid->size[0] * (size_t)grid->size[1] * (size_t)grid->size[2];
@@ -250,8 +266,9 @@ bool solid_create(const struct solid_grid *grid, const float *phi, float band, s
     solid->index = malloc(((size_t)solid->count + 1) * sizeof *solid->index);
     solid->number = malloc(count * sizeof *solid->number);
     solid->depth = malloc(((size_t)solid->count + 1) * sizeof *solid->depth);
-    const bool good = square && solid->index && solid->number && solid->depth && solid->count > 0
-        && square_distances(grid, phi, square);
+    bool good = square && solid->index && solid->number && solid->depth && solid->count > 0;
+    for (size_t n = 0; good && n < count; ++n) { square[n] = phi[n] < 0.0f ? 1e12f : 0.0f; }
+    good = good && square_distances(grid, square);
     for (size_t n = 0, next = 0; good && n < count; ++n) {
         solid->number[n] = phi[n] < 0.0f ? (int)next : -1;
         if (phi[n] < 0.0f) {

@@ -25,11 +25,16 @@ struct solid_repair {
     int parts;   /* separate bodies */
     int joined;  /* of these, connected with the largest one by a bridge */
     int dropped; /* voxels of bodies left out: too small or too far away */
+    int out_of_reach, out_of_reach_at; /* voxels of one that is only too far away, and a voxel of it; 0: none */
 };
 
 /* Makes one body of a level set (negative inside, voxels): fills hollows, and connects separate bodies of at least 1/1000 of
  * the volume by the shortest bridges, if these are at most `reach` voxels long. Returns false if memory is short. */
 bool solid_repair(const struct solid_grid *grid, float *phi, int reach, struct solid_repair *report);
+
+/* Continues a level set that is clamped at `band` voxels: farther away |phi| is the distance to the surface, within a voxel.
+ * Returns false if memory is short. */
+bool solid_extend(const struct solid_grid *grid, float *phi, float band);
 
 /* Collects the inside voxels of a level set. Depths are -phi where that is less than `band` voxels, and below that distances
  * to the nearest voxel outside. Returns false if memory is short or nothing is inside. */

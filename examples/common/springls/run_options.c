@@ -115,7 +115,7 @@ static bool set_member(springls_params *params, const char *text, size_t length)
     return false;
 }
 
-static int set_params(const char *program, const char *set, springls_params *params)
+int run_set_members(const char *program, const char *set, springls_params *params)
 {
     for (const char *item = set; item && *item;) {
         const size_t length = strcspn(item, ",");
@@ -166,7 +166,7 @@ int run_make_folder(const char *program, const char *path)
 int run_options(const char *program, const struct cli_common *common, const char *set, springls_params *params)
 {
     *params = strcmp(common->params, "paper") == 0 ? springls_paper_params() : springls_default_params();
-    const int status = set_params(program, set, params);
+    const int status = run_set_members(program, set, params);
     if (status != CLI_CONTINUE) {
         return status;
     }
@@ -240,7 +240,7 @@ static double run_clock(void *user)
 int run_create(const char *program, springls_desc *desc, springls_context **ctx)
 {
     char message[256] = "no reason given";
-    desc->trace.now = run_clock;
+    desc->trace.now = desc->trace.now ? desc->trace.now : run_clock;
     springls_desc noting = *desc;
     noting.logger.log = keep_message;
     noting.logger.user = message;

@@ -15,6 +15,10 @@
  * number of threads and makes the folder of --out. Returns CLI_CONTINUE, or the exit status after one line on stderr. */
 int run_options(const char *program, const struct cli_common *common, const char *set, springls_params *params);
 
+/* Sets the members of params in `set` alone, as run_options does. Returns CLI_CONTINUE, or the exit status after one line on
+ * stderr. */
+int run_set_members(const char *program, const char *set, springls_params *params);
+
 /* Returns the name of the member of springls_params at this offset, or a phrase for one that --set cannot set. */
 const char *run_member_at(size_t offset);
 
@@ -40,7 +44,7 @@ const char *run_backend_name(const springls_backend *backend);
 /* Returns true when `status` is good; else prints one line on stderr that begins with program and `doing`. */
 bool run_check(const char *program, const springls_context *ctx, springls_status status, const char *doing);
 
-/* Calls springls_create with wall-clock timing and prints the reason of a failure on stderr. Returns CLI_CONTINUE, or the exit
+/* Calls springls_create, with wall-clock timing unless desc->trace has a clock, and prints the reason of a failure on stderr. Returns CLI_CONTINUE, or the exit
  * status. */
 int run_create(const char *program, springls_desc *desc, springls_context **ctx);
 
