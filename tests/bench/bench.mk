@@ -48,7 +48,7 @@ build/bench/openvdb_advection: tests/bench/openvdb_advection.cc $(call folder_ar
 
 BENCH_PROGRAMS := build/leveque build/zalesak build/morph $(addprefix build/bench/,bench memory frames queries openvdb_advection)
 # OpenVDB's rows are left out where it is not installed.
-PAPER_PROGRAMS  = build/leveque build/zalesak build/morph $(IMAGING_PROGRAMS) $(addprefix build/bench/,paper turns $(if $(wildcard /usr/include/openvdb/openvdb.h),openvdb_advection))
+PAPER_PROGRAMS  = build/leveque build/zalesak build/morph $(IMAGING_PROGRAMS) $(addprefix build/bench/,paper turns segmentation $(if $(wildcard /usr/include/openvdb/openvdb.h),openvdb_advection))
 
 bench: deps-bench   ## beside OpenVDB: time, errors, memory, threads, OpenCL, compile time, frames, queries (GRID=128; ONLY=opencl, =frames, =queries)
 	@$(MAKE) --no-print-directory $(BENCH_PROGRAMS)

@@ -72,8 +72,8 @@ int paper_leveque(struct paper *paper, int grid, double period, const char *set,
     snprintf(full_name, sizeof full_name, "leveque_%d_%g_%s%s", grid, period, set, name);
     struct run *run = find_run(paper, full_name, &is_new);
     if (is_new) {
-        run_command(run, "build/leveque --grid %d --period %g --params %s --threads 1 --quiet --json -", grid, period, set);
-        run_add(run, "--series %s/runs/%s.csv %s", paper_folder, full_name, extra);
+        run_command(run, "build/leveque --grid %d --period %g --params %s --threads 1", grid, period, set);
+        run_add(run, "--processor-time --quiet --json - --series %s/runs/%s.csv %s", paper_folder, full_name, extra);
     }
     return (int)(run - paper->runs);
 }
@@ -154,7 +154,7 @@ void paper_picture(struct paper *paper, struct image *image, int width, const ch
     char folder[PAPER_PATH], path[PAPER_PATH + RUN_NAME];
     snprintf(folder, sizeof folder, "%s/pictures", paper->docs);
     snprintf(path, sizeof path, "%s/%s", folder, name);
-    if (image->rgb && make_folder(folder) && image_shrink(image, width) && image_write_small_png(image, 64, path)) {
+    if (image->rgb && make_folder(folder) && image_shrink(image, width) && image_write_small_png(image, 96, path)) {
         paper_say(paper, "\n![%s](pictures/%s)\n", caption, name);
         printf("-> %s\n", path);
     } else {
@@ -189,7 +189,7 @@ static const struct part parts[] = {
     {"table3", "LeVeque's test, T = 2.5: 128^3, 256^3", "4", "384^3 and 512^3: 60 minutes", paper_table3},
     {"table4", "Zalesak's test; OpenVDB where it is installed", "3", NULL, paper_table4},
     {"table5", "LeVeque's test, T = 1.6: 100^3, 200^3", "1", NULL, paper_table5},
-    {"table6", "segmentation of the packaged head, by build/bench/imaging", "6", NULL, paper_table6},
+    {"table6", "segmentation of the packaged head; of a pelvis in CT, too, where SPRINGLS_DATA is set", "6", NULL, paper_table6},
     {"fig1", "the imaging pipeline (on table6's runs)", "0", NULL, paper_fig1},
     {"fig3", "one model by volumetric ray casting, 120^3", "1", NULL, paper_fig3},
     {"fig6", "physical and normalized torque", "0", NULL, paper_fig6},
