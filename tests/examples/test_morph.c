@@ -158,9 +158,9 @@ TEST the_affine_force_goes_from_pose_to_pose(void)
     struct affine before[2], after[2], places[2];
     character_pose(&c, 0, 0.3, 1.0, before, places);
     character_pose(&c, 0, 0.9, 1.0, after, places);
-    struct skinning s = {NULL, before, after};
+    struct skinning s = {NULL, before, after, 0.0f};
     const struct affine from = influences_blend(&hand_influences[1], before), to = influences_blend(&hand_influences[1], after);
-    const struct affine m = motion(&s, &hand_influences[1]);
+    const struct affine m = motion(&s, &hand_influences[1], NULL);
     const springls_grid_desc grid = {.size = {32, 32, 32}, .spacing = {0.25, 0.25, 0.25}, .origin = {-3, -1, 2}};
     const float x[3] = {0.1f, 1.7f, 0.4f};
     float start[3], end[3], voxel[3], out[12];
@@ -366,6 +366,35 @@ TEST joints_of_different_rigs_are_paired_limb_by_limb(void)
         character_free(&source);
         character_free(&target);
     }
+    PASS();
+}
+
+/* ---- voxels ---- */
+
+/* Two tetrahedra, one inside the other: distances are those to the outer one. */
+TEST a_mesh_that_overlaps_itself_has_one_distance(void)
+{
+    const float positions[24] = {4, 4, 4, 24, 4, 4, 4, 24, 4, 4, 4, 24, 6, 6, 6, 11, 6, 6, 6, 11, 6, 6, 6, 11};
+    const int triangles[24] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2, 4, 6, 5, 4, 5, 7, 5, 6, 7, 4, 7, 6};
+    const struct solid_grid grid = {{29, 28, 27}, {0, 0, 0}, 1.0};
+    enum { COUNT = 29 * 28 * 27 };
+    float *phi = malloc(COUNT * sizeof *phi);
+    int *nearest = malloc(COUNT * sizeof *nearest);
+    ASSERT(mesh_voxels(&grid, positions, triangles, 8, 1.5f, phi, nearest));
+    for (int z = 1; z < 26; ++z) {
+        for (int y = 1; y < 27; ++y) {
+            for (int x = 1; x < 28; ++x) {
+                const int at = (z * 28 + y) * 29 + x;
+                const float slope = (float)(x + y + z - 32) / sqrtf(3.0f);
+                const float inside = fmaxf(fmaxf(4.0f - (float)x, 4.0f - (float)y), fmaxf(4.0f - (float)z, slope));
+                if (inside < 0.0f) ASSERT_NEAR(inside, phi[at], inside > -1.4f ? 2e-4 : 1.0);
+                if (inside > 0.0f) ASSERT(phi[at] > 0.0f && phi[at] > inside - 1.0f);
+                if (inside < 0.0f && inside > -1.0f) ASSERT(nearest[at] >= 0 && nearest[at] < 4);
+            }
+        }
+    }
+    free(phi);
+    free(nearest);
     PASS();
 }
 
@@ -1074,6 +1103,7 @@ int main(int argc, char **argv)
     RUN_TEST(alignment_makes_joints_coincide);
     RUN_TEST(joints_are_paired_by_file);
     RUN_TEST(joints_of_different_rigs_are_paired_limb_by_limb);
+    RUN_TEST(a_mesh_that_overlaps_itself_has_one_distance);
     RUN_TEST(heat_weights_of_a_tube_are_symmetric_and_sum_to_one);
     RUN_TEST(meshes_that_cut_themselves_are_found_out);
     RUN_TEST(specks_are_left_out);
