@@ -33,9 +33,9 @@ endif
 # Threads that wait in a busy loop take the processor from those that work, wherever the machine has something else to do.
 export OMP_WAIT_POLICY ?= passive
 
-.PHONY: help deps deps-demo deps-examples deps-display deps-test deps-opencl deps-bench check examples demo test test-run bench paper ablation motions accuracy coverage \
+.PHONY: help deps deps-demo deps-examples deps-display deps-test deps-opencl deps-bench check examples demo test test-run bench paper ablation motions accuracy long coverage \
         segmentation imaging install uninstall format clean \
-        asan ubsan tsan msan oclgrind deps-oclgrind fuzz deps-fuzz compile-matrix deps-matrix portability deps-portability deps-python web web-test deps-web deps-web-test packages deps-packages deps-engines FORCE
+        asan ubsan tsan msan valgrind deps-valgrind oclgrind deps-oclgrind fuzz deps-fuzz compile-matrix deps-matrix portability deps-portability deps-python web web-test deps-web deps-web-test packages deps-packages deps-engines FORCE
 .DELETE_ON_ERROR:
 # What is made on the way to something else stays too.
 .SECONDARY:
@@ -49,7 +49,7 @@ deps: deps-test deps-examples deps-display deps-opencl   ## install what demo an
 
 DEPS = CC="$(CC)" CXX="$(CXX)" HEAD_SCAN="$(HEAD_SCAN)" .ci/deps.sh
 
-deps-demo deps-examples deps-display deps-test deps-opencl deps-oclgrind deps-fuzz deps-bench deps-matrix deps-portability deps-python deps-web deps-web-test deps-packages deps-engines:
+deps-demo deps-examples deps-display deps-test deps-opencl deps-oclgrind deps-valgrind deps-fuzz deps-bench deps-matrix deps-portability deps-python deps-web deps-web-test deps-packages deps-engines:
 	@$(DEPS) $(@:deps-%=%)
 
 # ---- the product ----

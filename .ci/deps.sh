@@ -1,7 +1,7 @@
 #!/bin/sh
 # deps.sh GROUP...: finds what a group of make targets needs and this machine lacks, and installs it through the
-# system's package manager. Groups: make, test, demo, examples, display, opencl, oclgrind, judges, bench, matrix, portability,
-# python, web, web-test, packages, engines. CC and CXX name the
+# system's package manager. Groups: make, test, demo, examples, display, opencl, oclgrind, valgrind, judges, bench, matrix, portability,
+# valgrind, python, web, web-test, packages, engines. CC and CXX name the
 # compilers that are wanted. Takes some hundredths of a second when nothing is missing: all headers are looked for in one run of the preprocessor.
 set -u
 CC=${CC:-cc} CXX=${CXX:-g++}
@@ -41,7 +41,8 @@ for group; do
             openvdb/openvdb.h libopenvdb-dev
             tbb/tbb.h libtbb-dev
             boost/version.hpp libboost-dev
-            boost/iostreams/stream.hpp libboost-iostreams-dev"
+            boost/iostreams/stream.hpp libboost-iostreams-dev
+            CGAL/Surface_mesh.h libcgal-dev"
         need_command elastix elastix
         # Not packages of the system: Khronos' validator of glTF files and a program that shows them, where npm is at hand.
         [ -d build/npm/node_modules/gltf-validator ] || ! command -v npm > /dev/null 2>&1 ||
@@ -92,6 +93,8 @@ for group; do
         need_command oclgrind oclgrind
         need_command clang clang
         echo 'int main(void) { return 0; }' | clang -x c -fsanitize=memory -o /dev/null - 2> /dev/null || need libclang-rt-dev ;;
+    valgrind)   # runs a program with a look at every access
+        need_command valgrind valgrind ;;
     fuzz)   # libFuzzer
         need_command clang clang
         echo 'int LLVMFuzzerTestOneInput(void); int LLVMFuzzerTestOneInput(void) { return 0; }' |
@@ -124,7 +127,7 @@ for group; do
             boost/version.hpp libboost-dev"
         fi ;;
     *)
-        echo "deps.sh: no such group: $group (there are test, demo, examples, display, opencl, oclgrind, judges, bench, matrix, portability, python, web, web-test, packages, engines, make)" >&2; exit 2 ;;
+        echo "deps.sh: no such group: $group (there are test, demo, examples, display, opencl, oclgrind, valgrind, judges, bench, matrix, portability, python, web, web-test, packages, engines, make)" >&2; exit 2 ;;
     esac
 done
 # Word by word into pairs; the names hold no blanks.

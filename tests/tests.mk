@@ -89,7 +89,7 @@ FUZZ_TESTS = $(patsubst %,fuzz/fuzz_%,$(if $(filter 1,$(WITH_LIBRARIES)),$(FUZZE
 $(foreach f,$(FUZZERS),$(eval $(call fuzz_rule,$(f))))
 
 # C++: the engine's game loop with the code of docs/engine.md, and the program in OGRE, which have the library as their own; and OpenVDB
-# beside the library. OGRE and OpenVDB where they are installed.
+# and CGAL beside the library. OGRE, OpenVDB and CGAL where they are installed.
 CXX_TEST_FLAGS = $(filter-out -std=c99,$(TEST_FLAGS)) -std=c++17
 $(TEST_DIR)/examples/test_engine: tests/examples/test_engine.cc docs/engine.md $(TEST_DIR)/settings | springls.h
 	@mkdir -p $(@D)
@@ -102,6 +102,10 @@ $(TEST_DIR)/unit/test_openvdb: tests/unit/test_openvdb.cc $(TEST_DIR)/library.o 
 	@mkdir -p $(@D)
 	$(SAY)$(CXX) $(filter-out $(WARNINGS),$(CXX_TEST_FLAGS)) -o $@ $< $(TEST_DIR)/library.o -Wl,--copy-dt-needed-entries,--as-needed \
 	  $(if $(wildcard /usr/include/openvdb/openvdb.h),-lopenvdb -ltbb) $(TEST_LIBS)
+$(TEST_DIR)/unit/test_self_intersections: tests/unit/test_self_intersections.cc tests/long_lives.h $(TEST_DIR)/library.o $(TEST_DIR)/settings
+	@mkdir -p $(@D)
+	$(SAY)$(CXX) $(filter-out $(WARNINGS),$(CXX_TEST_FLAGS)) -o $@ $< $(TEST_DIR)/library.o \
+	  $(if $(wildcard /usr/include/CGAL/Polygon_mesh_processing/self_intersections.h),-lgmp -lmpfr) $(TEST_LIBS)
 
 # Python's module, its doctests and two examples, with a library of its own: a sanitizer's cannot be loaded into Python.
 $(TEST_DIR)/examples/test_python: tests/examples/test_python.py $(wildcard examples/python/*.py) $(TEST_DIR)/settings | springls.h
@@ -112,7 +116,8 @@ $(TEST_DIR)/examples/test_python: tests/examples/test_python.py $(wildcard examp
 
 # ---- running: every program leaves a log; as many run at a time as there are processors ----
 
-PLAIN_TESTS   = $(EXAMPLE_TESTS) $(FUZZ_TESTS) examples/test_engine $(if $(VARIANT),,examples/test_ogre examples/test_python) $(UNIT_TESTS) unit/test_openvdb
+PLAIN_TESTS   = $(EXAMPLE_TESTS) $(FUZZ_TESTS) examples/test_engine $(if $(VARIANT),,examples/test_ogre examples/test_python unit/test_self_intersections) \
+                $(UNIT_TESTS) unit/test_openvdb
 # ThreadSanitizer takes twenty times the time, and finds nothing where there is one thread: without ALL=1 it gets the tests that start some.
 ifeq ($(VARIANT)$(ALL),tsan)
   PLAIN_TESTS = examples/test_engine $(patsubst tests/%.c,%,$(shell grep -l -e pthread -e fixture_tasks -e histories.h tests/unit/test_*.c))
@@ -128,7 +133,9 @@ ifneq ($(VARIANT)$(filter 1,$(PARTS)),)
 endif
 # What takes a minute runs once, optimised: bits are the same in every build.
 ACCURACY_LOG = $(if $(VARIANT)$(filter 1,$(PARTS)),,$(if $(filter 1,$(WITH_LIBRARIES)),build/bench/accuracy.log))
-SCALAR_LOGS  = $(PLAIN_TESTS:%=$(TEST_DIR)/%.log) $(ACCURACY_LOG)
+# The page of promises names what there is.
+TRUST_LOG    = $(if $(VARIANT)$(filter 1,$(PARTS)),,$(TEST_DIR)/trust.log)
+SCALAR_LOGS  = $(PLAIN_TESTS:%=$(TEST_DIR)/%.log) $(ACCURACY_LOG) $(TRUST_LOG)
 NO_SIMD_LOGS = $(LIBRARY_TESTS:%=$(TEST_DIR)-no-simd/%.log) $(if $(LIBRARY_TESTS),$(TEST_DIR)-no-simd/same_hashes.log)
 OPENCL_LOGS  = $(DEVICE_TESTS:%=$(TEST_DIR)/%.opencl.log)
 
@@ -140,6 +147,9 @@ $(filter-out $(FIRST_OPENCL_LOG),$(OPENCL_LOGS)): | $(FIRST_OPENCL_LOG)
 	@echo "  run $< on OpenCL"; SPRINGLS_TEST_BACKEND=cpu tests/run.sh $@ $<
 %.log: % FORCE
 	@echo "  run $<"; tests/run.sh $@ $<
+$(TEST_DIR)/trust.log: FORCE
+	@mkdir -p $(@D)
+	@echo "  run tests/trust.sh"; tests/run.sh $@ tests/trust.sh
 $(TEST_DIR)-no-simd/same_hashes.log: $(TEST_DIR)/portability/hashes $(TEST_DIR)-no-simd/portability/hashes FORCE
 	@tests/run.sh $@ tests/portability/same_hashes.sh $(filter-out FORCE,$^)
 
@@ -172,6 +182,11 @@ msan: deps-oclgrind springls.h   ## models' lives under MemorySanitizer (values 
 	$(SAY)clang -std=c99 -O1 -g $(EXACT) -fsanitize=memory -fno-sanitize-recover=all -DSPRINGLS_NO_SIMD -I. -Itests -o build/lives-msan \
 	  tests/portability/hashes.c tests/library.c $(TEST_LIBS)
 	build/lives-msan
+
+valgrind: deps-valgrind springls.h   ## models' lives under valgrind (memory that is lost, not set, or not theirs)
+	@mkdir -p build
+	$(SAY)$(CC) -std=c99 -O1 -g $(EXACT) -I. -Itests -o build/lives-valgrind tests/portability/hashes.c tests/library.c $(TEST_LIBS)
+	valgrind --quiet --leak-check=full --show-leak-kinds=all --error-exitcode=1 build/lives-valgrind
 
 # libFuzzer's inputs are kept in build/fuzz/corpus, and go on from there the next time. assimp's own mistakes end fuzz_surface's processes:
 # each input has one of its own.

@@ -13,18 +13,6 @@
 
 static const float APART = 4.0f; /* voxels: corners of a triangle that came from places further apart are not blended */
 
-/* Returns the share of the target in a frame's look: how much of the way to the target has been made. It never falls. */
-static float share_of_target(const struct morph *morph, const struct morph_frame *frame)
-{
-    const int made = morph->frame_count;
-    const float before = made > 0 ? morph->frames[made - 1].share : 0.0f;
-    const double start = morph->frames[0].missing;
-    if (made == 0 || !(start > 0.0)) {
-        return 0.0f;
-    }
-    return fmaxf(before, (float)fmax(0.0, 1.0 - frame->missing / start));
-}
-
 /* Finds for each vertex the nearest place of the posed target, in the neutral pose. */
 static bool find_targets(const struct morph *morph, struct morph_frame *frame)
 {
@@ -76,7 +64,6 @@ bool morph_look(const struct morph *morph, struct morph_frame *frame)
 {
     const int count = frame->mesh.vertex_count;
     double worst = 0.0;
-    frame->share = share_of_target(morph, frame);
     frame->colors = malloc(3 * ((size_t)count + 1) * sizeof *frame->colors);
     if (!frame->colors) {
         return morph_no_memory();

@@ -25,7 +25,7 @@ static int read_command_line(struct morph_settings *set, int argc, char **argv)
         {"iterations", CLI_INT, &set->iterations, "N", "of the active contour a frame", 1, 1000, NULL},
         {"pace", CLI_FLOAT, &set->pace, "X", "voxels that the contour moves in an iteration at most", 0.001, 1, NULL},
         {"blend", CLI_INT, &set->blend, "N", "frames in which the source becomes the target", 1, 1000, NULL},
-        {"thicken", CLI_FLOAT, &set->thicken, "X", "make sheets, such as capes, solids of X voxels; 0: leave them", 0, 10, NULL},
+        {"thicken", CLI_FLOAT, &set->thicken, "X", "voxels of thickness that sheets get, such as capes (default 1, with a note); 0: leave them out", 0, 10, NULL},
         {"reach", CLI_INT, &set->reach, "N", "voxels: longest bridge to a body that touches nothing", 0, 1000, NULL},
         {"props", CLI_STRING, &set->props, "NAMES", "rigid parts that hang on bones too: parts of their names, or all", 0, 0,
          NULL},
@@ -90,6 +90,7 @@ int main(int argc, char **argv)
                                        .pace = 0.3f,
                                        .blend = 40,
                                        .reach = 10,
+                                       .thicken = -1.0f,
                                        .size = 480,
                                        .texture = 512,
                                        .view = {0.45f, 0.12f, 1.0f}}};

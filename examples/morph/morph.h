@@ -29,7 +29,7 @@ struct morph_settings {
     int iterations;  /* of the active contour a frame: the paper's 10 */
     float pace;      /* maximum motion of the contour in an iteration, voxels */
     int blend;       /* frames in which the source becomes the target */
-    float thicken;   /* voxels: sheets become solids of this thickness; 0: off */
+    float thicken;   /* voxels: sheets become solids of this thickness; 0: they are left out; negative: 1, with a note */
     int reach;       /* voxels: longest bridge to a body of a character that touches nothing */
     int size;        /* pixels of a picture's height */
     int texture;     /* texels of a frame's texture a side; 0: colors at vertices */
@@ -40,6 +40,8 @@ struct morph_settings {
 /* Figures of making a closed body from a character's triangles. */
 struct morph_solid {
     int boundary_edges, nonmanifold_edges, input_components; /* of the triangles, with equal points joined */
+    int sheet_triangles; /* without an inside */
+    float thickened;     /* voxels: their thickness now, 0: left out or none */
     int filled;          /* voxels of closed cavities, which become inside */
     int found, joined;   /* separate bodies, and those that a bridge connects with the largest one */
     int dropped_voxels;  /* of bodies left out: less than 1/1000 of the volume each */
@@ -68,6 +70,7 @@ struct morph_frame {
     double volume;        /* of the mesh, voxels */
     double distance;      /* mean |target's signed distance| of particles, voxels */
     double missing;       /* mean |model's signed distance| of vertices of the target's zero level, voxels */
+    double worst;         /* largest of these, voxels; at most the narrow band */
     double far;           /* share of the target's vertices that are more than a voxel from the model */
     double seconds, seconds_skinning, seconds_contour, seconds_target;
     int springls;
@@ -83,12 +86,13 @@ struct morph {
     springls_grid_desc grid;
     springls_context *ctx, *other; /* the model; the posed target */
     springls_backend *backend;
-    float *pressure, *source_phi;
+    float *pressure, *source_phi, *target_phi; /* dense volumes, voxels */
+    int *target_nearest; /* triangle of the posed target nearest to each voxel, -1: none near */
     struct affine *skin, *skin_before, *skin_places;
     struct morph_frame *frames, rest; /* rest: the end in the neutral pose, for --out */
     int frame_count;
     int coincided; /* the first frame in which the two coincide, -1: never */
-    springls_mesh target_mesh; /* zero level of the posed target, without self-intersections */
+    springls_mesh target_mesh; /* zero level of the target in the last frame's pose, without self-intersections */
     struct surface_distances end; /* from the last frame to the target, world units */
     double channel_sum_error;     /* bone weights carried as a channel: largest |sum - 1| at the end */
     double channel_difference;    /* mean L1 distance of these from the weights looked up by correspondence */
@@ -116,9 +120,9 @@ bool morph_check(springls_context *ctx, springls_status status, const char *what
 bool morph_read(struct morph *morph);
 void morph_to_voxel(const springls_grid_desc *grid, const float world[3], float voxel[3]); /* world = voxel is allowed */
 struct solid_grid morph_voxels(const springls_grid_desc *grid);
-/* Makes a closed body of the character on the context's grid and sets the model to its level set. */
-bool morph_solid_make(springls_context *ctx, const springls_grid_desc *grid, const struct character *character, float thicken,
-                      int reach, struct morph_solid *solid);
+/* Makes a closed body of the character on the context's grid and sets the model to its level set. path: its file, for messages. */
+bool morph_solid_make(const struct morph *morph, springls_context *ctx, const springls_grid_desc *grid, const char *path,
+                      const struct character *character, struct morph_solid *solid);
 /* Computes bone weights for a body without any, from its own skeleton or a donor's that is fitted into it. Call
  * morph_rig_free(mesh) afterwards. */
 bool morph_rig(const struct morph *morph, struct character *body, const struct character *donor, struct rig_mesh *mesh);

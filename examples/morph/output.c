@@ -114,6 +114,8 @@ static void report_body(struct json_writer *json, const char *name, const char *
     json_integer(json, "nonmanifold_edges", body->solid.nonmanifold_edges);
     json_integer(json, "input_components", body->solid.input_components);
     json_integer(json, "cavity_voxels_filled", body->solid.filled);
+    json_integer(json, "sheet_triangles", body->solid.sheet_triangles);
+    json_number(json, "sheets_thickened_voxels", (double)body->solid.thickened);
     json_integer(json, "bodies_found", body->solid.found);
     json_integer(json, "bodies_bridged", body->solid.joined);
     json_integer(json, "voxels_left_out", body->solid.dropped_voxels);
@@ -192,7 +194,6 @@ static void report_settings(struct json_writer *json, const struct morph *morph)
     json_number(json, "pace_voxels", (double)set->pace);
     json_integer(json, "blend_frames", set->blend);
     json_integer(json, "reach_voxels", set->reach);
-    json_number(json, "thicken_voxels", (double)set->thicken);
 }
 
 /* Reports the figures of all frames together. */
@@ -238,6 +239,7 @@ static void report_frame(struct json_writer *json, const struct morph_frame *fra
     json_number(json, "volume_voxels", frame->volume);
     json_number(json, "distance_voxels", frame->distance);
     json_number(json, "missing_voxels", frame->missing);
+    json_number(json, "missing_worst_voxels", frame->worst);
     json_number(json, "share_beyond_a_voxel", frame->far);
     json_number(json, "seconds", frame->seconds);
     json_object_end(json);

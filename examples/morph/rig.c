@@ -45,7 +45,7 @@ static bool body_mesh(const struct morph *morph, const struct character *body, s
     desc.params = &morph->params;
     bool good = (desc.grid.spacing[0] > 0.0 || morph_fail("the body has no size"))
         && run_create("morph", &desc, &ctx) == CLI_CONTINUE
-        && morph_solid_make(ctx, &desc.grid, body, morph->settings.thicken, morph->settings.reach, &solid)
+        && morph_solid_make(morph, ctx, &desc.grid, morph->settings.source, body, &solid)
         && morph_check(ctx, springls_extract_mesh(ctx, &surface), "body");
     if (good) {
         const size_t points = 3 * (size_t)surface.vertex_count * sizeof(float),

@@ -2,13 +2,15 @@
  *
  * 1. Inside is where the generalized winding number exceeds one half (springls_set_mesh): overlapping parts are united, open
  *    cuffs are closed by a film.
- * 2. With thicken > 0 everything within half that distance of a triangle is inside too: capes and hems become solid sheets.
+ * 2. Sheets, which have no inside, become solid: one voxel thick, or as --thicken says (character/sheets.h).
  * 3. Cavities, which are not connected with the outside, are filled.
  * 4. Bodies that touch nothing are connected with the largest one by bridges. */
 #include "morph/morph.h"
 
 #include "base/vec3.h"
+#include "character/sheets.h"
 
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -17,40 +19,6 @@ void morph_to_voxel(const springls_grid_desc *grid, const float world[3], float 
     for (int k = 0; k < 3; ++k) {
         voxel[k] = (float)(((double)world[k] - grid->origin[k]) / grid->spacing[k]);
     }
-}
-
-/* Sets phi = min(phi, distance to the triangle - half the thickness) in the box around each triangle. */
-static bool thicken_sheets(const springls_grid_desc *grid, float *level_set, const struct character *character, float thickness)
-{
-    const int *size = grid->size;
-    for (int t = 0; t < character->triangle_count; ++t) {
-        float corners[9];
-        struct bvh one;
-        int lo[3], hi[3];
-        for (int k = 0; k < 3; ++k) {
-            morph_to_voxel(grid, character->positions + 3 * character->triangles[3 * t + k], corners + 3 * k);
-        }
-        for (int i = 0; i < 3; ++i) {
-            const float low = fminf(corners[i], fminf(corners[3 + i], corners[6 + i])) - thickness;
-            const float high = fmaxf(corners[i], fmaxf(corners[3 + i], corners[6 + i])) + thickness;
-            lo[i] = (int)fmaxf(1.0f, floorf(low));
-            hi[i] = (int)fminf((float)size[i] - 2.0f, ceilf(high));
-        }
-        if (!bvh_build(&one, corners, NULL, 1)) {
-            return false;
-        }
-        for (int z = lo[2]; z <= hi[2]; ++z) {
-            for (int y = lo[1]; y <= hi[1]; ++y) {
-                for (int x = lo[0]; x <= hi[0]; ++x) {
-                    const float p[3] = {(float)x, (float)y, (float)z};
-                    float *phi = level_set + ((size_t)z * (size_t)size[1] + (size_t)y) * (size_t)size[0] + (size_t)x;
-                    *phi = fminf(*phi, bvh_distance(&one, p, NULL, NULL) - 0.5f * thickness);
-                }
-            }
-        }
-        bvh_free(&one);
-    }
-    return true;
 }
 
 struct solid_grid morph_voxels(const springls_grid_desc *grid)
@@ -82,36 +50,88 @@ static const char *limb_at(const struct character *c, const struct solid_grid *g
     return c->joint_count > 0 ? c->joints[joint].name : "without a bone";
 }
 
-bool morph_solid_make(springls_context *ctx, const springls_grid_desc *grid, const struct character *character, float thicken,
-                      int reach, struct morph_solid *solid)
+/* ---- sheets ---- */
+
+/* Prints on stderr what happens to sheets. */
+static void note_sheets(const struct morph *morph, const char *name, const struct sheets *sheets)
+{
+    const float thicken = morph->settings.thicken;
+    if (sheets->triangles == 0 || thicken > 0.0f || morph->settings.common.quiet) {
+        return;
+    }
+    if (thicken < 0.0f) {
+        fprintf(stderr, "morph: %s: sheets without an inside (%d, of %d triangles) are made one voxel thick; --thicken X for another thickness, "
+                "0 to leave them out\n", name, sheets->found, sheets->triangles);
+    } else {
+        fprintf(stderr, "morph: %s: sheets without an inside (%d, of %d triangles) are left out; --thicken 1 makes them solid\n", name,
+                sheets->found, sheets->triangles);
+    }
+}
+
+/* Makes sheets solid; fails where there is nothing else and they are to be left out. */
+static bool thicken_sheets(const struct morph *morph, const char *name, const struct solid_grid *grid, float *phi,
+                           const struct character *character, bool empty, struct morph_solid *solid)
+{
+    const float thicken = morph->settings.thicken < 0.0f ? 1.0f : morph->settings.thicken;
+    unsigned char *sheet = malloc((size_t)character->triangle_count + 1);
+    struct sheets found;
+    bool good = (sheet && sheets_find(grid, phi, character, sheet, &found)) || morph_no_memory();
+    if (good) {
+        solid->sheet_triangles = found.triangles;
+        solid->thickened = found.triangles > 0 ? thicken : 0.0f;
+        good = !empty || (thicken > 0.0f && found.triangles > 0)
+            || morph_fail("%s: encloses nothing%s", name, found.triangles > 0 ? ": a sheet; --thicken 1 makes it solid" : "");
+    }
+    if (good) {
+        note_sheets(morph, name, &found);
+        good = !(thicken > 0.0f) || sheets_thicken(grid, phi, character, sheet, thicken) || morph_no_memory();
+    }
+    free(sheet);
+    return good;
+}
+
+/* Computes phi of the triangles; `empty`: they enclose nothing. */
+static bool sample_phi(springls_context *ctx, const char *name, const struct character *character, size_t voxels, float *phi,
+                       bool *empty, struct morph_solid *solid)
+{
+    springls_mesh_report report;
+    memset(&report, 0, sizeof report);
+    const springls_status status = springls_set_mesh(ctx, character->positions, character->vertex_count, 0, character->triangles,
+                                                     character->triangle_count, &report);
+    *empty = status == SPRINGLS_BAD_MESH;
+    solid->boundary_edges = report.boundary_edges;
+    solid->nonmanifold_edges = report.nonmanifold_edges;
+    solid->input_components = report.components;
+    for (size_t n = 0; *empty && n < voxels; ++n) {
+        phi[n] = springls_get_params(ctx).band_half_width;
+    }
+    return *empty || (morph_check(ctx, status, name) && morph_check(ctx, springls_copy_level_set(ctx, phi), name));
+}
+
+bool morph_solid_make(const struct morph *morph, springls_context *ctx, const springls_grid_desc *grid, const char *path,
+                      const struct character *character, struct morph_solid *solid)
 {
     const struct solid_grid voxels = morph_voxels(grid);
+    const size_t count = (size_t)grid->size[0] * (size_t)grid->size[1] * (size_t)grid->size[2];
+    const char *name = path ? path : "built in";
+    const int reach = morph->settings.reach;
     struct solid_repair repair;
-    springls_mesh_report report;
-    float *phi = malloc((size_t)grid->size[0] * (size_t)grid->size[1] * (size_t)grid->size[2] * sizeof *phi);
+    bool empty = false;
+    float *phi = malloc(count * sizeof *phi);
     memset(solid, 0, sizeof *solid);
-    bool good = phi || morph_no_memory();
-    good = good
-           && morph_check(ctx,
-                          springls_set_mesh(ctx, character->positions, character->vertex_count, 0, character->triangles,
-                                            character->triangle_count, &report),
-                          "character")
-           && morph_check(ctx, springls_copy_level_set(ctx, phi), "character");
-    good = good && (!(thicken > 0.0f) || thicken_sheets(grid, phi, character, thicken) || morph_no_memory())
+    bool good = (phi || morph_no_memory()) && sample_phi(ctx, name, character, count, phi, &empty, solid)
+        && thicken_sheets(morph, name, &voxels, phi, character, empty, solid)
         && (solid_repair(&voxels, phi, reach, &repair) || morph_no_memory());
     if (good) {
-        solid->boundary_edges = report.boundary_edges;
-        solid->nonmanifold_edges = report.nonmanifold_edges;
-        solid->input_components = report.components;
         solid->filled = repair.filled;
         solid->found = repair.parts;
         solid->joined = repair.joined;
         solid->dropped_voxels = repair.dropped;
         good = repair.out_of_reach == 0
-            || morph_fail("a body of %d voxels at joint %s touches nothing within %d voxels (see --reach)", repair.out_of_reach,
-                          limb_at(character, &voxels, repair.out_of_reach_at), reach);
+            || morph_fail("%s: a body of %d voxels at joint %s touches nothing within %d voxels (see --reach)", name,
+                          repair.out_of_reach, limb_at(character, &voxels, repair.out_of_reach_at), reach);
     }
-    good = good && morph_check(ctx, springls_set_level_set(ctx, phi), "character");
+    good = good && morph_check(ctx, springls_set_level_set(ctx, phi), name);
     free(phi);
     return good;
 }

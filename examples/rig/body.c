@@ -2,6 +2,7 @@
 #include "rig/rig.h"
 
 #include "base/vec3.h"
+#include "character/sheets.h"
 #include "pictures/raycast.h"
 
 #include <stdint.h>
@@ -65,12 +66,29 @@ static bool set_mesh(const struct rig *rig, const char *path, struct rig_body *b
     if (run_create("rig", &desc, &body->ctx) != CLI_CONTINUE) { return false; }
     const springls_status status =
         springls_set_mesh(body->ctx, c->positions, c->vertex_count, 0, c->triangles, c->triangle_count, &report);
-    if (status == SPRINGLS_BAD_MESH) { return rig_fail("%s: the mesh encloses nothing", path); }
+    if (status == SPRINGLS_BAD_MESH) { return rig_fail("%s: the mesh encloses nothing: a sheet is no body", path); }
     body->boundary_edges = report.boundary_edges;
     return run_check("rig", body->ctx, status, path)
-        && (report.boundary_edges <= OPEN_SHARE * 1.5 * c->triangle_count
-            || rig_fail("%s: the mesh is open: %d boundary edges of %d triangles; a body is closed", path,
-                        report.boundary_edges, c->triangle_count));
+        && (report.boundary_edges <= OPEN_SHARE * 1.5 * c->triangle_count || rig->settings.thicken > 0.0f
+            || rig_fail("%s: the mesh is open: %d boundary edges of %d triangles; a body is closed (--thicken 1: its sheets become solid)",
+                        path, report.boundary_edges, c->triangle_count));
+}
+
+/* Makes sheets solid, such as capes, which have no inside; with a note where that was not asked for. */
+static bool thicken_sheets(const struct rig *rig, const char *path, const struct rig_body *body, float *phi)
+{
+    const struct character *c = &body->character;
+    const float thicken = rig->settings.thicken;
+    unsigned char *sheet = malloc((size_t)c->triangle_count + 1);
+    struct sheets found;
+    bool good = sheet && sheets_find(&body->grid, phi, c, sheet, &found);
+    if (good && found.triangles > 0 && thicken < 0.0f && !rig->settings.common.quiet) {
+        fprintf(stderr, "rig: %s: sheets without an inside (%d, of %d triangles) are made one voxel thick; --thicken X for another "
+                "thickness, 0 to leave them out\n", path, found.found, found.triangles);
+    }
+    good = good && (thicken == 0.0f || sheets_thicken(&body->grid, phi, c, sheet, thicken < 0.0f ? 1.0f : thicken));
+    free(sheet);
+    return good || rig_fail("not enough memory");
 }
 
 /* Samples phi, makes one body of it and embeds the template. */
@@ -82,7 +100,8 @@ static bool embed(const struct rig *rig, const char *path, const float *up, cons
     char error[CHARACTER_TEXT] = "not enough memory";
     float *phi = malloc(count * sizeof *phi);
     bool good = phi || rig_fail("not enough memory");
-    good = good && run_check("rig", body->ctx, springls_copy_level_set(body->ctx, phi), path);
+    good = good && run_check("rig", body->ctx, springls_copy_level_set(body->ctx, phi), path)
+        && thicken_sheets(rig, path, body, phi);
     good = good
         && ((solid_repair(&body->grid, phi, (int)(BRIDGE * rig->settings.common.grid), &body->repair)
              && solid_create(&body->grid, phi, band, &body->solid))

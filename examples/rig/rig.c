@@ -49,6 +49,8 @@ static int read_command_line(struct rig_settings *set, int argc, char **argv)
         {"motion", CLI_STRING, &set->motion, "NAME", "name or number of its animation (default: the first)", 0, 0,
          NULL},
         {"fps", CLI_INT, &set->fps, "N", "frames a second of the animation", 1, 120, NULL},
+        {"thicken", CLI_FLOAT, &set->thicken, "X", "voxels of thickness that sheets get, such as capes (default 1, with a note)", 0, 10,
+         NULL},
         {"size", CLI_INT, &set->size, "N", "height of the picture, pixels", 32, 4096, NULL},
         {"view", CLI_FLOAT3, set->view, "F,L,U", "direction from the body to the eye: forward, left, up", 0, 0, NULL},
         {"set", CLI_STRING, &set->overrides, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
@@ -81,7 +83,7 @@ int main(int argc, char **argv)
     char path[1200], error[CHARACTER_TEXT];
     if (!rig) { return cli_fail("rig", CLI_EXIT_FAILURE, "not enough memory"); }
     struct rig_settings *set = &rig->settings;
-    *set = (struct rig_settings){.skeleton = "biped", .fps = 24, .size = 420, .view = {1.0f, 0.45f, 0.15f}};
+    *set = (struct rig_settings){.skeleton = "biped", .fps = 24, .thicken = -1.0f, .size = 420, .view = {1.0f, 0.45f, 0.15f}};
     set->common = cli_common_defaults();
     int status = read_command_line(set, argc, argv);
     status = status == CLI_CONTINUE ? run_options("rig", &set->common, set->overrides, &rig->params) : status;

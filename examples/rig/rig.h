@@ -18,6 +18,7 @@ struct rig_settings {
     const char *glb;        /* --out FILE.glb; NULL: rigged.glb in the folder --out */
     float facing[3], up[3]; /* zero: found from the body */
     float view[3];          /* of pictures: from the body's front, left and top */
+    float thicken;          /* voxels: sheets become solids of this thickness; 0: they are left out; negative: 1, with a note */
     int fps, size;
 };
 

@@ -277,6 +277,7 @@ void viewer_gl_draw(const struct viewer_gl *gl, const struct viewer_surface *sur
     set3(gl, "base", base);
     set3(gl, "middle", paint->middle ? paint->middle : none);
     set1(gl, "painting", paint->painting);
+    set1(gl, "tinted", paint->tinted);
     set1(gl, "edges", paint->edges);
     set1(gl, "plain", 0);
     glUniform4fv(glGetUniformLocation(gl->surface_program, "brush"), 1, paint->brush ? paint->brush : none);

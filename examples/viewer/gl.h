@@ -27,6 +27,7 @@ struct viewer_gl {
 struct viewer_paint {
     struct color base;
     int painting;           /* 0 base, 1 the checker of the correspondences, 2 the vertices' colors */
+    bool tinted;            /* base and checker are multiplied by the vertices' colors */
     bool edges, wires;
     float offset[3];
     const float *middle;    /* of the original's box */

@@ -15,16 +15,16 @@ bool viewer_scene_create(struct viewer_scene *scene, char *error, size_t size)
     return viewer_gl_create(&scene->gl, error, size);
 }
 
-static int chunk_places(const struct viewer_scene *scene) { return scene->chunks_side * scene->chunks_side * scene->chunks_side; }
-
 static void forget_chunks(struct viewer_scene *scene)
 {
-    for (int i = 0; i < chunk_places(scene); ++i) {
+    for (int i = 0; i < scene->chunk_room; ++i) {
         viewer_gl_unset(&scene->chunks[i]);
     }
     free(scene->chunks);
+    free(scene->bricks);
     scene->chunks = NULL;
-    scene->chunks_side = 0;
+    scene->bricks = NULL;
+    scene->chunk_room = scene->chunk_count = 0;
 }
 
 void viewer_scene_destroy(struct viewer_scene *scene)
@@ -33,6 +33,30 @@ void viewer_scene_destroy(struct viewer_scene *scene)
     viewer_gl_unset(&scene->body);
     viewer_gl_unset(&scene->second);
     viewer_gl_destroy(&scene->gl);
+}
+
+/* Darkens the colors of a vertex, or white, by the mask of its springl. */
+static void tint(const float *color, float mask, float out[3])
+{
+    for (int i = 0; i < 3; ++i) {
+        out[i] = (color ? color[i] : 1.0f) * (1.0f - 0.65f * mask);
+    }
+}
+
+/* Colors a mesh by what its springls carry: colors, if `textured`, and the mask. NULL: there is neither, or memory is short. */
+static float *colors_of(struct viewer_model *model, const springls_mesh *mesh, bool textured)
+{
+    float *colors = textured ? viewer_model_colors(model, mesh) : NULL;
+    const springls_view mask = springls_view_attribute(model->ctx, model->mask);
+    if (model->mask < 0) {
+        return colors;
+    }
+    float *tinted = malloc((size_t)mesh->vertex_count * 3 * sizeof *tinted);
+    for (int v = 0; tinted && v < mesh->vertex_count; ++v) {
+        tint(colors ? colors + 3 * v : NULL, viewer_model_mask_of(&mask, mesh->springls[v]), tinted + 3 * v);
+    }
+    free(colors);
+    return tinted;
 }
 
 /* Uploads springls with the gaps between them, or the watertight surface. */
@@ -47,7 +71,7 @@ static bool send(struct viewer_surface *surface, struct viewer_model *model, enu
     if (!viewer_model_check(model, status)) {
         return false;
     }
-    float *colors = view == VIEWER_TEXTURE ? viewer_model_colors(model, &mesh) : NULL;
+    float *colors = colors_of(model, &mesh, view == VIEWER_TEXTURE);
     const float *const arrays[VIEWER_GL_ARRAYS] = {mesh.positions, mesh.normals, mesh.correspondences, colors};
     viewer_gl_set(surface, arrays, mesh.vertex_count, mesh.triangles, sizeof *mesh.triangles, mesh.triangle_count);
     free(colors);
@@ -55,15 +79,90 @@ static bool send(struct viewer_surface *surface, struct viewer_model *model, enu
     return true;
 }
 
-/* Returns the place of a brick of the lattice: each of the grid has its own, wherever the grid is (springls_desc.follow). */
-static int place_of_brick(const struct viewer_scene *scene, const int brick[3])
+/* Finds the place of a brick, or a free one. */
+static int place_of(const struct viewer_brick *bricks, int room, const int brick[3])
 {
-    const int side = scene->chunks_side;
-    int at[3];
-    for (int a = 0; a < 3; ++a) {
-        at[a] = (brick[a] % side + side) % side;
+    unsigned hash = (unsigned)brick[0] * 73856093u ^ (unsigned)brick[1] * 19349663u ^ (unsigned)brick[2] * 83492791u;
+    for (;; ++hash) {
+        const int place = (int)(hash & (unsigned)(room - 1));
+        if (!bricks[place].used || memcmp(bricks[place].at, brick, sizeof bricks[place].at) == 0) {
+            return place;
+        }
     }
-    return (at[2] * side + at[1]) * side + at[0];
+}
+
+/* Makes room for one more chunk in a table that is at most half full. */
+static bool grow_chunks(struct viewer_scene *scene)
+{
+    const int room = scene->chunk_room ? 2 * scene->chunk_room : 1024;
+    if (2 * (scene->chunk_count + 1) <= scene->chunk_room) {
+        return true;
+    }
+    struct viewer_surface *chunks = calloc((size_t)room, sizeof *chunks);
+    struct viewer_brick *bricks = calloc((size_t)room, sizeof *bricks);
+    if (!chunks || !bricks) {
+        free(chunks);
+        free(bricks);
+        return false;
+    }
+    for (int i = 0; i < scene->chunk_room; ++i) {
+        if (scene->bricks[i].used) {
+            const int place = place_of(bricks, room, scene->bricks[i].at);
+            chunks[place] = scene->chunks[i];
+            bricks[place] = scene->bricks[i];
+        }
+    }
+    free(scene->chunks);
+    free(scene->bricks);
+    scene->chunks = chunks;
+    scene->bricks = bricks;
+    scene->chunk_room = room;
+    return true;
+}
+
+/* Uploads a chunk, with the mask of springls that `masks` has by their ids (NULL: nothing is masked). */
+static bool send_chunk(struct viewer_scene *scene, const springls_chunk *chunk, const float *masks)
+{
+    const int place = scene->chunk_room ? place_of(scene->bricks, scene->chunk_room, chunk->brick) : 0;
+    const bool known = scene->chunk_room && scene->bricks[place].used;
+    if (chunk->triangle_count == 0) {
+        if (known) {
+            viewer_gl_unset(&scene->chunks[place]);
+        }
+        return true;
+    }
+    if (!known && !grow_chunks(scene)) {
+        return false;
+    }
+    const int at = known ? place : place_of(scene->bricks, scene->chunk_room, chunk->brick);
+    scene->chunk_count += !known;
+    scene->bricks[at].used = true;
+    memcpy(scene->bricks[at].at, chunk->brick, sizeof chunk->brick);
+    float *colors = masks ? malloc((size_t)chunk->vertex_count * 3 * sizeof *colors) : NULL;
+    for (int v = 0; colors && v < chunk->vertex_count; ++v) {
+        tint(NULL, chunk->ids[v] == UINT32_MAX ? 0.0f : masks[chunk->ids[v]], colors + 3 * v);
+    }
+    const float *const arrays[VIEWER_GL_ARRAYS] = {chunk->positions, chunk->normals, chunk->correspondences, colors};
+    viewer_gl_set(&scene->chunks[at], arrays, chunk->vertex_count, chunk->triangles, sizeof *chunk->triangles,
+                  chunk->triangle_count);
+    free(colors);
+    return true;
+}
+
+/* Returns the mask by ids of springls, to be freed. NULL: there is none, or memory is short. */
+static float *masks_by_id(const struct viewer_model *model)
+{
+    const springls_view mask = springls_view_attribute(model->ctx, model->mask);
+    const uint32_t *ids = springls_ids(model->ctx);
+    uint32_t last = 0;
+    for (int i = 0; i < mask.count; ++i) {
+        last = ids[i] > last ? ids[i] : last;
+    }
+    float *masks = mask.count ? calloc((size_t)last + 1, sizeof *masks) : NULL;
+    for (int i = 0; masks && i < mask.count; ++i) {
+        masks[ids[i]] = viewer_model_mask_of(&mask, i);
+    }
+    return masks;
 }
 
 /* Uploads the surface's chunks that have changed, once all are made. */
@@ -77,29 +176,17 @@ static bool send_chunks(struct viewer_scene *scene, struct viewer_model *model, 
     if (model->chunks_in_progress) { /* the chunks of before are drawn meanwhile */
         return true;
     }
-    if (!scene->chunks || scene->chunk_generation != model->chunk_generation) {
+    if (scene->chunk_generation != model->chunk_generation) {
         forget_chunks(scene);
         scene->chunk_generation = model->chunk_generation;
-        scene->chunks_side = (model->grid + 7) / 8;
-        scene->chunks = calloc((size_t)chunk_places(scene), sizeof *scene->chunks);
-        if (!scene->chunks) {
-            scene->chunks_side = 0;
-            return viewer_model_check(model, SPRINGLS_OUT_OF_MEMORY);
-        }
     }
-    for (const springls_chunk *c = changed; c < changed + count; ++c) { /* first: another one may take the place */
-        if (c->triangle_count == 0) {
-            viewer_gl_unset(&scene->chunks[place_of_brick(scene, c->brick)]);
-        }
+    float *masks = count > 0 ? masks_by_id(model) : NULL;
+    bool good = true;
+    for (const springls_chunk *c = changed; good && c < changed + count; ++c) {
+        good = send_chunk(scene, c, masks);
     }
-    for (const springls_chunk *c = changed; c < changed + count; ++c) {
-        const float *const arrays[VIEWER_GL_ARRAYS] = {c->positions, c->normals, c->correspondences, NULL};
-        if (c->triangle_count > 0) {
-            viewer_gl_set(&scene->chunks[place_of_brick(scene, c->brick)], arrays, c->vertex_count, c->triangles,
-                          sizeof *c->triangles, c->triangle_count);
-        }
-    }
-    return true;
+    free(masks);
+    return good || viewer_model_check(model, SPRINGLS_OUT_OF_MEMORY);
 }
 
 /* Returns true if the surface is drawn in chunks; springls, and colors that they carry, are whole meshes. */
@@ -143,12 +230,13 @@ static void draw_surfaces(const struct viewer_scene *scene, const struct viewer_
     }
     struct viewer_paint paint = {.base = clay,
                                  .painting = app->view != VIEWER_TEXTURE || without_texture ? 0 : app->model.colors < 0 ? 1 : 2,
+                                 .tinted = app->model.mask >= 0 && !without_texture,
                                  .edges = app->view == VIEWER_SPRINGLS,
                                  .wires = app->view == VIEWER_WIREFRAME,
                                  .middle = middle,
                                  .brush = shows_brush && !everywhere && app->tool != VIEWER_CUT ? brush : NULL};
     if (in_chunks(app)) {
-        viewer_gl_draw(&scene->gl, scene->chunks, chunk_places(scene), &app->camera, &paint);
+        viewer_gl_draw(&scene->gl, scene->chunks, scene->chunk_room, &app->camera, &paint);
     } else {
         viewer_gl_draw(&scene->gl, &scene->body, 1, &app->camera, &paint);
     }

@@ -48,7 +48,7 @@ build/bench/openvdb_advection: tests/bench/openvdb_advection.cc $(call folder_ar
 
 BENCH_PROGRAMS := build/leveque build/zalesak build/morph $(addprefix build/bench/,bench memory frames queries openvdb_advection)
 # OpenVDB's rows are left out where it is not installed.
-PAPER_PROGRAMS  = build/leveque build/zalesak build/morph $(IMAGING_PROGRAMS) $(addprefix build/bench/,paper turns $(if $(wildcard /usr/include/openvdb/openvdb.h),openvdb_advection))
+PAPER_PROGRAMS  = build/leveque build/zalesak build/morph $(IMAGING_PROGRAMS) $(addprefix build/bench/,paper turns segmentation $(if $(wildcard /usr/include/openvdb/openvdb.h),openvdb_advection))
 
 bench: deps-bench   ## beside OpenVDB: time, errors, memory, threads, OpenCL, compile time, frames, queries (GRID=128; ONLY=opencl, =frames, =queries)
 	@$(MAKE) --no-print-directory $(BENCH_PROGRAMS)
@@ -74,6 +74,12 @@ coverage: deps-examples   ## how well springls cover the surface: leveque, zales
 accuracy: deps-examples   ## is the library as accurate as the documentation promises? motions with known answers, both parameter sets
 	@$(MAKE) --no-print-directory build/bench/accuracy
 	@build/bench/accuracy
+
+LONG_TESTS = build/long/unit/test_long build/long/unit/test_self_intersections
+long: deps-test springls.h   ## a flow for LONG_STEPS=100000, LONG_EDITS=10000 edits: memory, volume, specks, bits; crossing triangles by CGAL
+	@$(MAKE) --no-print-directory $(LONG_TESTS) TEST_DIR=build/long OPT=-O3
+	@LONG_STEPS=$(or $(LONG_STEPS),100000) LONG_EDITS=$(or $(LONG_EDITS),10000) build/long/unit/test_long -v
+	@LONG_STEPS=$(or $(LONG_STEPS),1000) LONG_EDITS=$(or $(LONG_EDITS),1000) build/long/unit/test_self_intersections -v
 
 segmentation: deps-examples   ## the paper's Table 6 on the images of SPRINGLS_DATA (some: ROWS="hip chest")
 	@$(MAKE) --no-print-directory build/segment build/bench/segmentation

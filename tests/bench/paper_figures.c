@@ -28,8 +28,7 @@ static double group_seconds(const struct run *run, int group)
 
 static double share(const struct run *run, int group) { return group_seconds(run, group) / group_seconds(run, 0); }
 
-/* Processor seconds a step: other programs on the machine do not count, the measures do (2 %). */
-static double step_seconds(const struct run *run) { return (run->cpu > 0.0 ? run->cpu : NAN) / run_number(run, "steps"); }
+static double step_seconds(const struct run *run) { return group_seconds(run, 0) / run_number(run, "steps"); }
 
 /* The sum over rows of a run's series. */
 static double seconds_of_rows(const struct csv *csv, int from, int to, int group)
@@ -44,27 +43,28 @@ static double seconds_of_rows(const struct csv *csv, int from, int to, int group
     return seconds;
 }
 
-static bool plot_over_iterations(const char *csv_path, const char *title, struct image *image)
+/* steps: of the run, of which a row of the series may have several. */
+static bool plot_over_iterations(const char *csv_path, const char *title, double steps, struct image *image)
 {
     enum { WINDOWS = 50 };
     static double x[WINDOWS], y[GROUPS][WINDOWS];
     struct plot_series series[GROUPS];
     struct csv csv;
     memset(image, 0, sizeof *image);
-    if (!csv_read(csv_path, &csv) || csv.rows < WINDOWS) {
-        csv_free(&csv);
+    if (!csv_read(csv_path, &csv)) {
         return false;
     }
+    const int windows = csv.rows < WINDOWS ? csv.rows : WINDOWS;
     const double mean = seconds_of_rows(&csv, 0, csv.rows, 0) / csv.rows;
-    for (int w = 0; w < WINDOWS; ++w) { /* means: a resampling step costs more than its neighbours */
-        const int from = csv.rows * w / WINDOWS, to = csv.rows * (w + 1) / WINDOWS;
-        x[w] = 0.5 * (from + to);
+    for (int w = 0; w < windows; ++w) { /* means: a resampling step costs more than its neighbours */
+        const int from = csv.rows * w / windows, to = csv.rows * (w + 1) / windows;
+        x[w] = 0.5 * (from + to) * steps / csv.rows;
         for (int g = 0; g < GROUPS; ++g) {
             y[g][w] = seconds_of_rows(&csv, from, to, g) / (to - from) / mean;
         }
     }
     for (int g = 0; g < GROUPS; ++g) {
-        series[g] = paper_line(group_names[g], x, y[g], WINDOWS, g);
+        series[g] = paper_line(group_names[g], x, y[g], windows, g);
     }
     const struct plot plot = {.title = title, .x_label = "iteration", .y_label = "time over the mean iteration", .series = series,
                               .series_count = GROUPS, .y_from_zero = true};
@@ -128,7 +128,7 @@ void paper_fig13(struct paper *paper)
         snprintf(name, sizeof name, "runs/%s.csv", runs[s][REFERENCE]->name);
         paper_path(path, name);
         snprintf(title, sizeof title, "Fig. 13a: %s parameters, %.0f^3", s == 0 ? "paper's" : "default", grids[REFERENCE]);
-        plot_over_iterations(path, title, &images[s]);
+        plot_over_iterations(path, title, run_number(runs[s][REFERENCE], "steps"), &images[s]);
     }
     const double *const both[2] = {growth[0], growth[1]};
     plot_over_grids(grids, both, count, &images[2]);

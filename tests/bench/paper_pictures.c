@@ -1,5 +1,4 @@
 /* paper_pictures.c - Table 6 and the figures that the programs draw: 1, 9, 10, 16 to 21. */
-#define _POSIX_C_SOURCE 200809L /* unsetenv */
 #include "paper.h"
 
 #include <math.h>
@@ -63,9 +62,9 @@ bool paper_imaging(struct paper *paper)
     static bool done, good;
     if (!done) {
         char command[PAPER_PATH];
-        snprintf(command, sizeof command, "build/bench/imaging%s > %s/imaging.log", paper->keep ? " --keep" : "", paper_folder);
+        snprintf(command, sizeof command, "env -u SPRINGLS_DATA build/bench/imaging%s > %s/imaging.log",
+                 paper->keep ? " --keep" : "", paper_folder);
         fprintf(stderr, "  build/bench/imaging, on the packaged head ...\n");
-        unsetenv("SPRINGLS_DATA");
         done = true;
         good = system(command) == 0;
     }
@@ -166,12 +165,13 @@ void paper_fig19(struct paper *paper)
     }
 }
 
-static void read_step(struct run *run, const char *name)
+/* Reads the report of a run of another driver. */
+static void read_report(struct run *run, const char *folder, const char *name)
 {
     char path[PAPER_PATH];
     memset(run, 0, sizeof *run);
     run_name(run, "%s", name);
-    snprintf(path, sizeof path, "%s/runs/%s.json", imaging_folder, name);
+    snprintf(path, sizeof path, "%s/%s.json", folder, name);
     run->json = read_whole_file(path);
 }
 
@@ -183,13 +183,48 @@ static double last_dice(const struct run *run)
     return dice ? strtod(dice + 8, NULL) : NAN;
 }
 
+struct experiment {
+    const char *title, *report;
+};
+
+static void experiment_row(struct table *table, const char *folder, const struct experiment *experiment)
+{
+    struct run run;
+    read_report(&run, folder, experiment->report);
+    const double distance = run_number(&run, "against_level_set.mean_distance_mm");
+    const double dice = run_number(&run, "against_reference.dice");
+    const bool atlas = !isfinite(run_number(&run, "springls_mean"));
+    table_row(table, "%s|%s|%s|%s|%s", experiment->title, run_cell(&run, "%.0f", "steps"),
+              run_cell(&run, "%.0f", atlas ? "springls" : "springls_mean"),
+              isfinite(distance) ? cell2("%.2f +- %.2f mm", distance, run_number(&run, "against_level_set.deviation_mm")) : "",
+              cell("%.3f", atlas ? last_dice(&run) : dice));
+    runs_free(&run, 1);
+}
+
+/* Runs build/bench/segmentation on the paper's kind of image, where SPRINGLS_DATA has one; false: there is none, or it failed. */
+static bool segment_pelvis(struct paper *paper)
+{
+    const char *data = getenv("SPRINGLS_DATA");
+    if (!data || !data[0]) {
+        return false;
+    }
+    fprintf(stderr, "  build/bench/segmentation, on the CT of SPRINGLS_DATA ...\n");
+    const bool good = system("build/bench/segmentation 'bones, cube' 'hip from' > build/paper/segmentation.log") == 0;
+    paper->failures += !good;
+    return good;
+}
+
 void paper_table6(struct paper *paper)
 {
-    enum { ROWS = 5 };
-    static const char *const names[ROWS] = {"segment_sphere", "segment_cube", "segment_torus", "segment_metasphere",
-                                            "atlas_segment"};
-    static const char *const titles[ROWS] = {"brain from a sphere", "brain from a cube", "brain from a torus",
-                                             "brain from a metasphere", "hippocampus with atlas"};
+    enum { PACKAGED = 5, PELVIS = 3 };
+    static const struct experiment packaged[PACKAGED] = {{"brain from a sphere", "segment_sphere"},
+                                                         {"brain from a cube", "segment_cube"},
+                                                         {"brain from a torus", "segment_torus"},
+                                                         {"brain from a metasphere", "segment_metasphere"},
+                                                         {"hippocampus with atlas", "atlas_segment"}};
+    static const struct experiment pelvis[PELVIS] = {{"CT: all bones of a pelvis, from a cube", "bones__cube"},
+                                                     {"CT: right hip from the left one", "right_hip_from_the_left_one"},
+                                                     {"CT: left hip from the right one", "left_hip_from_the_right_one"}};
     static struct table table;
     if (!paper_imaging(paper)) {
         return;
@@ -198,16 +233,12 @@ void paper_table6(struct paper *paper)
     table_row(&table, "Experiment|Iterations|Springls|From the level set method|Dice");
     table_row(&table, "the paper: pelvis|400|49K|0.13 +- 0.15 mm|");
     table_row(&table, "the paper: pelvis with atlas|100|25K|0.25 +- 0.32 mm|");
-    for (int r = 0; r < ROWS; ++r) {
-        struct run run;
-        read_step(&run, names[r]);
-        const double distance = run_number(&run, "against_level_set.mean_distance_mm");
-        const bool atlas = r == ROWS - 1;
-        table_row(&table, "%s|%s|%s|%s|%s", titles[r], run_cell(&run, "%.0f", "steps"),
-                  run_cell(&run, "%.0f", atlas ? "springls" : "springls_mean"),
-                  isfinite(distance) ? cell2("%.2f +- %.2f mm", distance, run_number(&run, "against_level_set.deviation_mm")) : "",
-                  cell("%.3f", atlas ? last_dice(&run) : run_number(&run, "against_reference.dice")));
-        runs_free(&run, 1);
+    for (int r = 0; r < PACKAGED; ++r) {
+        experiment_row(&table, "build/imaging/runs", &packaged[r]);
+    }
+    const bool ct = segment_pelvis(paper);
+    for (int r = 0; ct && r < PELVIS; ++r) {
+        experiment_row(&table, "build/segmentation", &pelvis[r]);
     }
     paper_table(paper, &table);
 }

@@ -220,8 +220,8 @@ void paper_fig11(struct paper *paper)
     paper_say(paper, "LeVeque's test, %d^3 voxels and T = %g.\n\n", grid, period);
     pair_table(paper, &sweep);
     const int chosen = smallest(sweep.total[PAIR_CHOSEN], CELLS);
-    paper_say(paper, "\nWith H_b and W_a the least total error is %s voxel, at kappa_int %s and lambda_c %s; at the paper's choice\n"
-                     "it is %s, where the best pair is %s.\n",
+    paper_say(paper, "\nWith H_b and W_a the least total error is %s voxel, at kappa_int %s and lambda_c %s; at the paper's\n"
+                     "choice it is %s, where the best pair is %s.\n",
               cell("%.3f", sweep.total[PAIR_CHOSEN][chosen]), kappa_names[chosen % KAPPAS], lambda_names[chosen / KAPPAS],
               cell("%.3f", sweep.total[PAIR_CHOSEN][CHOSEN_CELL]), pair_name(best_pair(&sweep, CHOSEN_CELL), name));
     snprintf(setting, sizeof setting, "%d^3, T = %g", grid, period);

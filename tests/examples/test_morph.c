@@ -158,9 +158,9 @@ TEST the_affine_force_goes_from_pose_to_pose(void)
     struct affine before[2], after[2], places[2];
     character_pose(&c, 0, 0.3, 1.0, before, places);
     character_pose(&c, 0, 0.9, 1.0, after, places);
-    struct skinning s = {NULL, before, after};
+    struct skinning s = {NULL, before, after, 0.0f};
     const struct affine from = influences_blend(&hand_influences[1], before), to = influences_blend(&hand_influences[1], after);
-    const struct affine m = motion(&s, &hand_influences[1]);
+    const struct affine m = motion(&s, &hand_influences[1], NULL);
     const springls_grid_desc grid = {.size = {32, 32, 32}, .spacing = {0.25, 0.25, 0.25}, .origin = {-3, -1, 2}};
     const float x[3] = {0.1f, 1.7f, 0.4f};
     float start[3], end[3], voxel[3], out[12];
@@ -366,6 +366,35 @@ TEST joints_of_different_rigs_are_paired_limb_by_limb(void)
         character_free(&source);
         character_free(&target);
     }
+    PASS();
+}
+
+/* ---- voxels ---- */
+
+/* Two tetrahedra, one inside the other: distances are those to the outer one. */
+TEST a_mesh_that_overlaps_itself_has_one_distance(void)
+{
+    const float positions[24] = {4, 4, 4, 24, 4, 4, 4, 24, 4, 4, 4, 24, 6, 6, 6, 11, 6, 6, 6, 11, 6, 6, 6, 11};
+    const int triangles[24] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2, 4, 6, 5, 4, 5, 7, 5, 6, 7, 4, 7, 6};
+    const struct solid_grid grid = {{29, 28, 27}, {0, 0, 0}, 1.0};
+    enum { COUNT = 29 * 28 * 27 };
+    float *phi = malloc(COUNT * sizeof *phi);
+    int *nearest = malloc(COUNT * sizeof *nearest);
+    ASSERT(mesh_voxels(&grid, positions, triangles, 8, 1.5f, phi, nearest));
+    for (int z = 1; z < 26; ++z) {
+        for (int y = 1; y < 27; ++y) {
+            for (int x = 1; x < 28; ++x) {
+                const int at = (z * 28 + y) * 29 + x;
+                const float slope = (float)(x + y + z - 32) / sqrtf(3.0f);
+                const float inside = fmaxf(fmaxf(4.0f - (float)x, 4.0f - (float)y), fmaxf(4.0f - (float)z, slope));
+                if (inside < 0.0f) ASSERT_NEAR(inside, phi[at], inside > -1.4f ? 2e-4 : 1.0);
+                if (inside > 0.0f) ASSERT(phi[at] > 0.0f && phi[at] > inside - 1.0f);
+                if (inside < 0.0f && inside > -1.0f) ASSERT(nearest[at] >= 0 && nearest[at] < 4);
+            }
+        }
+    }
+    free(phi);
+    free(nearest);
     PASS();
 }
 
@@ -906,6 +935,87 @@ TEST three_js_shows_the_files(void)
     PASS();
 }
 
+/* ---- sheets ---- */
+
+enum { SHEET = 10, BOX_CORNERS = 8, CAPE_VERTICES = (SHEET + 1) * (SHEET + 1) + BOX_CORNERS, CAPE_TRIANGLES = 2 * SHEET * SHEET + 12 };
+
+/* A body of a box on two bones, a cape behind it that leans, or one of these alone. */
+static void make_cape(struct character *c, bool box, bool cape)
+{
+    static float positions[3 * CAPE_VERTICES], normals[3 * CAPE_VERTICES], uvs[2 * CAPE_VERTICES], colors[3 * CAPE_VERTICES];
+    static int triangles[3 * CAPE_TRIANGLES], materials_of[CAPE_TRIANGLES];
+    static struct influences influences[CAPE_VERTICES];
+    static const int faces[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 1, 5, 4}, {2, 6, 7, 3}, {0, 4, 6, 2}, {1, 3, 7, 5}};
+    *c = by_hand();
+    c->positions = positions, c->normals = normals, c->uvs = uvs, c->colors = colors, c->triangles = triangles;
+    c->materials_of = materials_of, c->influences = influences, c->triangle_count = 0;
+    for (int v = 0; v < BOX_CORNERS; ++v) {
+        const float p[3] = {v & 1 ? 0.3f : -0.3f, v & 2 ? 2.0f : 0.0f, v & 4 ? 0.25f : -0.25f};
+        memcpy(positions + 3 * v, p, sizeof p);
+    }
+    for (int f = 0; box && f < 6; ++f) {
+        const int *q = faces[f], two[6] = {q[0], q[1], q[2], q[0], q[2], q[3]};
+        memcpy(triangles + 3 * c->triangle_count, two, sizeof two);
+        c->triangle_count += 2;
+    }
+    c->vertex_count = BOX_CORNERS;
+    for (int i = 0; cape && i <= SHEET; ++i) {
+        for (int k = 0; k <= SHEET; ++k, ++c->vertex_count) {
+            const float p[3] = {(float)k / SHEET - 0.5f, 1.9f * (float)i / SHEET, -0.25f - 0.5f * (1.0f - (float)i / SHEET)};
+            memcpy(positions + 3 * c->vertex_count, p, sizeof p);
+            if (i < SHEET && k < SHEET) {
+                const int a = c->vertex_count, two[6] = {a, a + 1, a + SHEET + 2, a, a + SHEET + 2, a + SHEET + 1};
+                memcpy(triangles + 3 * c->triangle_count, two, sizeof two);
+                c->triangle_count += 2;
+            }
+        }
+    }
+    for (int v = 0; v < c->vertex_count; ++v) {
+        memset(&influences[v], 0, sizeof influences[v]);
+        influences_add(&influences[v], 0, 1.0f - 0.5f * positions[3 * v + 1]);
+        influences_add(&influences[v], 1, 0.5f * positions[3 * v + 1] + 1e-6f);
+        influences_normalize(&influences[v], 0);
+    }
+    for (int i = 0; i < 3 * c->vertex_count; ++i) colors[i] = 1.0f;
+    character_smooth(c, 0, 0);
+}
+
+TEST sheets_become_one_voxel_thick(void)
+{
+    struct character c;
+    FILE *errors = freopen(scratch("notes"), "w", stderr);
+    ASSERT(errors != NULL);
+    make_cape(&c, true, true);
+    ASSERT(gltf_write_character(scratch("cape.glb"), &c));
+    make_cape(&c, true, false);
+    ASSERT(gltf_write_character(scratch("box.glb"), &c));
+    make_cape(&c, false, true);
+    ASSERT(gltf_write_character(scratch("sheet.glb"), &c));
+    const char *const worn[] = {scratch("cape.glb"), scratch("box.glb"), "--grid", "40", "--frames", "2", "--json", scratch("cape.json"), NULL};
+    ASSERT_EQ(0, run_program(worn));
+    cJSON *json = read_report(scratch("cape.json"));
+    ASSERT(json != NULL);
+    const int bare = (int)number_of(cJSON_GetObjectItem(json, "source"), "sheet_triangles"); /* the upper edge touches the box */
+    ASSERT(bare > 3 * SHEET * SHEET / 2 && bare <= 2 * SHEET * SHEET);
+    ASSERT_EQ(0, (int)number_of(cJSON_GetObjectItem(json, "target"), "sheet_triangles"));
+    ASSERT_EQ(1, (int)number_of(cJSON_GetObjectItem(json, "source"), "bodies_found"));
+    ASSERT_EQ(2, (int)number_of(json, "watertight_frames"));
+    ASSERT_EQ(1, (int)number_of(json, "components_most"));
+    cJSON_Delete(json);
+    const char *const alone[] = {scratch("sheet.glb"), scratch("sheet.glb"), "--grid", "40", "--frames", "2", "--quiet", NULL};
+    ASSERT_EQ(0, run_program(alone));
+    const char *const left[] = {scratch("sheet.glb"), scratch("box.glb"), "--grid", "40", "--frames", "2", "--thicken", "0", "--quiet", NULL};
+    ASSERT_EQ(1, run_program(left));
+    fflush(stderr);
+    size_t length;
+    char *text = whole_file(scratch("notes"), &length);
+    ASSERTm(text, strstr(text, "cape.glb: sheets without an inside (1, of "));
+    ASSERTm(text, strstr(text, " triangles) are made one voxel thick; --thicken X"));
+    ASSERTm(text, strstr(text, "sheet.glb: encloses nothing: a sheet; --thicken 1 makes it solid"));
+    free(text);
+    PASS();
+}
+
 TEST weights_from_nothing(void)
 {
     const char *const line[] = {
@@ -993,6 +1103,7 @@ int main(int argc, char **argv)
     RUN_TEST(alignment_makes_joints_coincide);
     RUN_TEST(joints_are_paired_by_file);
     RUN_TEST(joints_of_different_rigs_are_paired_limb_by_limb);
+    RUN_TEST(a_mesh_that_overlaps_itself_has_one_distance);
     RUN_TEST(heat_weights_of_a_tube_are_symmetric_and_sum_to_one);
     RUN_TEST(meshes_that_cut_themselves_are_found_out);
     RUN_TEST(specks_are_left_out);
@@ -1006,6 +1117,7 @@ int main(int argc, char **argv)
     RUN_TEST(a_morph_from_nothing);
     RUN_TEST(a_morph_between_two_rigs);
     RUN_TEST(three_js_shows_the_files);
+    RUN_TEST(sheets_become_one_voxel_thick);
     RUN_TEST(weights_from_nothing);
     RUN_TEST(characters_of_the_collection);
     RUN_TEST(wrong_lines_end_with_a_status);

@@ -9,14 +9,14 @@
 
 enum { BAR_WIDTH = 30 };
 
-double elapsed_seconds(void)
+static double seconds_of(clockid_t clock)
 {
     struct timespec now;
-    if (clock_gettime(CLOCK_MONOTONIC, &now) != 0) {
-        return 0.0;
-    }
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+    return clock_gettime(clock, &now) == 0 ? (double)now.tv_sec + 1e-9 * (double)now.tv_nsec : 0.0;
 }
+
+double elapsed_seconds(void) { return seconds_of(CLOCK_MONOTONIC); }
+double processor_seconds(void) { return seconds_of(CLOCK_PROCESS_CPUTIME_ID); }
 
 double peak_rss_mib(void)
 {

@@ -20,6 +20,7 @@ void progress_update(struct progress *progress, size_t done, const char *note); 
 void progress_end(struct progress *progress);                                   /* erases the bar */
 
 double elapsed_seconds(void); /* monotonic clock; only differences have a meaning */
+double processor_seconds(void); /* of all threads of this process since it began */
 double peak_rss_mib(void);    /* peak resident memory of this process */
 double free_memory_mib(void); /* memory that the machine has to give; 0: unknown */
 

@@ -42,11 +42,11 @@ struct benchmark {
 struct benchmark_options {
     struct cli_common common;
     const char *set, *topology, *series;
-    bool every_step;
+    bool every_step, processor_time;
     int steps, frames;
 };
 
-enum { BENCHMARK_OPTION_COUNT = 6 };
+enum { BENCHMARK_OPTION_COUNT = 7 };
 
 struct benchmark_options benchmark_defaults(void);
 /* Fills the first BENCHMARK_OPTION_COUNT entries of a program's options. */

@@ -240,7 +240,7 @@ static double run_clock(void *user)
 int run_create(const char *program, springls_desc *desc, springls_context **ctx)
 {
     char message[256] = "no reason given";
-    desc->trace.now = run_clock;
+    desc->trace.now = desc->trace.now ? desc->trace.now : run_clock;
     springls_desc noting = *desc;
     noting.logger.log = keep_message;
     noting.logger.user = message;

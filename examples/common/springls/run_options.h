@@ -44,7 +44,7 @@ const char *run_backend_name(const springls_backend *backend);
 /* Returns true when `status` is good; else prints one line on stderr that begins with program and `doing`. */
 bool run_check(const char *program, const springls_context *ctx, springls_status status, const char *doing);
 
-/* Calls springls_create with wall-clock timing and prints the reason of a failure on stderr. Returns CLI_CONTINUE, or the exit
+/* Calls springls_create, with wall-clock timing unless desc->trace has a clock, and prints the reason of a failure on stderr. Returns CLI_CONTINUE, or the exit
  * status. */
 int run_create(const char *program, springls_desc *desc, springls_context **ctx);
 

@@ -1,0 +1,188 @@
+/* long_lives.h - lives of models that may last as long as one likes: a flow that goes there and back, and random edits; and what is
+   looked at on the way. C99 and C++. */
+#ifndef LONG_LIVES_H
+#define LONG_LIVES_H
+
+#include "springls.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { LIFE_FLOW, LIFE_EDITS, LIVES };
+
+/* All that decides how it goes on, beside the model. */
+typedef struct life {
+    int kind, done;       /* steps or edits so far                          */
+    int restarts;         /* edits have left nothing, and a ball came anew   */
+    uint32_t random;
+    springls_context *ctx;
+} life;
+
+static uint32_t life_bits(life *l)
+{
+    l->random = l->random * 1664525u + 1013904223u;
+    return l->random >> 8;
+}
+
+static float life_between(life *l, float low, float high) { return low + (high - low) * (float)life_bits(l) / 16777216.0f; }
+
+static float life_size(const life *l) { return l->kind == LIFE_FLOW ? 64.0f : 96.0f; }
+
+static springls_status life_set_ball(life *l)
+{
+    springls_sphere ball;
+    int k;
+    for (k = 0; k < 3; k++) ball.center[k] = l->kind == LIFE_FLOW ? 0.35f * 64.0f : 48.0f;
+    ball.radius = l->kind == LIFE_FLOW ? 0.15f * 64.0f : 18.0f;
+    return springls_set_implicit(l->ctx, springls_implicit_sphere, &ball);
+}
+
+/* A context for it, without a model. */
+static springls_status life_create(life *l, int kind)
+{
+    springls_desc desc = springls_default_desc();
+    springls_params params = springls_default_params();
+    memset(l, 0, sizeof *l);
+    l->kind = kind;
+    l->random = 1u;
+    desc.grid.size[0] = desc.grid.size[1] = desc.grid.size[2] = (int)life_size(l);
+    params.components = kind == LIFE_EDITS;
+    desc.params = &params;
+    return springls_create(&desc, &l->ctx);
+}
+
+static springls_status life_begin(life *l, int kind)
+{
+    springls_status status = life_create(l, kind);
+    return status == SPRINGLS_OK ? life_set_ball(l) : status;
+}
+
+static void life_end(life *l)
+{
+    springls_destroy(l->ctx);
+    l->ctx = NULL;
+}
+
+/* LeVeque's flow of period 1, a hundred steps each. */
+static springls_status life_flow_step(life *l)
+{
+    springls_deformation_flow flow = { 64.0f, 1.0f };
+    springls_forces forces = springls_default_forces();
+    springls_step_desc step = springls_default_step_desc();
+    forces.velocity = springls_velocity_deformation;
+    forces.user = &flow;
+    step.forces = &forces;
+    step.dt = 0.01f;
+    springls_set_time(l->ctx, (double)(l->done % 100) * 0.01);
+    return springls_step(l->ctx, &step);
+}
+
+/* A brush: moves what is within its radius, less towards the rim. */
+typedef struct life_brush { float center[3], radius, way[3]; } life_brush;
+
+static void life_brush_velocity(void *user, const float *points, int count, float time, float *out)
+{
+    const life_brush *brush = (const life_brush *)user;
+    int i, k;
+    (void)time;
+    for (i = 0; i < count; i++, points += 3, out += 3) {
+        float r2 = 0.0f, share;
+        for (k = 0; k < 3; k++) r2 += (points[k] - brush->center[k]) * (points[k] - brush->center[k]);
+        share = 1.0f - r2 / (brush->radius * brush->radius);
+        share = share > 0.0f ? share * share : 0.0f;
+        for (k = 0; k < 3; k++) out[k] = share * brush->way[k];
+    }
+}
+
+/* Pushes in or pulls out what is about a place of the surface. */
+static springls_status life_stroke(life *l, const springls_hit *hit, float way)
+{
+    springls_forces forces = springls_default_forces();
+    springls_step_desc step = springls_default_step_desc();
+    life_brush brush;
+    int k;
+    brush.radius = life_between(l, 5.0f, 10.0f);
+    for (k = 0; k < 3; k++) {
+        brush.center[k] = hit->point[k];
+        brush.way[k] = way * hit->normal[k];
+        forces.region_lower[k] = hit->point[k] - brush.radius;
+        forces.region_upper[k] = hit->point[k] + brush.radius;
+    }
+    forces.velocity = life_brush_velocity;
+    forces.user = &brush;
+    step.forces = &forces;
+    step.dt = 1.0f;
+    return springls_step(l->ctx, &step);
+}
+
+/* Pulls, pushes, adds a ball or cuts one out where the surface is closest to a random place. */
+static springls_status life_edit(life *l)
+{
+    springls_sphere ball;
+    springls_hit hit;
+    float place[3];
+    const int kind = (int)(life_bits(l) % 4u);
+    springls_status status;
+    int k;
+    for (k = 0; k < 3; k++) place[k] = life_between(l, 26.0f, 70.0f);
+    status = springls_closest(l->ctx, SPRINGLS_SURFACE_WATERTIGHT, place, 1, &hit);
+    if (status != SPRINGLS_OK || hit.springl < 0) return status;
+    if (kind < 2) return life_stroke(l, &hit, (kind ? -1.0f : 1.0f) * life_between(l, 1.0f, 5.0f));
+    for (k = 0; k < 3; k++) ball.center[k] = 0.5f * (hit.point[k] + place[k]); /* within the middle of the grid */
+    ball.radius = life_between(l, 3.0f, 8.0f);
+    return springls_combine_implicit(l->ctx, kind == 2 ? SPRINGLS_OPERATION_UNION : SPRINGLS_OPERATION_DIFFERENCE,
+                                     springls_implicit_sphere, &ball);
+}
+
+/* Every hundredth time the model becomes its own original surface, which otherwise grows by that of every ball. */
+static springls_status life_edit_and_settle(life *l)
+{
+    const springls_status status = life_edit(l);
+    return status == SPRINGLS_OK && l->done % 100 == 99 && springls_count(l->ctx) > 0 ? springls_set_reference(l->ctx) : status;
+}
+
+/* Goes on for a number of steps or edits. */
+static springls_status life_go(life *l, int count)
+{
+    springls_status status = SPRINGLS_OK;
+    for (; count > 0 && status == SPRINGLS_OK; count--, l->done++) {
+        status = l->kind == LIFE_FLOW ? life_flow_step(l) : life_edit_and_settle(l);
+        if (l->kind == LIFE_EDITS && (status == SPRINGLS_EMPTY_MODEL || (status == SPRINGLS_OK && springls_count(l->ctx) == 0))) {
+            l->restarts++;
+            status = life_set_ball(l);
+        }
+    }
+    return status;
+}
+
+/* What is looked at. */
+typedef struct life_state {
+    double volume, smallest; /* voxels; the smallest of the bodies and cavities, where components are found */
+    int components, euler, springls;
+    size_t memory;
+    uint64_t hash;
+} life_state;
+
+static springls_status life_look(life *l, life_state *s)
+{
+    springls_measures measures;
+    const springls_component *parts;
+    int i, count = 0;
+    springls_status status = springls_measure(l->ctx, &measures);
+    memset(s, 0, sizeof *s);
+    s->smallest = HUGE_VAL; /* not looked for */
+    if (status != SPRINGLS_OK) return status;
+    if (l->kind == LIFE_EDITS) status = springls_components(l->ctx, &parts, &count);
+    for (i = 0; i < count && status == SPRINGLS_OK; i++)
+        if (!parts[i].cavity && fabs(parts[i].volume) < s->smallest) s->smallest = fabs(parts[i].volume);
+    s->volume = measures.volume;
+    s->components = measures.components;
+    s->euler = measures.euler;
+    s->springls = springls_count(l->ctx);
+    s->memory = springls_memory_used(l->ctx);
+    s->hash = springls_state_hash(l->ctx);
+    return status;
+}
+
+#endif

@@ -1,0 +1,57 @@
+#!/bin/sh
+# trust.sh: checks that every file, test and command that docs/trust.md names exists, and that tests/every_call.h has every public
+# call that returns a status. Reports as the test programs do.
+page=docs/trust.md
+passed=0 failed=0
+
+# check MESSAGE COMMAND...
+check() {
+    message=$1
+    shift
+    if "$@" > /dev/null 2>&1; then
+        passed=$((passed + 1))
+    else
+        failed=$((failed + 1))
+        echo "FAIL $page: $message"
+    fi
+}
+
+# ticked TEXT: what stands between backquotes, a line each.
+ticked() { echo "$1" | grep -o '`[^`]*`' | tr -d '`'; }
+
+# check_tests CELL: "`file`: `test`, `test`; `file`: ..."
+check_tests() {
+    file=
+    for name in $(ticked "$1"); do
+        case $name in
+            */*) file=$name; check "there is no $name" [ -f "$name" ] ;;
+            *) check "$file has no test $name" grep -qE "^TEST $name\(" "$file" ;;
+        esac
+    done
+}
+
+check_command() {
+    case $1 in
+        "make "*) check "there is no $1" grep -q "^${1#make }:.*##" Makefile tests/tests.mk tests/bench/bench.mk ;;
+        build/test/*) check "nothing makes $1" ls "tests/${1#build/test/}".c* ;;
+        *) check "$1 is no command" false ;;
+    esac
+}
+
+rows=$(mktemp)
+grep '^| .*`tests/' $page > "$rows"
+while IFS='|' read -r _ promise tests command result _; do
+    check_tests "$tests"
+    check_command "$(ticked "$command")"
+    check "no result:$promise" [ -n "$(echo "$result" | tr -d ' ')" ]
+done < "$rows"
+[ "$passed" -gt 50 ] || check "its rows are not found" false
+
+for call in $(sed -n 's/^SPRINGLS_API springls_status springls_\([a-z_]*\)(.*/\1/p' src/interface/api.h); do
+    check "tests/every_call.h has no $call" grep -q "X($call, [01])" tests/every_call.h
+done
+rm -f "$rows"
+
+echo "Total: $((passed + failed)) checks"
+echo "Pass: $passed, fail: $failed, skip: 0."
+[ $failed = 0 ]

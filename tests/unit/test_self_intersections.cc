@@ -1,0 +1,84 @@
+/* test_self_intersections.cc - CGAL looks for triangles that cross each other in the meshes of lives of models: a flow and random
+   edits (LONG_STEPS, LONG_EDITS: make long). Skipped where CGAL is not installed. */
+#include "greatest.h"
+#include "springls.h"
+
+GREATEST_MAIN_DEFS();
+
+#if !__has_include(<CGAL/Polygon_mesh_processing/self_intersections.h>)
+
+TEST cgal_is_not_installed(void) { SKIP(); }
+
+int main(int argc, char **argv)
+{
+    GREATEST_MAIN_BEGIN();
+    RUN_TEST(cgal_is_not_installed);
+    GREATEST_MAIN_END();
+}
+
+#else
+
+#include "long_lives.h"
+
+#include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Polygon_mesh_processing/measure.h>
+#include <CGAL/Polygon_mesh_processing/self_intersections.h>
+#include <CGAL/Surface_mesh.h>
+
+typedef CGAL::Exact_predicates_inexact_constructions_kernel Kernel;
+typedef CGAL::Surface_mesh<Kernel::Point_3> Mesh;
+
+enum { LOOKS = 10 };
+
+static bool to_cgal(const springls_mesh &from, Mesh &to)
+{
+    for (int i = 0; i < from.vertex_count; ++i) {
+        const float *x = from.positions + 3 * i;
+        to.add_vertex(Kernel::Point_3(double(x[0]), double(x[1]), double(x[2])));
+    }
+    for (int i = 0; i < from.triangle_count; ++i) {
+        const int *t = from.triangles + 3 * i;
+        if (to.add_face(Mesh::Vertex_index(unsigned(t[0])), Mesh::Vertex_index(unsigned(t[1])), Mesh::Vertex_index(unsigned(t[2])))
+            == Mesh::null_face())
+            return false;
+    }
+    return true;
+}
+
+TEST no_triangles_cross(int kind, const char *variable, int usual)
+{
+    const char *text = getenv(variable);
+    const int length = text && text[0] ? atoi(text) : usual;
+    life l;
+    ASSERT_EQ(SPRINGLS_OK, life_begin(&l, kind));
+    for (int i = 0; i < LOOKS; ++i) {
+        springls_mesh mesh;
+        springls_measures measures;
+        Mesh judged;
+        ASSERT_EQ(SPRINGLS_OK, life_go(&l, length / LOOKS > 0 ? length / LOOKS : 1));
+        ASSERT_EQ(SPRINGLS_OK, springls_extract_mesh(l.ctx, &mesh));
+        ASSERT_EQ(SPRINGLS_OK, springls_measure(l.ctx, &measures));
+        ASSERT(to_cgal(mesh, judged)); /* edges of two triangles, in order */
+        ASSERT(CGAL::is_closed(judged));
+        ASSERT_IN_RANGE(CGAL::to_double(CGAL::Polygon_mesh_processing::volume(judged)), measures.volume, 1e-4 * measures.volume);
+        ASSERT_FALSE(CGAL::Polygon_mesh_processing::does_self_intersect(judged));
+        springls_mesh_free(l.ctx, &mesh);
+    }
+    life_end(&l);
+    PASS();
+}
+
+SUITE(self_intersections)
+{
+    RUN_TESTp(no_triangles_cross, LIFE_FLOW, "LONG_STEPS", 200);
+    RUN_TESTp(no_triangles_cross, LIFE_EDITS, "LONG_EDITS", 30);
+}
+
+int main(int argc, char **argv)
+{
+    GREATEST_MAIN_BEGIN();
+    RUN_SUITE(self_intersections);
+    GREATEST_MAIN_END();
+}
+
+#endif
