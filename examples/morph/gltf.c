@@ -121,8 +121,8 @@ static bool write_sequence(const struct morph *morph, const char *path)
 }
 
 /* Writes a body with the target's skeleton, all clips of the target and those of the source. */
-static bool write_with_clips(const struct morph *morph, const char *path, const struct gltf_mesh *mesh, const struct influences *influences,
-                             const struct gltf_look *look)
+static bool write_with_clips(const struct morph *morph, const char *path, const struct gltf_mesh *mesh,
+                             const struct influences *influences, const struct gltf_look *look)
 {
     struct character with = morph->target.character;
     const size_t own = (size_t)with.animation_count;

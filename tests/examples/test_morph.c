@@ -381,7 +381,8 @@ static void limb_direction(const struct character *c, int clip, double time, con
 
 TEST clips_move_the_other_body(void)
 {
-    static const char *const limbs[][2] = {{"leg.l", "shin.l"}, {"shin.r", "foot.r"}, {"arm.l", "forearm.l"}, {"forearm.r", "hand.r"}};
+    static const char *const limbs[][2] = {
+        {"leg.l", "shin.l"}, {"shin.r", "foot.r"}, {"arm.l", "forearm.l"}, {"forearm.r", "hand.r"}};
     struct character source, target;
     char error[CHARACTER_TEXT];
     struct alignment alignment;
@@ -664,12 +665,13 @@ TEST a_skinned_character_is_read_back(void)
     PASS();
 }
 
-/* A square of two triangles whose materials differ: an image in four colors, and red. Its corners are doubled along the diagonal. */
+/* A square of two triangles whose materials differ: an image in four colors, and red. Corners are doubled along the diagonal. */
 static const unsigned char four_colors[] = {255, 0, 0, 0, 255, 0, 0, 0, 255, 255, 255, 0};
 
 static void make_square(struct character *c, struct image *image)
 {
-    static float positions[18] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 0, 0, 1, 1, 0, 0, 1, 0}, uvs[12] = {0, 1, 1, 1, 1, 0, 0, 1, 1, 0, 0, 0},
+    static float positions[18] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 0, 0, 1, 1, 0, 0, 1, 0},
+                 uvs[12] = {0, 1, 1, 1, 1, 0, 0, 1, 1, 0, 0, 0},
                  normals[18], colors[18];
     static int triangles[6] = {0, 1, 2, 3, 4, 5}, materials_of[2] = {0, 1};
     static struct influences influences[6];
@@ -985,7 +987,8 @@ TEST three_js_shows_the_files(void)
 
 /* ---- sheets ---- */
 
-enum { SHEET = 10, BOX_CORNERS = 8, CAPE_VERTICES = (SHEET + 1) * (SHEET + 1) + BOX_CORNERS, CAPE_TRIANGLES = 2 * SHEET * SHEET + 12 };
+enum { SHEET = 10, BOX_CORNERS = 8, CAPE_VERTICES = (SHEET + 1) * (SHEET + 1) + BOX_CORNERS,
+       CAPE_TRIANGLES = 2 * SHEET * SHEET + 12 };
 
 /* A body of a box on two bones, a cape behind it that leans, or one of these alone. */
 static void make_cape(struct character *c, bool box, bool cape)
@@ -1039,7 +1042,8 @@ TEST sheets_become_one_voxel_thick(void)
     ASSERT(gltf_write_character(scratch("box.glb"), &c));
     make_cape(&c, false, true);
     ASSERT(gltf_write_character(scratch("sheet.glb"), &c));
-    const char *const worn[] = {scratch("cape.glb"), scratch("box.glb"), "--grid", "40", "--frames", "2", "--json", scratch("cape.json"), NULL};
+    const char *const worn[] = {scratch("cape.glb"), scratch("box.glb"), "--grid", "40", "--frames", "2",
+                                "--json", scratch("cape.json"), NULL};
     ASSERT_EQ(0, run_program(worn));
     cJSON *json = read_report(scratch("cape.json"));
     ASSERT(json != NULL);
@@ -1052,7 +1056,8 @@ TEST sheets_become_one_voxel_thick(void)
     cJSON_Delete(json);
     const char *const alone[] = {scratch("sheet.glb"), scratch("sheet.glb"), "--grid", "40", "--frames", "2", "--quiet", NULL};
     ASSERT_EQ(0, run_program(alone));
-    const char *const left[] = {scratch("sheet.glb"), scratch("box.glb"), "--grid", "40", "--frames", "2", "--thicken", "0", "--quiet", NULL};
+    const char *const left[] = {scratch("sheet.glb"), scratch("box.glb"), "--grid", "40", "--frames", "2",
+                                "--thicken", "0", "--quiet", NULL};
     ASSERT_EQ(1, run_program(left));
     fflush(stderr);
     size_t length;

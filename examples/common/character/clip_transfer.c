@@ -111,7 +111,8 @@ static bool find_straight(struct transfer *t)
     return true;
 }
 
-static bool transfer_begin(const struct character *source, const struct alignment *a, const struct character *target, struct transfer *t)
+static bool transfer_begin(const struct character *source, const struct alignment *a, const struct character *target,
+                           struct transfer *t)
 {
     const size_t ours = (size_t)target->joint_count + 1, theirs = (size_t)source->joint_count + 1;
     memset(t, 0, sizeof *t);
@@ -139,8 +140,8 @@ static bool transfer_begin(const struct character *source, const struct alignmen
     return t->root < 0 || find_straight(t);
 }
 
-/* Computes how the target's joints turn: D = F R F^-1 S, where R turns the source's joint, F is the turn between the two worlds, and S makes
- * limbs parallel. Joints without a partner go with the one above. */
+/* Computes how the target's joints turn: D = F R F^-1 S, where R turns the source's joint, F is the turn between the two worlds,
+ * and S makes limbs parallel. Joints without a partner go with the one above. */
 static void turn_joints(struct transfer *t, int clip, double time)
 {
     character_pose(t->source, clip, time, 1.0, t->skin, t->places);
@@ -172,7 +173,8 @@ static struct affine local_turn(const struct transfer *t, int joint)
     if (up < 0) {
         return whole;
     }
-    const struct affine above = rotation_of(&joints[up].neutral), turned = affine_after(&t->turned[up], &above), back = affine_inverse(&turned);
+    const struct affine above = rotation_of(&joints[up].neutral), turned = affine_after(&t->turned[up], &above),
+                        back = affine_inverse(&turned);
     return affine_after(&back, &whole);
 }
 
