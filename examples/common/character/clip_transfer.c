@@ -15,7 +15,7 @@ static const double SAME = 0.01; /* of the body: joints of the same motion are n
 struct transfer {
     const struct character *source, *target;
     int *from;            /* of each joint of the target: the source's, or -1 */
-    int root;             /* the first joint of the target that has one */
+    int root;             /* the first bone of the target that has one: it also moves */
     struct affine facing, back; /* rotation about y from the source's world to the target's, and back */
     double ratio;               /* of sizes */
     struct affine *straight;    /* for each joint of the target: turns its neutral limb parallel to the source's */
@@ -134,7 +134,7 @@ static bool transfer_begin(const struct character *source, const struct alignmen
         }
     }
     for (int j = target->joint_count - 1; j >= 0; --j) {
-        t->root = t->from[j] >= 0 ? j : t->root;
+        t->root = t->from[j] >= 0 && target->joints[j].bone ? j : t->root;
     }
     find_facing(t);
     return t->root < 0 || find_straight(t);
@@ -178,7 +178,7 @@ static struct affine local_turn(const struct transfer *t, int joint)
     return affine_after(&back, &whole);
 }
 
-/* Computes where the root is relative to the joint above, which does not move. */
+/* Computes where the root is relative to the joint above, which turns only. */
 static void root_translation(const struct transfer *t, double out[3])
 {
     const struct joint *joint = &t->target->joints[t->root];
@@ -195,7 +195,12 @@ static void root_translation(const struct transfer *t, double out[3])
         place.m[4 * i + 3] += t->ratio * (double)moved[i];
     }
     if (joint->parent >= 0) {
-        const struct affine back = affine_inverse(&t->target->joints[joint->parent].neutral);
+        const struct affine *above = &t->target->joints[joint->parent].neutral;
+        struct affine turned = affine_after(&t->turned[joint->parent], above);
+        for (int i = 3; i < 12; i += 4) {
+            turned.m[i] = above->m[i];
+        }
+        const struct affine back = affine_inverse(&turned);
         place = affine_after(&back, &place);
     }
     for (int i = 0; i < 3; ++i) {

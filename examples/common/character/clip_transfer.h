@@ -5,7 +5,7 @@
 #include "character/skeleton_align.h"
 
 /* Makes clips for the target's joints from all clips of the source, with keys 1/fps seconds apart. A paired joint turns as its
- * partner does, seen from each body (y is up); arms and legs first become parallel to the source's. The first joint also moves,
+ * partner does, seen from each body (y is up); arms and legs first become parallel to the source's. The first bone also moves,
  * by the ratio of sizes. Left out are clips
  * that the target has too, with the same name and motion; other equal names get " (source)". To be freed by clips_free. Returns
  * false, with nothing to free, if memory is short. */
