@@ -70,6 +70,7 @@ struct morph_frame {
     double volume;        /* of the mesh, voxels */
     double distance;      /* mean |target's signed distance| of particles, voxels */
     double missing;       /* mean |model's signed distance| of vertices of the target's zero level, voxels */
+    double worst;         /* largest of these, voxels; at most the narrow band */
     double far;           /* share of the target's vertices that are more than a voxel from the model */
     double seconds, seconds_skinning, seconds_contour, seconds_target;
     int springls;
@@ -85,12 +86,13 @@ struct morph {
     springls_grid_desc grid;
     springls_context *ctx, *other; /* the model; the posed target */
     springls_backend *backend;
-    float *pressure, *source_phi;
+    float *pressure, *source_phi, *target_phi; /* dense volumes, voxels */
+    int *target_nearest; /* triangle of the posed target nearest to each voxel, -1: none near */
     struct affine *skin, *skin_before, *skin_places;
     struct morph_frame *frames, rest; /* rest: the end in the neutral pose, for --out */
     int frame_count;
     int coincided; /* the first frame in which the two coincide, -1: never */
-    springls_mesh target_mesh; /* zero level of the posed target, without self-intersections */
+    springls_mesh target_mesh; /* zero level of the target in the last frame's pose, without self-intersections */
     struct surface_distances end; /* from the last frame to the target, world units */
     double channel_sum_error;     /* bone weights carried as a channel: largest |sum - 1| at the end */
     double channel_difference;    /* mean L1 distance of these from the weights looked up by correspondence */

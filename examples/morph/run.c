@@ -3,7 +3,7 @@
 
 #include "base/progress.h"
 #include "base/vec3.h"
-#include "character/solid_voxels.h"
+#include "character/mesh_voxels.h"
 
 #include <stdarg.h>
 #include <stdio.h>
@@ -11,12 +11,13 @@
 #include <string.h>
 
 #define ROD 1.4f  /* voxels: radius that limbs have at least before the target is reached */
-#define BAND 2.5f /* voxels: where level sets that springls make are distances */
+#define BAND 1.5f /* voxels: up to where signed distances of posed bodies are exact */
 
 enum { MARGIN = 5, LEAD_IN = 8, LEAD_OUT = 12 }; /* voxels around; steps from the neutral pose to the first frame, and back */
 
 #define COINCIDE 0.125  /* voxels: mean distance in both directions below which the two coincide... */
-#define LEFT_OVER 0.005 /* ...if at most this share of the target is further than a voxel away, since tips grow last */
+#define LEFT_OVER 0.005 /* ...if at most this share of the target is further than a voxel away, since tips grow last, */
+#define WORST 2.0       /* and no vertex by more voxels than this */
 
 bool morph_fail(const char *format, ...)
 {
@@ -277,7 +278,9 @@ bool morph_prepare(struct morph *morph)
     desc.backend = morph->backend = run_backend("morph", &morph->settings.common);
     morph->pressure = malloc(voxel_count(morph) * sizeof(float));
     morph->source_phi = malloc(voxel_count(morph) * sizeof(float));
-    if (!morph->pressure || !morph->source_phi) {
+    morph->target_phi = malloc(voxel_count(morph) * sizeof(float));
+    morph->target_nearest = malloc(voxel_count(morph) * sizeof(int));
+    if (!morph->pressure || !morph->source_phi || !morph->target_phi || !morph->target_nearest) {
         return morph_no_memory();
     }
     return run_create("morph", &desc, &morph->ctx) == CLI_CONTINUE && run_create("morph", &desc, &morph->other) == CLI_CONTINUE
@@ -289,26 +292,50 @@ bool morph_prepare(struct morph *morph)
 struct skinning {
     const struct morph *morph;
     const struct affine *before, *after;
+    float part; /* of the target in the shape before */
 };
 
 /* Returns the map of a springl from pose to pose: B(after) B(before)^-1, where B is the blend of bones from its neutral place.
- * So it goes where skinning from the neutral pose puts it. Where B is nearly singular the bones' own motions are blended. */
-static struct affine motion(const struct skinning *s, const struct influences *in)
+ * So it goes where skinning from the neutral pose puts it. Near the target the target's weights take part (theirs; NULL: none).
+ * Where B is nearly singular the bones' own motions are blended. */
+static struct affine motion(const struct skinning *s, const struct influences *ours, const struct influences *theirs)
 {
-    const struct affine from = influences_blend(in, s->before), to = influences_blend(in, s->after);
+    const struct influences *both[2] = {ours, theirs};
+    const double share[2] = {theirs ? 1.0 - (double)s->part : 1.0, (double)s->part};
+    struct affine from = {{0}}, to = {{0}};
+    for (int b = 0; b < (theirs ? 2 : 1); ++b) {
+        const struct affine before = influences_blend(both[b], s->before), after = influences_blend(both[b], s->after);
+        affine_add(&from, share[b], &before);
+        affine_add(&to, share[b], &after);
+    }
     if (fabs(affine_determinant(&from)) > 0.1) {
         const struct affine back = affine_inverse(&from);
         return affine_after(&to, &back);
     }
     struct affine blend = {{0}};
-    for (int k = 0; k < CHARACTER_BONES; ++k) {
-        if (in->weight[k] > 0.0f) {
-            const struct affine back = affine_inverse(&s->before[in->joint[k]]);
-            const struct affine bone = affine_after(&s->after[in->joint[k]], &back);
-            affine_add(&blend, (double)in->weight[k], &bone);
+    for (int b = 0; b < (theirs ? 2 : 1); ++b) {
+        for (int k = 0; k < CHARACTER_BONES; ++k) {
+            if (both[b]->weight[k] > 0.0f) {
+                const int joint = both[b]->joint[k];
+                const struct affine back = affine_inverse(&s->before[joint]), bone = affine_after(&s->after[joint], &back);
+                affine_add(&blend, share[b] * (double)both[b]->weight[k], &bone);
+            }
         }
     }
     return blend;
+}
+
+/* Returns the target's weights at the place of it that is nearest to a point in voxel coordinates, NULL: none is near. */
+static const struct influences *target_weights(const struct morph *morph, const float point[3])
+{
+    const int *size = morph->grid.size;
+    size_t at = 0, step = 1;
+    for (int k = 0; k < 3; ++k) {
+        at += step * (size_t)fmaxf(0.0f, fminf((float)size[k] - 1.0f, floorf(point[k] + 0.5f)));
+        step *= (size_t)size[k];
+    }
+    const int triangle = morph->target_nearest[at];
+    return triangle >= 0 ? &morph->target.influences[morph->target.mesh.triangles[3 * triangle]] : NULL;
 }
 
 /* Converts a map of world coordinates to voxels: x -> T x with T = [R t] moves voxel v by (R - 1) v + (R o + t - o) / h. */
@@ -329,7 +356,7 @@ static void skin_springls(void *user, const float *points, const float *correspo
 {
     const struct skinning *s = user;
     const float *last = NULL;
-    (void)points, (void)time;
+    (void)time;
     for (int i = 0; i < count; ++i) {
         const float *a = correspondences + 3 * i;
         if (last && memcmp(a, last, 3 * sizeof *a) == 0) { /* another corner of the same springl */
@@ -337,15 +364,16 @@ static void skin_springls(void *user, const float *points, const float *correspo
             continue;
         }
         const struct influences in = weights_at(s->morph, a);
-        const struct affine t = motion(s, &in);
+        const struct affine t = motion(s, &in, s->part > 0.0f ? target_weights(s->morph, points + 3 * i) : NULL);
         to_velocity(&s->morph->grid, &t, out + 12 * i);
         last = a;
     }
 }
 
-static bool skin_step(struct morph *morph)
+/* part: of the target in the shape before this step. */
+static bool skin_step(struct morph *morph, float part)
 {
-    struct skinning skinning = {morph, morph->skin_before, morph->skin};
+    struct skinning skinning = {morph, morph->skin_before, morph->skin, part};
     springls_forces forces;
     springls_step_desc step;
     memset(&forces, 0, sizeof forces);
@@ -361,22 +389,22 @@ static bool skin_step(struct morph *morph)
 
 /* ---- active contours ---- */
 
-/* Computes the signed distance of a body in the present pose, with limbs that the other lacks at `size` of theirs. */
-static bool pose_body(struct morph *morph, struct morph_body *body, float size, float *phi)
+/* Moves a body's surface to the present pose, with limbs that the other lacks at `size` of theirs, and computes its signed distance.
+ */
+static bool pose_body(struct morph *morph, struct morph_body *body, float size, float *phi, int *nearest)
 {
-    const struct solid_grid voxels = morph_voxels(&morph->grid);
-    for (int v = 0; v < body->mesh.vertex_count; ++v) {
+    const struct solid_grid grid = morph_voxels(&morph->grid);
+    float *voxels = malloc(3 * ((size_t)body->mesh.vertex_count + 1) * sizeof *voxels);
+    for (int v = 0; voxels && v < body->mesh.vertex_count; ++v) {
         const struct affine blend = influences_blend(&body->influences[v], morph->skin);
         float place[3];
         vec3_add_scaled(body->mesh.positions + 3 * v, 1.0f - size, body->mesh_pulls + 3 * v, place);
         affine_apply(&blend, place, body->posed + 3 * v);
+        morph_to_voxel(&morph->grid, body->posed + 3 * v, voxels + 3 * v);
     }
-    return morph_check(morph->other,
-                       springls_set_mesh(morph->other, body->posed, body->mesh.vertex_count, 0, body->mesh.triangles,
-                                         body->mesh.triangle_count, NULL),
-                       "body")
-        && morph_check(morph->other, springls_copy_level_set(morph->other, phi), "body")
-        && (solid_extend(&voxels, phi, BAND) || morph_no_memory());
+    const bool good = voxels && mesh_voxels(&grid, voxels, body->mesh.triangles, body->mesh.triangle_count, BAND, phi, nearest);
+    free(voxels);
+    return good || morph_no_memory();
 }
 
 /* Returns the volume of a level set, voxels, and in *area roughly that of its surface. */
@@ -440,17 +468,18 @@ static bool pose_between(struct morph *morph, float part)
     const size_t count = voxel_count(morph);
     const float pace = morph->settings.pace;
     const struct solid_grid voxels = morph_voxels(&morph->grid);
-    float *phi = morph->pressure, *source = morph->source_phi;
+    float *phi = morph->pressure, *source = morph->source_phi, *target = morph->target_phi;
     double area, volumes[2] = {0.0, 0.0};
     struct solid_repair repair;
-    if ((part < 1.0f && !pose_body(morph, &morph->source, fmaxf(0.05f, 1.0f - part), source))
-        || !pose_body(morph, &morph->target, fmaxf(0.05f, part), phi)) {
+    if ((part < 1.0f && !pose_body(morph, &morph->source, fmaxf(0.05f, 1.0f - part), source, NULL))
+        || !pose_body(morph, &morph->target, fmaxf(0.05f, part), target, morph->target_nearest)) {
         return false;
     }
+    memcpy(phi, target, count * sizeof *phi);
     if (part < 1.0f) {
         volumes[0] = volume_of(source, count, 0.0f, &area);
-        volumes[1] = volume_of(phi, count, 0.0f, &area);
-        for (size_t n = 0; n < count; ++n) { phi[n] = (1.0f - part) * source[n] + part * phi[n]; }
+        volumes[1] = volume_of(target, count, 0.0f, &area);
+        for (size_t n = 0; n < count; ++n) { phi[n] = (1.0f - part) * source[n] + part * target[n]; }
         const double wanted = (1.0 - (double)part) * volumes[0] + (double)part * volumes[1];
         float shift = 0.0f;
         for (int step = 0; step < 3; ++step) { /* Newton */
@@ -483,18 +512,63 @@ static bool contour_steps(struct morph *morph)
 
 /* ---- measures of a frame ---- */
 
-/* Computes the mean of |phi| of one context at points of the other, voxels, and the share of points beyond one voxel. */
-static bool mean_distance(const struct morph *morph, springls_context *ctx, const float *world, int count, double *mean,
-                          double *far)
+/* Samples a dense level set at a place in voxel coordinates, trilinearly. */
+static float sample(const int size[3], const float *phi, const float place[3])
 {
-    float *distance = malloc(((size_t)count + 1) * sizeof *distance);
-    bool good = distance || morph_no_memory();
-    good = good && morph_check(ctx, springls_sample_distance(ctx, world, count, distance), "distance");
-    *mean = *far = 0.0;
-    for (int i = 0; good && i < count; ++i) {
-        *mean += fabs((double)distance[i]) / (morph->grid.spacing[0] * count);
-        *far += fabs((double)distance[i]) > morph->grid.spacing[0] ? 1.0 / count : 0.0;
+    size_t base = 0, step[3] = {1, (size_t)size[0], (size_t)size[0] * (size_t)size[1]};
+    float part[3], sum = 0.0f;
+    for (int k = 0; k < 3; ++k) {
+        const float at = fmaxf(0.0f, fminf((float)size[k] - 1.001f, place[k]));
+        base += (size_t)at * step[k];
+        part[k] = at - floorf(at);
     }
+    for (int c = 0; c < 8; ++c) {
+        float weight = 1.0f;
+        size_t at = base;
+        for (int k = 0; k < 3; ++k) {
+            weight *= c >> k & 1 ? part[k] : 1.0f - part[k];
+            at += c >> k & 1 ? step[k] : 0;
+        }
+        sum += weight * phi[at];
+    }
+    return sum;
+}
+
+/* Returns the mean of |phi| of the target at the model's particles, voxels. */
+static double distance_to_target(const struct morph *morph)
+{
+    const springls_view particles = springls_view_particles(morph->ctx);
+    double sum = 0.0;
+    for (int i = 0; i < particles.count; ++i) {
+        sum += fabs((double)sample(morph->grid.size, morph->target_phi, springl_item(particles, i))) / particles.count;
+    }
+    return sum;
+}
+
+/* Measures |phi| of the model at vertices of the target, except those inside it, where it overlaps itself. */
+static bool measure_missing(const struct morph *morph, struct morph_frame *frame)
+{
+    const struct morph_body *target = &morph->target;
+    const size_t vertices = (size_t)target->mesh.vertex_count + 1;
+    float *world = malloc(3 * vertices * sizeof *world), *distance = malloc(vertices * sizeof *distance);
+    int count = 0;
+    for (int v = 0; world && v < target->mesh.vertex_count; ++v) {
+        float place[3];
+        morph_to_voxel(&morph->grid, target->posed + 3 * v, place);
+        if (fabsf(sample(morph->grid.size, morph->target_phi, place)) < 0.5f) {
+            memcpy(world + 3 * count++, target->posed + 3 * v, sizeof place);
+        }
+    }
+    bool good = (world && distance) || morph_no_memory();
+    good = good && morph_check(morph->ctx, springls_sample_distance(morph->ctx, world, count, distance), "distance");
+    frame->missing = frame->far = frame->worst = 0.0;
+    for (int i = 0; good && i < count; ++i) {
+        const double voxels = fabs((double)distance[i]) / morph->grid.spacing[0];
+        frame->missing += voxels / count;
+        frame->far += voxels > 1.0 ? 1.0 / count : 0.0;
+        frame->worst = fmax(frame->worst, voxels);
+    }
+    free(world);
     free(distance);
     return good;
 }
@@ -516,26 +590,9 @@ static double enclosed_volume(const springls_mesh *mesh)
 static bool measure(struct morph *morph, struct morph_frame *frame)
 {
     const double voxel = morph->grid.spacing[0], speck = MORPH_SPECK * voxel * voxel * voxel;
-    springls_mesh_free(morph->other, &morph->target_mesh);
-    if (!morph_check(morph->other, springls_extract_mesh(morph->other, &morph->target_mesh), "target")
-        || mesh_drop_specks(morph->target_mesh.positions, morph->target_mesh.vertex_count, morph->target_mesh.triangles,
-                            &morph->target_mesh.triangle_count, speck) < 0) {
-        return false;
-    }
-    const springls_view particles = springls_view_particles(morph->ctx);
-    float *world = malloc(3 * ((size_t)particles.count + 1) * sizeof *world);
-    bool good = world || morph_no_memory();
-    for (int i = 0; good && i < particles.count; ++i) {
-        memcpy(world + 3 * i, springl_item(particles, i), 3 * sizeof *world);
-    }
-    if (good) {
-        springls_to_world(morph->ctx, world, particles.count, world);
-    }
-    good = good && mean_distance(morph, morph->other, world, particles.count, &frame->distance, &frame->far)
-        && mean_distance(morph, morph->ctx, morph->target_mesh.positions, morph->target_mesh.vertex_count, &frame->missing,
-                         &frame->far)
+    frame->distance = distance_to_target(morph);
+    const bool good = measure_missing(morph, frame)
         && morph_check(morph->ctx, springls_extract_mesh(morph->ctx, &frame->mesh), "mesh") && morph_look(morph, frame);
-    free(world);
     frame->specks = good ? mesh_drop_specks(frame->mesh.positions, frame->mesh.vertex_count, frame->mesh.triangles,
                                             &frame->mesh.triangle_count, speck) : 0;
     if (frame->specks < 0) {
@@ -558,7 +615,7 @@ static bool measure(struct morph *morph, struct morph_frame *frame)
 /* Returns how far the morph has come: 0 the source, 1 the target. */
 static float part_of(const struct morph *morph, int frame)
 {
-    const float x = fminf(1.0f, (float)frame / (float)morph->settings.blend);
+    const float x = fmaxf(0.0f, fminf(1.0f, (float)frame / (float)morph->settings.blend));
     return x * x * (3.0f - 2.0f * x);
 }
 
@@ -567,7 +624,7 @@ static bool run_frame(struct morph *morph, int f)
     struct morph_frame *frame = &morph->frames[f];
     double clock[4];
     clock[0] = elapsed_seconds();
-    bool good = skin_step(morph);
+    bool good = skin_step(morph, part_of(morph, f - 1));
     clock[1] = elapsed_seconds();
     good = good && pose_between(morph, part_of(morph, f));
     clock[2] = elapsed_seconds();
@@ -622,9 +679,19 @@ static bool compare_ends(struct morph *morph)
 {
     const struct morph_frame *last = &morph->frames[morph->frame_count - 1];
     const struct surface mine = {last->mesh.positions, (const uint32_t *)last->mesh.triangles, (size_t)last->mesh.triangle_count};
-    const struct surface target = {morph->target_mesh.positions, (const uint32_t *)morph->target_mesh.triangles,
-                                   (size_t)morph->target_mesh.triangle_count};
-    return surface_distances_measure(&mine, &target, 20000, morph->grid.spacing[0], &morph->end) || morph_no_memory();
+    const double voxel = morph->grid.spacing[0];
+    springls_mesh *mesh = &morph->target_mesh;
+    if (!morph_check(morph->other,
+                     springls_set_mesh(morph->other, morph->target.posed, morph->target.mesh.vertex_count, 0,
+                                       morph->target.mesh.triangles, morph->target.mesh.triangle_count, NULL),
+                     "target")
+        || !morph_check(morph->other, springls_extract_mesh(morph->other, mesh), "target")
+        || mesh_drop_specks(mesh->positions, mesh->vertex_count, mesh->triangles, &mesh->triangle_count,
+                            MORPH_SPECK * voxel * voxel * voxel) < 0) {
+        return false;
+    }
+    const struct surface target = {mesh->positions, (const uint32_t *)mesh->triangles, (size_t)mesh->triangle_count};
+    return surface_distances_measure(&mine, &target, 20000, voxel, &morph->end) || morph_no_memory();
 }
 
 /* Takes the model back to the neutral pose, in which it is written with its skeleton, while it goes on becoming the target. Skinning
@@ -635,7 +702,7 @@ static bool rest_pose(struct morph *morph)
     bool good = true;
     for (int s = LEAD_OUT - 1; good && s >= 0; --s) {
         next_pose(morph, last, (double)s / LEAD_OUT);
-        good = skin_step(morph) && pose_between(morph, part_of(morph, last)) && contour_steps(morph);
+        good = skin_step(morph, part_of(morph, last)) && pose_between(morph, part_of(morph, last)) && contour_steps(morph);
     }
     morph->rest.share = part_of(morph, last);
     return good && measure(morph, &morph->rest);
@@ -649,7 +716,7 @@ bool morph_run(struct morph *morph)
     pose(morph, 0, 0.0);
     for (int s = 1; good && s < LEAD_IN; ++s) {
         next_pose(morph, 0, (double)s / LEAD_IN);
-        good = skin_step(morph) && pose_between(morph, 0.0f) && contour_steps(morph);
+        good = skin_step(morph, 0.0f) && pose_between(morph, 0.0f) && contour_steps(morph);
     }
     progress_begin(&bar, "morph", (size_t)morph->settings.frames, morph->settings.common.quiet);
     for (int f = 0; good && f < morph->settings.frames && morph->coincided < 0; ++f) {
@@ -658,7 +725,7 @@ bool morph_run(struct morph *morph)
         morph->frame_count += good;
         const struct morph_frame *frame = &morph->frames[f];
         if (good && f >= morph->settings.blend && frame->distance < COINCIDE && frame->missing < COINCIDE
-            && frame->far < LEFT_OVER) {
+            && frame->far < LEFT_OVER && frame->worst < WORST) {
             morph->coincided = f;
         }
         progress_update(&bar, (size_t)f + 1, NULL);
@@ -705,6 +772,8 @@ void morph_free(struct morph *morph)
     free(morph->skin_places);
     free(morph->pressure);
     free(morph->source_phi);
+    free(morph->target_phi);
+    free(morph->target_nearest);
     springls_destroy(morph->ctx);
     springls_destroy(morph->other);
     springls_cl_destroy(morph->backend);

@@ -9,25 +9,31 @@
 
 #define PUSH_SPEED 1.0f     /* radii of the brush a second */
 #define SMOOTH_SPEED 60.0f  /* full steps a second */
+#define MASK_SPEED 8.0f     /* whole masks a second */
 #define SLAB 3.0f           /* voxels that a cut takes away */
 #define MIN_BRUSH_RADIUS 3.0f    /* voxels: the effect of a smaller brush is invisible in phi */
 
-const char *const viewer_tool_names[VIEWER_TOOLS] = {"drag", "push", "inflate", "smooth", "cut", "merge"};
+const char *const viewer_tool_names[VIEWER_TOOLS] = {"drag", "push", "inflate", "smooth", "cut", "merge", "mask"};
 const char *const viewer_view_names[VIEWER_VIEWS] = {"surface", "springls", "texture", "wireframe"};
+
+const char *const viewer_falloff_names[VIEWER_FALLOFFS] = {"smooth", "pointed", "flat"};
+const char *const viewer_symmetry_names[4] = {"no symmetry", "symmetry x", "symmetry y", "symmetry z"};
 
 const char viewer_manual[] =
     "left button    the tool; beside the body: turn the camera\n"
     "right button   turn the camera; middle button, or shift and right: shift it\n"
     "wheel          nearer, further; with ctrl, or [ and ]: size of the brush\n"
+    "- and =        strength of the brush; O: its falloff; X: symmetry\n"
     "1 drag         what is in the brush follows the pointer\n"
     "2 push         inward; shift: outward\n"
     "3 inflate      in the brush, shift: deflate; ctrl: the whole body\n"
     "4 smooth       in the brush; ctrl: the whole body\n"
     "5 cut          a slab along the stroke; shift: all to the right of it\n"
     "6 merge        click: a ball, drag it; enter: merge, escape: not\n"
+    "7 mask         what is masked stays; shift: unmask; C: clear, I: invert\n"
     "V              next view: surface, springls, texture, wireframe\n"
     "ctrl Z, ctrl Y undo, redo\n"
-    "ctrl S         save; drop a file: load it (tool merge: to merge)\n"
+    "ctrl S         save; drop a file: open it (tool merge: to merge)\n"
     "R begin again, F whole body in view, H this help, Q quit\n";
 
 static void show_message(struct viewer_app *app, const char *text)
@@ -46,36 +52,66 @@ static bool done(struct viewer_app *app, bool good)
     return good;
 }
 
+/* Sets the camera's scene, which is all that may be drawn; returns its radius. */
+static float frame_scene(struct viewer_app *app)
+{
+    float lower[3], upper[3], half[3];
+    if (!viewer_model_box(&app->model, lower, upper)) {
+        return app->camera.scene_radius;
+    }
+    vec3_sub(upper, lower, half);
+    for (int a = 0; a < 3; ++a) {
+        half[a] *= 0.5f;
+        app->camera.middle[a] = lower[a] + half[a];
+    }
+    app->camera.scene_radius = vec3_length(half) + app->model.voxel * (float)app->model.grid;
+    app->framed_version = app->model.version;
+    return vec3_length(half);
+}
+
 static void fit(struct viewer_app *app)
 {
-    float half[3];
-    vec3_sub(app->model.upper, app->model.lower, half);
-    const float side = app->model.voxel * (float)app->model.grid;
-    float middle[3];
-    viewer_model_middle(&app->model, middle);
-    viewer_camera_fit(&app->camera, middle, 0.4f * vec3_length(half), 0.9f * side);
+    const float radius = frame_scene(app);
+    viewer_camera_fit(&app->camera, app->camera.middle, 0.8f * radius, app->camera.scene_radius);
     ++app->looks;
 }
 
-static bool begin(struct viewer_app *app, const springls_desc *desc, const char *path)
+static void begin_view(struct viewer_app *app)
 {
-    const bool good = path ? viewer_model_file(&app->model, desc, path) : viewer_model_ball(&app->model, desc);
+    app->brush.radius = 0.08f * app->model.voxel * (float)app->model.grid;
+    app->hand = VIEWER_IDLE;
+    app->hover = false;
+    fit(app);
+}
+
+/* Opens a file, or a ball; the model before can be had back by undo. */
+static bool begin(struct viewer_app *app, const char *path)
+{
+    struct viewer_model made = {0};
+    bool good = path ? viewer_model_file(&made, &app->desc, path) : viewer_model_ball(&made, &app->desc);
+    if (!good) {
+        memcpy(app->model.error, made.error, sizeof made.error);
+    } else if (app->model.ctx && !viewer_history_keep(&app->history, &app->model)) {
+        good = false;
+        viewer_model_free(&made);
+    }
     if (done(app, good)) {
+        viewer_model_replace(&app->model, &made, true);
         viewer_model_free(&app->second);
-        viewer_history_clear(&app->history);
-        app->brush.radius = 0.08f * app->model.voxel * (float)app->model.grid;
-        app->hand = VIEWER_IDLE;
-        app->hover = false;
-        fit(app);
+        begin_view(app);
     }
     return good;
 }
 
 bool viewer_app_open(struct viewer_app *app, const springls_desc *desc, int width, int height)
 {
+    app->desc = *desc;
     app->width = width;
     app->height = height;
-    return begin(app, desc, app->load);
+    app->brush.strength = 1.0f;
+    const bool good = begin(app, app->load);
+    viewer_history_clear(&app->history);
+    return good;
 }
 
 void viewer_app_close(struct viewer_app *app)
@@ -148,7 +184,7 @@ static bool make_second(struct viewer_app *app)
 
 static bool place_second(struct viewer_app *app, const char *path)
 {
-    viewer_model_middle(&app->model, app->second_place);
+    memcpy(app->second_place, app->camera.middle, sizeof app->second_place);
     if (app->hover) {
         memcpy(app->second_place, app->brush.center, sizeof app->second_place);
     }
@@ -277,6 +313,11 @@ static void size_brush(struct viewer_app *app, float notches)
     ++app->looks;
 }
 
+static void strengthen_brush(struct viewer_app *app, float difference)
+{
+    app->brush.strength = fmaxf(0.1f, fminf(1.0f, app->brush.strength + difference));
+}
+
 void viewer_app_scroll(struct viewer_app *app, float notches, int modifiers)
 {
     if (modifiers & VIEWER_CTRL) {
@@ -288,12 +329,23 @@ void viewer_app_scroll(struct viewer_app *app, float notches, int modifiers)
     }
 }
 
-static void save(struct viewer_app *app)
+bool viewer_app_save(struct viewer_app *app, const char *path)
 {
     char text[VIEWER_TEXT];
-    if (done(app, viewer_save(&app->model, app->save))) {
-        snprintf(text, sizeof text, "saved %.250s", app->save);
+    app->save_failed = !done(app, viewer_save(&app->model, path));
+    if (!app->save_failed) {
+        snprintf(text, sizeof text, "saved %.250s", path);
         show_message(app, text);
+    }
+    return !app->save_failed;
+}
+
+/* Changes the mask as a whole: clears or inverts it. */
+static void change_mask(struct viewer_app *app, bool invert)
+{
+    if (app->hand == VIEWER_IDLE && (invert || app->model.mask >= 0)
+        && done(app, viewer_history_keep(&app->history, &app->model))) {
+        done(app, invert ? viewer_model_invert_mask(&app->model) : viewer_model_set_mask(&app->model, NULL));
     }
 }
 
@@ -301,9 +353,13 @@ static void save(struct viewer_app *app)
 static void go_back(struct viewer_app *app, bool forward)
 {
     if (app->hand == VIEWER_IDLE) {
+        const float voxel = app->model.voxel;
         const bool good =
             forward ? viewer_history_redo(&app->history, &app->model) : viewer_history_undo(&app->history, &app->model);
         show_message(app, good ? (forward ? "redone" : "undone") : *app->model.error ? app->model.error : "nothing more");
+        if (fabsf(app->model.voxel - voxel) > 0.0f) { /* of another file */
+            begin_view(app);
+        }
         look_under_pointer(app);
     }
 }
@@ -326,10 +382,16 @@ void viewer_app_key(struct viewer_app *app, int key, int modifiers)
     case ']': size_brush(app, 1.0f); break;
     case 'F': fit(app); break;
     case 'H': app->help = !app->help; break;
-    case 'R': begin(app, &app->model.desc, app->load); break;
+    case '-': strengthen_brush(app, -0.1f); break;
+    case '=': strengthen_brush(app, 0.1f); break;
+    case 'O': app->brush.falloff = (enum viewer_falloff)((app->brush.falloff + 1) % VIEWER_FALLOFFS); break;
+    case 'X': app->brush.symmetry = (app->brush.symmetry + 1) % 4; break;
+    case 'C': change_mask(app, false); break;
+    case 'I': change_mask(app, true); break;
+    case 'R': begin(app, app->load); break;
     case 'S':
         if (modifiers & VIEWER_CTRL) {
-            save(app);
+            viewer_app_save(app, app->save);
         }
         break;
     case 'Z':
@@ -354,7 +416,7 @@ void viewer_app_drop(struct viewer_app *app, const char *path)
     if (app->tool == VIEWER_MERGE) {
         place_second(app, path);
     } else {
-        begin(app, &app->model.desc, path);
+        begin(app, path);
     }
 }
 
@@ -365,7 +427,8 @@ static bool drag_on(struct viewer_app *app)
 {
     float displacement[3];
     vec3_sub(app->goal, app->brush.center, displacement);
-    const float length = vec3_length(displacement), allowed = viewer_max_displacement(&app->model, &app->brush);
+    const float length = vec3_length(displacement);
+    const float allowed = app->brush.strength * viewer_max_displacement(&app->model, &app->brush);
     for (int a = 0; a < 3; ++a) {
         displacement[a] *= length > allowed ? allowed / length : 1.0f;
     }
@@ -381,8 +444,8 @@ static bool drag_is_due(const struct viewer_app *app)
 
 static bool works(const struct viewer_app *app)
 {
-    const bool shapes = app->tool == VIEWER_PUSH || app->tool == VIEWER_INFLATE || app->tool == VIEWER_SMOOTH;
-    return app->hand == VIEWER_WORK && !app->holds_second && (shapes || (app->tool == VIEWER_DRAG && drag_is_due(app)));
+    const bool stays = app->tool == VIEWER_CUT || app->tool == VIEWER_MERGE || (app->tool == VIEWER_DRAG && !drag_is_due(app));
+    return app->hand == VIEWER_WORK && !app->holds_second && !stays;
 }
 
 static bool use_tool(struct viewer_app *app, float seconds)
@@ -397,11 +460,13 @@ static bool use_tool(struct viewer_app *app, float seconds)
         return true;
     }
     const struct viewer_brush *brush = everywhere ? NULL : &app->brush;
-    const float distance = fminf(PUSH_SPEED * seconds * app->brush.radius, viewer_max_displacement(&app->model, &app->brush));
+    const float strength = app->brush.strength, allowed = viewer_max_displacement(&app->model, &app->brush);
+    const float distance = strength * fminf(PUSH_SPEED * seconds * app->brush.radius, allowed);
     switch (app->tool) {
     case VIEWER_PUSH: return viewer_push(&app->model, &app->brush, shift ? distance : -distance);
     case VIEWER_INFLATE: return viewer_inflate(&app->model, brush, shift ? -distance : distance);
-    default: return viewer_smooth(&app->model, brush, fminf(1.0f, SMOOTH_SPEED * seconds));
+    case VIEWER_MASK: return viewer_mask(&app->model, brush, (shift ? -strength : strength) * fminf(1.0f, MASK_SPEED * seconds));
+    default: return viewer_smooth(&app->model, brush, strength * fminf(1.0f, SMOOTH_SPEED * seconds));
     }
 }
 
@@ -441,5 +506,7 @@ void viewer_app_work(struct viewer_app *app, double seconds)
     } else {
         begin_step(app);
     }
-    viewer_model_middle(&app->model, app->camera.middle); /* what is drawn is around the grid */
+    if (app->framed_version != app->model.version && !app->model.stepping) {
+        frame_scene(app);
+    }
 }

@@ -8,7 +8,9 @@
 #include "viewer/model.h"
 #include "viewer/tools.h"
 
-enum viewer_tool { VIEWER_DRAG, VIEWER_PUSH, VIEWER_INFLATE, VIEWER_SMOOTH, VIEWER_CUT, VIEWER_MERGE, VIEWER_TOOLS };
+enum viewer_tool {
+    VIEWER_DRAG, VIEWER_PUSH, VIEWER_INFLATE, VIEWER_SMOOTH, VIEWER_CUT, VIEWER_MERGE, VIEWER_MASK, VIEWER_TOOLS
+};
 enum viewer_view { VIEWER_SURFACE, VIEWER_SPRINGLS, VIEWER_TEXTURE, VIEWER_WIREFRAME, VIEWER_VIEWS };
 enum viewer_hand { VIEWER_IDLE, VIEWER_ORBIT, VIEWER_PAN, VIEWER_WORK };
 
@@ -17,11 +19,13 @@ enum viewer_modifier { VIEWER_SHIFT = 1, VIEWER_CTRL = 2 };
 enum viewer_key { VIEWER_ENTER = 257, VIEWER_ESCAPE = 256 };       /* letters, digits: their capital ASCII code */
 
 extern const char *const viewer_tool_names[VIEWER_TOOLS], *const viewer_view_names[VIEWER_VIEWS];
+extern const char *const viewer_falloff_names[VIEWER_FALLOFFS], *const viewer_symmetry_names[4];
 extern const char viewer_manual[]; /* keys and buttons, some lines */
 
 #define VIEWER_BUDGET 0.006 /* seconds a frame for the step, and for the mesh, where frames count */
 
 struct viewer_app {
+    springls_desc desc;     /* of the models to be opened */
     struct viewer_model model;
     struct viewer_model second; /* to be merged; it has no context while there is none */
     float second_place[3], offset[3]; /* where it was made, and how far it has been dragged */
@@ -46,6 +50,8 @@ struct viewer_app {
     double budget; /* seconds a frame may take for the step, and as many for the mesh; 0: as long as they take */
     float seconds; /* that have passed since the tool's last step began */
     bool help, quit;
+    bool save_failed;       /* the last time */
+    unsigned framed_version; /* of the model, around which the camera's scene is */
     unsigned looks;         /* incremented when the picture changes */
     char message[VIEWER_TEXT];
 };
@@ -60,6 +66,7 @@ void viewer_app_move(struct viewer_app *app, float x, float y);
 void viewer_app_scroll(struct viewer_app *app, float notches, int modifiers);
 void viewer_app_key(struct viewer_app *app, int key, int modifiers);
 void viewer_app_drop(struct viewer_app *app, const char *path); /* the second body (tool merge) or a new model */
+bool viewer_app_save(struct viewer_app *app, const char *path); /* returns false with the reason in app->message */
 
 /* Does a frame's work within the budget, and begins one step at most, when the one before is done and meshed: the active tool's
  * for the `seconds` that have passed, else a step to rest if one is due, else nothing. */

@@ -27,6 +27,7 @@ struct viewer_gl {
 struct viewer_paint {
     struct color base;
     int painting;           /* 0 base, 1 the checker of the correspondences, 2 the vertices' colors */
+    bool tinted;            /* base and checker are multiplied by the vertices' colors */
     bool edges, wires;
     float offset[3];
     const float *middle;    /* of the original's box */
@@ -40,6 +41,7 @@ void viewer_gl_destroy(struct viewer_gl *gl);
 /* Copies a surface to the device. arrays: NULL or vertex_count * 3 floats each; triangles: uint16_t, or of 4 bytes. */
 void viewer_gl_set(struct viewer_surface *surface, const float *const arrays[VIEWER_GL_ARRAYS], int vertex_count,
                    const void *triangles, size_t index_bytes, int triangle_count);
+void viewer_gl_set_colors(const struct viewer_surface *surface, const float *colors, int vertex_count); /* the last array anew */
 void viewer_gl_unset(struct viewer_surface *surface);
 void viewer_gl_set_panel(struct viewer_gl *gl, const struct image *picture);
 

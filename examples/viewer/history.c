@@ -40,7 +40,7 @@ static void make_room(struct viewer_history *history, size_t size)
 /* Appends a snapshot of the model. */
 static bool append(struct viewer_history *history, struct viewer_model *model)
 {
-    struct viewer_state state = {NULL, 0};
+    struct viewer_state state = {.like = viewer_model_grid(model)};
     if (!viewer_model_check(model, springls_snapshot(model->ctx, SPRINGLS_SNAPSHOT_KIND_ALL, NULL, 0, &state.size))) {
         return false;
     }
@@ -72,11 +72,10 @@ bool viewer_history_keep(struct viewer_history *history, struct viewer_model *mo
 static bool go_to(struct viewer_history *history, struct viewer_model *model, int at)
 {
     const struct viewer_state *state = &history->states[at];
-    if (!viewer_model_check(model, springls_restore(model->ctx, state->block, state->size))) {
+    if (!viewer_model_restore(model, &state->like, state->block, state->size)) {
         return false;
     }
     history->at = at;
-    viewer_model_restored(model);
     return true;
 }
 

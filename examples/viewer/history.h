@@ -7,6 +7,7 @@
 enum { VIEWER_MAX_STATES = 64 };
 
 struct viewer_state {
+    struct viewer_model like; /* its grid; without a context */
     void *block;
     size_t size;
 };
@@ -21,8 +22,8 @@ struct viewer_history {
  * ones. */
 bool viewer_history_keep(struct viewer_history *history, struct viewer_model *model);
 
-/* Restore the model bit by bit. Return false when there is nothing to undo or redo, with an empty model->error, or after a
- * failure with the reason in model->error. */
+/* Restore the model bit by bit, in its own grid. Return false when there is nothing to undo or redo, with an empty model->error, or
+ * after a failure with the reason in model->error. */
 bool viewer_history_undo(struct viewer_history *history, struct viewer_model *model);
 bool viewer_history_redo(struct viewer_history *history, struct viewer_model *model);
 void viewer_history_clear(struct viewer_history *history);

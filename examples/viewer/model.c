@@ -9,7 +9,12 @@
 #include <string.h>
 
 #define COLOR "color"          /* the name of the attribute */
-#define BODY_SHARE (2.0 / 3.0) /* of the grid's side; the rest is space to drag and inflate into */
+#define MASK "mask"
+#define WHOLLY_MASKED 0.999f
+#define BODY_SHARE (2.0 / 3.0) /* of the side that desc->grid.size[0] gives */
+#define LARGEST_GRID 4096
+
+static const springls_attribute_desc mask_attribute = {MASK, 1, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_COPY};
 
 static const springls_attribute_desc color_attribute = {COLOR, 3, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_BLEND,
                                                         SPRINGLS_POLICY_BLEND};
@@ -50,20 +55,9 @@ static double clock_now(void *user)
     return elapsed_seconds();
 }
 
-/* Creates a context whose cubic grid is centered at `middle`. */
-static bool create_context(struct viewer_model *model, const springls_desc *desc, const float middle[3], double spacing)
+/* Creates the context of model->desc. */
+static bool create_context(struct viewer_model *model)
 {
-    memset(model, 0, sizeof *model);
-    model->desc = *desc;
-    model->grid = desc->grid.size[0];
-    model->voxel = (float)spacing;
-    model->colors = -1;
-    memcpy(model->middle, middle, sizeof model->middle);
-    for (int a = 0; a < 3; ++a) {
-        model->desc.grid.size[a] = model->grid;
-        model->desc.grid.spacing[a] = spacing;
-        model->desc.grid.origin[a] = (double)middle[a] - 0.5 * spacing * (model->grid - 1);
-    }
     model->desc.trace.now = clock_now;
     springls_desc noting = model->desc; /* springls_create passes its reason only to the logger */
     noting.logger.log = note_reason;
@@ -76,12 +70,39 @@ static bool create_context(struct viewer_model *model, const springls_desc *desc
     return viewer_model_check(model, springls_create(&model->desc, &model->ctx));
 }
 
-/* Replaces the old model by the new one if that is good. */
-static bool replace(struct viewer_model *model, struct viewer_model *made, bool good)
+/* Creates a context with a cubic grid of `side` voxels around `middle`. */
+static bool create_around(struct viewer_model *model, const springls_desc *desc, int side, const float middle[3], double spacing)
+{
+    memset(model, 0, sizeof *model);
+    model->desc = *desc;
+    model->grid = desc->grid.size[0];
+    model->voxel = (float)spacing;
+    model->colors = model->mask = -1;
+    memcpy(model->middle, middle, sizeof model->middle);
+    for (int a = 0; a < 3; ++a) {
+        model->desc.grid.size[a] = side;
+        model->desc.grid.spacing[a] = spacing;
+        model->desc.grid.origin[a] = (double)middle[a] - 0.5 * spacing * (side - 1);
+    }
+    return create_context(model);
+}
+
+/* Creates a context for a body of this length, with room around it. Its bricks are only near the surface: room costs nothing. */
+static bool create_roomy(struct viewer_model *model, const springls_desc *desc, const float middle[3], double longest)
+{
+    const int cube = desc->grid.size[0], most = cube > LARGEST_GRID ? cube : LARGEST_GRID;
+    springls_desc roomy = *desc;
+    roomy.follow = true;
+    return create_around(model, &roomy, cube < most / VIEWER_ROOM ? VIEWER_ROOM * cube : most, middle,
+                         longest / (BODY_SHARE * cube));
+}
+
+bool viewer_model_replace(struct viewer_model *model, struct viewer_model *made, bool good)
 {
     if (good) {
         made->version = model->version + 1;
         made->chunk_generation = model->chunk_generation + 1;
+        made->mask_version = model->mask_version + 1;
         made->budget = model->budget;
         viewer_model_free(model);
         *model = *made;
@@ -90,6 +111,23 @@ static bool replace(struct viewer_model *model, struct viewer_model *made, bool 
         springls_destroy(made->ctx);
     }
     return good;
+}
+
+bool viewer_model_box(const struct viewer_model *model, float lower[3], float upper[3])
+{
+    const springls_view view = springls_view_particles(model->ctx);
+    float corners[6] = {INFINITY, INFINITY, INFINITY, -INFINITY, -INFINITY, -INFINITY};
+    for (int i = 0; i < view.count; ++i) {
+        const float *p = (const float *)(const void *)((const char *)view.data + (size_t)i * view.stride);
+        raycast_grow_box(p, 1, corners, corners + 3);
+    }
+    if (view.count == 0) {
+        return false;
+    }
+    springls_to_world(model->ctx, corners, 2, corners);
+    memcpy(lower, corners, 3 * sizeof *lower);
+    memcpy(upper, corners + 3, 3 * sizeof *upper);
+    return true;
 }
 
 static bool take_box(struct viewer_model *model)
@@ -160,9 +198,9 @@ bool viewer_model_ball(struct viewer_model *model, const springls_desc *desc)
 {
     springls_sphere ball = {{0.0f, 0.0f, 0.0f}, 1.0f};
     struct viewer_model made;
-    const bool good = create_context(&made, desc, ball.center, 2.0 / (BODY_SHARE * desc->grid.size[0]))
-                      && set_implicit(&made, springls_implicit_sphere, &ball);
-    return replace(model, &made, good);
+    const bool good =
+        create_roomy(&made, desc, ball.center, 2.0) && set_implicit(&made, springls_implicit_sphere, &ball);
+    return viewer_model_replace(model, &made, good);
 }
 
 bool viewer_model_mesh(struct viewer_model *model, const springls_desc *desc, const struct mesh *mesh)
@@ -173,8 +211,8 @@ bool viewer_model_mesh(struct viewer_model *model, const springls_desc *desc, co
     if (!(longest > 0.0)) {
         return refuse(model, "the mesh has no extent");
     }
-    const bool good = create_context(&made, desc, middle, longest / (BODY_SHARE * desc->grid.size[0])) && set_mesh(&made, mesh);
-    return replace(model, &made, good);
+    const bool good = create_roomy(&made, desc, middle, longest) && set_mesh(&made, mesh);
+    return viewer_model_replace(model, &made, good);
 }
 
 bool viewer_model_file(struct viewer_model *model, const springls_desc *desc, const char *path)
@@ -188,28 +226,19 @@ bool viewer_model_file(struct viewer_model *model, const springls_desc *desc, co
     return good;
 }
 
-void viewer_model_middle(const struct viewer_model *model, float middle[3])
-{
-    int offset[3];
-    springls_window_offset(model->ctx, offset);
-    for (int a = 0; a < 3; ++a) {
-        middle[a] = model->middle[a] + model->voxel * (float)offset[a];
-    }
-}
-
 /* Creates the context of a second body: on the grid of `like`, in its window. */
 static bool create_beside(struct viewer_model *made, const struct viewer_model *like)
 {
     springls_desc desc = like->desc;
     springls_window_offset(like->ctx, desc.window);
-    return create_context(made, &desc, like->middle, like->desc.grid.spacing[0]);
+    return create_around(made, &desc, like->desc.grid.size[0], like->middle, like->desc.grid.spacing[0]);
 }
 
 bool viewer_model_second(struct viewer_model *second, const struct viewer_model *like, springls_implicit_fn fn, void *user)
 {
     struct viewer_model made;
     const bool good = create_beside(&made, like) && set_implicit(&made, fn, user);
-    return replace(second, &made, good);
+    return viewer_model_replace(second, &made, good);
 }
 
 bool viewer_model_second_ball(struct viewer_model *second, const struct viewer_model *like, const float place[3], float radius)
@@ -233,7 +262,7 @@ bool viewer_model_second_file(struct viewer_model *second, const struct viewer_m
     }
     const bool good = create_beside(&made, like) && set_mesh(&made, &mesh);
     mesh_free(&mesh);
-    return replace(second, &made, good);
+    return viewer_model_replace(second, &made, good);
 }
 
 /* Adds gray as a color, so that a body without colors does not become black when the other one has some. */
@@ -288,6 +317,25 @@ static void end_step(struct viewer_model *model)
     ++model->version;
 }
 
+/* Prepares springls for the step until that is done, when the step begins, or the budget is spent. */
+static bool prepare_step(struct viewer_model *model, double begin)
+{
+    enum { AT_ONCE = 512 };
+    const springls_step_desc step = {.forces = &model->forces, .dt = 1.0f, .max_displacement = 2.0f};
+    const int count = springls_count(model->ctx);
+    while (model->prepare && model->prepared < count) {
+        const int rest = count - model->prepared;
+        if (!model->prepare(model, model->force_user, model->prepared, rest < AT_ONCE ? rest : AT_ONCE)) {
+            return false;
+        }
+        model->prepared += AT_ONCE;
+        if (elapsed_seconds() - begin > budget_of(model)) {
+            return true;
+        }
+    }
+    return viewer_model_check(model, springls_step_begin(model->ctx, &step));
+}
+
 bool viewer_model_continue(struct viewer_model *model)
 {
     const double begin = elapsed_seconds();
@@ -295,7 +343,12 @@ bool viewer_model_continue(struct viewer_model *model)
     if (!model->stepping) {
         return true;
     }
-    const bool good = viewer_model_check(model, springls_step_continue(model->ctx, budget_of(model), &is_done));
+    bool good = springls_step_in_progress(model->ctx) || prepare_step(model, begin);
+    if (good && springls_step_in_progress(model->ctx)) {
+        good = viewer_model_check(model, springls_step_continue(model->ctx, budget_of(model), &is_done));
+    } else {
+        is_done = false;
+    }
     model->step_seconds += elapsed_seconds() - begin;
     if (is_done || !good) {
         end_step(model);
@@ -312,24 +365,41 @@ bool viewer_model_finish(struct viewer_model *model)
     return good;
 }
 
-bool viewer_model_step(struct viewer_model *model, const springls_forces *forces, size_t size, float *samples)
+/* Keeps springls that are wholly masked from relaxing, merging and splitting. */
+static springls_status keep_masked(struct viewer_model *model)
 {
-    springls_forces own = *forces;
-    const springls_step_desc step = {.forces = &own, .dt = 1.0f, .max_displacement = 2.0f};
+    const springls_view mask = springls_view_attribute(model->ctx, model->mask);
+    uint8_t *kept = malloc((size_t)mask.count + 1);
+    for (int i = 0; kept && i < mask.count; ++i) {
+        kept[i] = viewer_model_mask_of(&mask, i) > WHOLLY_MASKED;
+    }
+    const springls_status status = kept ? springls_set_keep_mask(model->ctx, kept) : SPRINGLS_OUT_OF_MEMORY;
+    free(kept);
+    return status;
+}
+
+bool viewer_model_step(struct viewer_model *model, const springls_forces *forces, size_t size, float *samples,
+                       viewer_prepare_fn prepare)
+{
     if (!viewer_model_finish(model)) {
         free(samples);
         return false;
     }
-    model->force_user = own.user = size ? malloc(size) : NULL;
+    model->forces = *forces;
+    model->force_user = model->forces.user = size ? malloc(size) : NULL;
     model->force_samples = samples;
+    model->prepare = prepare;
+    model->prepared = 0;
     model->step_seconds = 0.0;
     model->rest_steps_due = springls_get_params(model->ctx).resample_period;
-    springls_status status = size && !own.user ? SPRINGLS_OUT_OF_MEMORY : SPRINGLS_OK;
-    if (status == SPRINGLS_OK && size) {
-        memcpy(own.user, forces->user, size);
-    }
-    status = status == SPRINGLS_OK ? springls_step_begin(model->ctx, &step) : status;
     model->stepping = true;
+    springls_status status = size && !model->force_user ? SPRINGLS_OUT_OF_MEMORY : SPRINGLS_OK;
+    if (status == SPRINGLS_OK && size) {
+        memcpy(model->force_user, forces->user, size);
+    }
+    if (status == SPRINGLS_OK && model->mask >= 0) { /* springls have come since the last step */
+        status = keep_masked(model);
+    }
     if (!viewer_model_check(model, status)) {
         end_step(model);
         return false;
@@ -341,7 +411,7 @@ bool viewer_model_rest_step(struct viewer_model *model)
 {
     const springls_forces none = {0};
     const int due = model->rest_steps_due;
-    const bool good = viewer_model_step(model, &none, 0, NULL);
+    const bool good = viewer_model_step(model, &none, 0, NULL, NULL);
     model->rest_steps_due = good && due > 0 ? due - 1 : 0;
     return good;
 }
@@ -350,17 +420,17 @@ bool viewer_model_at_rest(const struct viewer_model *model) { return model->rest
 
 bool viewer_model_chunks(struct viewer_model *model, bool material, const springls_chunk **changed, int *count)
 {
-    const springls_chunks_desc desc = {.correspondences = material};
+    const springls_chunks_desc desc = {.correspondences = material || model->mask >= 0}; /* ids too, by which masks are found */
     bool is_done = false;
     *count = 0;
-    if (model->chunks && material != model->chunks_with_material) {
+    if (model->chunks && desc.correspondences != model->chunks_with_material) {
         springls_chunks_destroy(model->ctx, model->chunks);
         model->chunks = NULL;
         model->chunks_in_progress = false;
     }
     if (!model->chunks) {
         ++model->chunk_generation;
-        model->chunks_with_material = material;
+        model->chunks_with_material = desc.correspondences;
         if (!viewer_model_check(model, springls_chunks_create(model->ctx, &desc, &model->chunks))) {
             return false;
         }
@@ -377,11 +447,88 @@ bool viewer_model_chunks(struct viewer_model *model, bool material, const spring
     return viewer_model_check(model, status);
 }
 
-void viewer_model_restored(struct viewer_model *model)
+struct viewer_model viewer_model_grid(const struct viewer_model *model)
+{
+    struct viewer_model like = {.desc = model->desc, .grid = model->grid, .voxel = model->voxel};
+    memcpy(like.middle, model->middle, sizeof like.middle);
+    memcpy(like.lower, model->lower, sizeof like.lower);
+    memcpy(like.upper, model->upper, sizeof like.upper);
+    return like;
+}
+
+static void find_attributes(struct viewer_model *model)
 {
     model->colors = springls_find_attribute(model->ctx, COLOR);
+    model->mask = springls_find_attribute(model->ctx, MASK);
+}
+
+static bool restore(struct viewer_model *model, const void *block, size_t size)
+{
+    if (!viewer_model_check(model, springls_restore(model->ctx, block, size))) {
+        return false;
+    }
+    find_attributes(model);
+    ++model->mask_version;
     model->rest_steps_due = 0;
     ++model->version;
+    return true;
+}
+
+bool viewer_model_restore(struct viewer_model *model, const struct viewer_model *like, const void *block, size_t size)
+{
+    const bool same = like->grid == model->grid && memcmp(&like->voxel, &model->voxel, sizeof like->voxel) == 0
+                   && memcmp(like->middle, model->middle, sizeof like->middle) == 0;
+    if (same) {
+        return restore(model, block, size);
+    }
+    struct viewer_model made = *like;
+    const bool good = create_context(&made) && restore(&made, block, size);
+    return viewer_model_replace(model, &made, good);
+}
+
+/* ---- the mask ---- */
+
+float viewer_model_mask_of(const springls_view *mask, int springl)
+{
+    return mask->data && springl >= 0 && springl < mask->count
+             ? *(const float *)(const void *)((const char *)mask->data + (size_t)springl * mask->stride)
+             : 0.0f;
+}
+
+bool viewer_model_set_mask(struct viewer_model *model, const float *values)
+{
+    springls_status status = SPRINGLS_OK;
+    if (!viewer_model_finish(model)) {
+        return false;
+    }
+    if (values) {
+        status = model->mask < 0 ? springls_add_attribute(model->ctx, &mask_attribute, values, &model->mask)
+                                 : springls_set_attribute(model->ctx, model->mask, values);
+        status = status == SPRINGLS_OK ? keep_masked(model) : status;
+    } else if (model->mask >= 0) {
+        springls_remove_attribute(model->ctx, model->mask);
+        status = springls_set_keep_mask(model->ctx, NULL);
+        find_attributes(model);
+    }
+    ++model->mask_version;
+    ++model->version;
+    return viewer_model_check(model, status);
+}
+
+bool viewer_model_invert_mask(struct viewer_model *model)
+{
+    if (!viewer_model_finish(model)) {
+        return false;
+    }
+    const springls_view mask = springls_view_attribute(model->ctx, model->mask);
+    const int count = springls_count(model->ctx);
+    float *values = malloc(((size_t)count + 1) * sizeof *values);
+    for (int i = 0; values && i < count; ++i) {
+        values[i] = 1.0f - viewer_model_mask_of(&mask, i);
+    }
+    const bool good = values ? viewer_model_set_mask(model, values) : viewer_model_check(model, SPRINGLS_OUT_OF_MEMORY);
+    free(values);
+    return good;
 }
 
 float *viewer_model_colors(struct viewer_model *model, const springls_mesh *mesh)

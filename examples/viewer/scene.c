@@ -15,16 +15,17 @@ bool viewer_scene_create(struct viewer_scene *scene, char *error, size_t size)
     return viewer_gl_create(&scene->gl, error, size);
 }
 
-static int chunk_places(const struct viewer_scene *scene) { return scene->chunks_side * scene->chunks_side * scene->chunks_side; }
-
 static void forget_chunks(struct viewer_scene *scene)
 {
-    for (int i = 0; i < chunk_places(scene); ++i) {
+    for (int i = 0; i < scene->chunk_room; ++i) {
         viewer_gl_unset(&scene->chunks[i]);
+        free(scene->bricks[i].ids);
     }
     free(scene->chunks);
+    free(scene->bricks);
     scene->chunks = NULL;
-    scene->chunks_side = 0;
+    scene->bricks = NULL;
+    scene->chunk_room = scene->chunk_count = 0;
 }
 
 void viewer_scene_destroy(struct viewer_scene *scene)
@@ -33,6 +34,30 @@ void viewer_scene_destroy(struct viewer_scene *scene)
     viewer_gl_unset(&scene->body);
     viewer_gl_unset(&scene->second);
     viewer_gl_destroy(&scene->gl);
+}
+
+/* Darkens the colors of a vertex, or white, by the mask of its springl. */
+static void tint(const float *color, float mask, float out[3])
+{
+    for (int i = 0; i < 3; ++i) {
+        out[i] = (color ? color[i] : 1.0f) * (1.0f - 0.65f * mask);
+    }
+}
+
+/* Colors a mesh by what its springls carry: colors, if `textured`, and the mask. NULL: there is neither, or memory is short. */
+static float *colors_of(struct viewer_model *model, const springls_mesh *mesh, bool textured)
+{
+    float *colors = textured ? viewer_model_colors(model, mesh) : NULL;
+    const springls_view mask = springls_view_attribute(model->ctx, model->mask);
+    if (model->mask < 0) {
+        return colors;
+    }
+    float *tinted = malloc((size_t)mesh->vertex_count * 3 * sizeof *tinted);
+    for (int v = 0; tinted && v < mesh->vertex_count; ++v) {
+        tint(colors ? colors + 3 * v : NULL, viewer_model_mask_of(&mask, mesh->springls[v]), tinted + 3 * v);
+    }
+    free(colors);
+    return tinted;
 }
 
 /* Uploads springls with the gaps between them, or the watertight surface. */
@@ -47,7 +72,7 @@ static bool send(struct viewer_surface *surface, struct viewer_model *model, enu
     if (!viewer_model_check(model, status)) {
         return false;
     }
-    float *colors = view == VIEWER_TEXTURE ? viewer_model_colors(model, &mesh) : NULL;
+    float *colors = colors_of(model, &mesh, view == VIEWER_TEXTURE);
     const float *const arrays[VIEWER_GL_ARRAYS] = {mesh.positions, mesh.normals, mesh.correspondences, colors};
     viewer_gl_set(surface, arrays, mesh.vertex_count, mesh.triangles, sizeof *mesh.triangles, mesh.triangle_count);
     free(colors);
@@ -55,18 +80,112 @@ static bool send(struct viewer_surface *surface, struct viewer_model *model, enu
     return true;
 }
 
-/* Returns the place of a brick of the lattice: each of the grid has its own, wherever the grid is (springls_desc.follow). */
-static int place_of_brick(const struct viewer_scene *scene, const int brick[3])
+/* Finds the place of a brick, or a free one. */
+static int place_of(const struct viewer_brick *bricks, int room, const int brick[3])
 {
-    const int side = scene->chunks_side;
-    int at[3];
-    for (int a = 0; a < 3; ++a) {
-        at[a] = (brick[a] % side + side) % side;
+    unsigned hash = (unsigned)brick[0] * 73856093u ^ (unsigned)brick[1] * 19349663u ^ (unsigned)brick[2] * 83492791u;
+    for (;; ++hash) {
+        const int place = (int)(hash & (unsigned)(room - 1));
+        if (!bricks[place].used || memcmp(bricks[place].at, brick, sizeof bricks[place].at) == 0) {
+            return place;
+        }
     }
-    return (at[2] * side + at[1]) * side + at[0];
 }
 
-/* Uploads the surface's chunks that have changed, once all are made. */
+/* Makes room for one more chunk in a table that is at most half full. */
+static bool grow_chunks(struct viewer_scene *scene)
+{
+    const int room = scene->chunk_room ? 2 * scene->chunk_room : 1024;
+    if (2 * (scene->chunk_count + 1) <= scene->chunk_room) {
+        return true;
+    }
+    struct viewer_surface *chunks = calloc((size_t)room, sizeof *chunks);
+    struct viewer_brick *bricks = calloc((size_t)room, sizeof *bricks);
+    if (!chunks || !bricks) {
+        free(chunks);
+        free(bricks);
+        return false;
+    }
+    for (int i = 0; i < scene->chunk_room; ++i) {
+        if (scene->bricks[i].used) {
+            const int place = place_of(bricks, room, scene->bricks[i].at);
+            chunks[place] = scene->chunks[i];
+            bricks[place] = scene->bricks[i];
+        }
+    }
+    free(scene->chunks);
+    free(scene->bricks);
+    scene->chunks = chunks;
+    scene->bricks = bricks;
+    scene->chunk_room = room;
+    return true;
+}
+
+/* The mask by ids of springls. */
+struct masks {
+    float *values; /* NULL: nothing is masked, or memory is short */
+    uint32_t count;
+};
+
+static struct masks masks_by_id(const struct viewer_model *model)
+{
+    const springls_view mask = springls_view_attribute(model->ctx, model->mask);
+    const uint32_t *ids = springls_ids(model->ctx);
+    struct masks masks = {NULL, 0};
+    for (int i = 0; i < mask.count; ++i) {
+        masks.count = ids[i] >= masks.count ? ids[i] + 1 : masks.count;
+    }
+    masks.values = mask.count ? calloc(masks.count, sizeof *masks.values) : NULL;
+    for (int i = 0; masks.values && i < mask.count; ++i) {
+        masks.values[ids[i]] = viewer_model_mask_of(&mask, i);
+    }
+    return masks;
+}
+
+/* Darkens what is masked of the chunk at a place. */
+static void tint_chunk(struct viewer_scene *scene, int place, const struct masks *masks)
+{
+    const struct viewer_brick *brick = &scene->bricks[place];
+    float *colors = brick->ids && masks->values ? malloc((size_t)brick->vertex_count * 3 * sizeof *colors) : NULL;
+    for (int v = 0; colors && v < brick->vertex_count; ++v) {
+        tint(NULL, brick->ids[v] < masks->count ? masks->values[brick->ids[v]] : 0.0f, colors + 3 * v);
+    }
+    viewer_gl_set_colors(&scene->chunks[place], colors, brick->vertex_count);
+    free(colors);
+}
+
+/* Uploads a chunk. */
+static bool send_chunk(struct viewer_scene *scene, const springls_chunk *chunk, const struct masks *masks)
+{
+    if (!grow_chunks(scene)) {
+        return false;
+    }
+    const int place = place_of(scene->bricks, scene->chunk_room, chunk->brick);
+    struct viewer_brick *brick = &scene->bricks[place];
+    free(brick->ids);
+    brick->ids = NULL;
+    if (chunk->triangle_count == 0) {
+        viewer_gl_unset(&scene->chunks[place]);
+        return true;
+    }
+    scene->chunk_count += !brick->used;
+    brick->used = true;
+    memcpy(brick->at, chunk->brick, sizeof brick->at);
+    brick->vertex_count = chunk->vertex_count;
+    brick->ids = chunk->ids ? malloc((size_t)chunk->vertex_count * sizeof *brick->ids) : NULL;
+    if (brick->ids) {
+        memcpy(brick->ids, chunk->ids, (size_t)chunk->vertex_count * sizeof *brick->ids);
+    }
+    const float *const arrays[VIEWER_GL_ARRAYS] = {chunk->positions, chunk->normals, chunk->correspondences, NULL};
+    viewer_gl_set(&scene->chunks[place], arrays, chunk->vertex_count, chunk->triangles, sizeof *chunk->triangles,
+                  chunk->triangle_count);
+    if (masks->values) {
+        tint_chunk(scene, place, masks);
+    }
+    return true;
+}
+
+/* Uploads the surface's chunks that have changed, once all are made, and the mask if that has changed. */
 static bool send_chunks(struct viewer_scene *scene, struct viewer_model *model, bool material)
 {
     const springls_chunk *changed;
@@ -77,29 +196,23 @@ static bool send_chunks(struct viewer_scene *scene, struct viewer_model *model, 
     if (model->chunks_in_progress) { /* the chunks of before are drawn meanwhile */
         return true;
     }
-    if (!scene->chunks || scene->chunk_generation != model->chunk_generation) {
+    if (scene->chunk_generation != model->chunk_generation) {
         forget_chunks(scene);
         scene->chunk_generation = model->chunk_generation;
-        scene->chunks_side = (model->grid + 7) / 8;
-        scene->chunks = calloc((size_t)chunk_places(scene), sizeof *scene->chunks);
-        if (!scene->chunks) {
-            scene->chunks_side = 0;
-            return viewer_model_check(model, SPRINGLS_OUT_OF_MEMORY);
+    }
+    struct masks masks = masks_by_id(model);
+    bool good = true;
+    for (const springls_chunk *c = changed; good && c < changed + count; ++c) {
+        good = send_chunk(scene, c, &masks);
+    }
+    for (int i = 0; i < scene->chunk_room && scene->mask_version != model->mask_version; ++i) {
+        if (scene->bricks[i].ids) {
+            tint_chunk(scene, i, &masks);
         }
     }
-    for (const springls_chunk *c = changed; c < changed + count; ++c) { /* first: another one may take the place */
-        if (c->triangle_count == 0) {
-            viewer_gl_unset(&scene->chunks[place_of_brick(scene, c->brick)]);
-        }
-    }
-    for (const springls_chunk *c = changed; c < changed + count; ++c) {
-        const float *const arrays[VIEWER_GL_ARRAYS] = {c->positions, c->normals, c->correspondences, NULL};
-        if (c->triangle_count > 0) {
-            viewer_gl_set(&scene->chunks[place_of_brick(scene, c->brick)], arrays, c->vertex_count, c->triangles,
-                          sizeof *c->triangles, c->triangle_count);
-        }
-    }
-    return true;
+    scene->mask_version = model->mask_version;
+    free(masks.values);
+    return good || viewer_model_check(model, SPRINGLS_OUT_OF_MEMORY);
 }
 
 /* Returns true if the surface is drawn in chunks; springls, and colors that they carry, are whole meshes. */
@@ -143,12 +256,13 @@ static void draw_surfaces(const struct viewer_scene *scene, const struct viewer_
     }
     struct viewer_paint paint = {.base = clay,
                                  .painting = app->view != VIEWER_TEXTURE || without_texture ? 0 : app->model.colors < 0 ? 1 : 2,
+                                 .tinted = app->model.mask >= 0 && !without_texture,
                                  .edges = app->view == VIEWER_SPRINGLS,
                                  .wires = app->view == VIEWER_WIREFRAME,
                                  .middle = middle,
                                  .brush = shows_brush && !everywhere && app->tool != VIEWER_CUT ? brush : NULL};
     if (in_chunks(app)) {
-        viewer_gl_draw(&scene->gl, scene->chunks, chunk_places(scene), &app->camera, &paint);
+        viewer_gl_draw(&scene->gl, scene->chunks, scene->chunk_room, &app->camera, &paint);
     } else {
         viewer_gl_draw(&scene->gl, &scene->body, 1, &app->camera, &paint);
     }

@@ -119,12 +119,16 @@ static enum result obey(struct run *run)
         return DONE;
     }
     if (strcmp(verb, "key") == 0 && run->count > 1 && key(first) >= 0 && modifiers(run, 2, &bits)) {
+        run->app->save_failed = false;
         viewer_app_key(run->app, key(first), bits);
-        return DONE;
+        return run->app->save_failed ? FAILED : DONE;
     }
     if (strcmp(verb, "drop") == 0 && run->count == 2) {
         viewer_app_drop(run->app, first);
         return DONE;
+    }
+    if (strcmp(verb, "save") == 0 && run->count == 2) {
+        return viewer_app_save(run->app, first) ? DONE : FAILED;
     }
     if (strcmp(verb, "frames") == 0 && run->count == 2 && number(first, 1.0, MAX_FRAMES, &n)) {
         return frames(run, (int)n) ? DONE : FAILED;

@@ -4,8 +4,9 @@
  *   press left|right|middle [shift] [ctrl]
  *   release left|right|middle
  *   scroll NOTCHES [ctrl]
- *   key K [shift] [ctrl]       a letter, a digit, a bracket, enter, escape
+ *   key K [shift] [ctrl]       a letter, a digit, a sign, enter, escape
  *   drop FILE
+ *   save FILE                  as ctrl S does; a failure ends the script
  *   frames N                   lets time pass, 1/60 s each
  *   rest                       waits until nothing moves
  *   screenshot FILE            writes the next picture to a PNG file

@@ -36,6 +36,7 @@ static const char *const viewer_surface_fragment[] = {
     "uniform vec3 eye, right, up, forward, base;\n",
     "uniform vec3 middle;\n",        /* of the original's box */
     "uniform int painting;\n",       /* 0 base, 1 the checker, 2 the vertices' colours */
+    "uniform bool tinted;\n",        /* these colours multiply the base or the checker */
     "uniform bool edges, plain;\n",  /* edges of each triangle are dark; plain: no light */
     "uniform vec4 brush;\n",         /* centre and radius; radius 0: none */
     "out vec4 result;\n",
@@ -54,6 +55,7 @@ static const char *const viewer_surface_fragment[] = {
     "  bool inside = dot(n, to_eye) < 0.0;\n",
     "  if (inside) n = -n;\n",
     "  vec3 color = painting == 1 ? checker(origin - middle) : painting == 2 ? paint : base;\n",
+    "  if (tinted && painting != 2) color *= paint;\n",
     "  float key = max(0.0, dot(n, normalize(up * 0.7 - right * 0.5 - forward * 0.8)));\n",
     "  float fill = max(0.0, dot(n, normalize(right - forward * 0.6 - up * 0.3)));\n",
     "  float gloss = pow(max(0.0, dot(n, normalize(normalize(up * 0.7 - right * 0.5 - forward * 0.8) + to_eye))), 40.0);\n",

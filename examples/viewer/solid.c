@@ -29,7 +29,11 @@ static void cut_distance(void *user, const float *points, int count, float *out)
         vec3_sub(points + 3 * i, cut->eye, from_eye);
         const float height = vec3_dot(from_eye, cut->normal);
         const float ends = fmaxf(-vec3_dot(from_eye, cut->after), -vec3_dot(from_eye, cut->before));
-        out[i] = cut->side ? -height : fmaxf(fabsf(height) - cut->half_width, ends);
+        float beyond = -INFINITY;
+        for (int a = 0; a < 3; ++a) {
+            beyond = fmaxf(beyond, fabsf(points[3 * i + a] - cut->middle[a]) - cut->reach);
+        }
+        out[i] = fmaxf(beyond, cut->side ? -height : fmaxf(fabsf(height) - cut->half_width, ends));
     }
 }
 
@@ -37,9 +41,18 @@ bool viewer_subtract(struct viewer_model *model, const struct viewer_cut *cut)
 {
     struct viewer_cut copy = *cut;
     struct viewer_model knife = {0}; /* a body instead of a function: its springls bring the color of the cut's faces */
+    float lower[3], upper[3];
+    if (!viewer_model_finish(model) || !viewer_model_box(model, lower, upper)) {
+        return false;
+    }
+    copy.reach = 0.0f;
+    for (int a = 0; a < 3; ++a) { /* around the body only, and not in all the room there is */
+        copy.middle[a] = 0.5f * (lower[a] + upper[a]);
+        copy.reach = fmaxf(copy.reach, 0.5f * (upper[a] - lower[a]) + 6.0f * model->voxel);
+    }
     bool good = viewer_model_second(&knife, model, cut_distance, &copy);
     if (!good) {
-        snprintf(model->error, sizeof model->error, "the cut misses the grid: %.200s", knife.error);
+        snprintf(model->error, sizeof model->error, "the cut misses the body: %.200s", knife.error);
     }
     good = good && viewer_model_combine(model, SPRINGLS_OPERATION_DIFFERENCE, &knife);
     viewer_model_free(&knife);

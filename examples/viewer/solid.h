@@ -12,6 +12,7 @@ struct viewer_cut {
     float after[3], before[3];  /* the planes through the stroke's ends: the stroke is in front of both */
     float half_width;           /* of the slab */
     bool side;                  /* all to the right instead */
+    float middle[3], reach;     /* nothing further from the middle along an axis is removed; set by viewer_subtract */
 };
 
 /* Makes a cut between two rays. Returns false if the rays are too close to each other. */

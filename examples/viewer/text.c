@@ -11,6 +11,7 @@ static const char *const tool_help[VIEWER_TOOLS] = {
     "what is in the brush follows the pointer",        "inward; shift: outward",
     "the brush; shift: deflate; ctrl: the whole body", "the brush; ctrl: the whole body",
     "along a stroke; shift: all to its right",         "click: a ball; drag it; enter: merge",
+    "what is masked stays; shift: unmask",
 };
 
 void viewer_text(const struct viewer_app *app, const char *times, char *text, size_t size)
@@ -20,9 +21,11 @@ void viewer_text(const struct viewer_app *app, const char *times, char *text, si
         snprintf(text, size, "%s", viewer_manual);
         return;
     }
-    snprintf(text, size, "*%s: %s\nview: %s, brush: %.0f voxels of %d\n%d springls%s%s\nH: help%s%s\n",
-             viewer_tool_names[app->tool], tool_help[app->tool], viewer_view_names[app->view],
-             (double)(app->brush.radius / app->model.voxel), app->model.grid, count, *times ? ", " : "", times,
+    const struct viewer_brush *brush = &app->brush;
+    snprintf(text, size, "*%s: %s\nbrush: %.0f voxels of %d, strength %.0f %%, %s, %s\nview: %s%s, %d springls%s%s\nH: help%s%s\n",
+             viewer_tool_names[app->tool], tool_help[app->tool], (double)(brush->radius / app->model.voxel), app->model.grid,
+             100.0 * (double)brush->strength, viewer_falloff_names[brush->falloff], viewer_symmetry_names[brush->symmetry],
+             viewer_view_names[app->view], app->model.mask >= 0 ? ", masked" : "", count, *times ? ", " : "", times,
              *app->message ? "\n*" : "", app->message);
 }
 

@@ -7,40 +7,84 @@
 
 /* A brush in voxels of the lattice and its effect in a step of duration 1, for force callbacks. */
 struct stroke {
-    float center[3], radius;
-    float displacement[3];    /* drag */
-    float amount;    /* inflate, smooth */
-    bool everywhere; /* without fading: on the whole body */
+    springls_context *ctx;
+    int mask;                 /* the attribute; -1: none */
+    int balls;                /* 1, with symmetry 2 */
+    float center[2][3], radius;
+    enum viewer_falloff falloff;
+    float displacement[2][3]; /* drag */
+    float amount;             /* inflate, smooth */
+    const float *curvatures;  /* smooth: one a springl; NULL: 1 for all */
+    int curvature_count;
+    bool everywhere;          /* without fading: on the whole body */
 };
 
 /* Limits smoothing: the Laplacian of a distance is the sum of the principal curvatures, and explicit steps are stable up to
  * h^2 / 6. */
 #define MAX_SMOOTHING 0.16f
 
-static float fading(const float from_center[3], float radius)
+static float fading(const struct stroke *s, const float from_center[3])
 {
-    const float q = 1.0f - vec3_dot(from_center, from_center) / (radius * radius);
-    return q > 0.0f ? q * q : 0.0f;
+    const float q = vec3_dot(from_center, from_center) / (s->radius * s->radius), rest = 1.0f - q;
+    if (!(rest > 0.0f)) {
+        return 0.0f;
+    }
+    switch (s->falloff) {
+    case VIEWER_FALLOFF_POINTED: return rest * rest * (rest * rest);
+    case VIEWER_FALLOFF_FLAT: return (1.0f - q * q) * (1.0f - q * q);
+    default: return rest * rest;
+    }
 }
 
-/* Adds the place of the grid on the lattice to voxel coordinates, or takes it away: forces are on the lattice, which stays where
- * it is when the grid moves (springls_desc.follow). */
-static void move_to_lattice(const struct viewer_model *model, float sign, float *points, size_t count)
+/* Computes the weight of each ball at a place; together they have at most 1. The balls move with their content. */
+static float weigh(const struct stroke *s, const float place[3], float time, float weights[2])
+{
+    float sum = 0.0f;
+    for (int b = 0; b < s->balls; ++b) {
+        float center[3], from_center[3];
+        vec3_add_scaled(s->center[b], time, s->displacement[b], center);
+        vec3_sub(place, center, from_center);
+        weights[b] = fading(s, from_center);
+        sum += weights[b];
+    }
+    for (int b = 0; b < s->balls && sum > 1.0f; ++b) {
+        weights[b] /= sum;
+    }
+    return s->everywhere ? 1.0f : fminf(1.0f, sum);
+}
+
+/* Adds the place of the grid on the lattice to voxel coordinates: forces are on the lattice, which stays where it is when the grid
+ * moves (springls_desc.follow). */
+static void move_to_lattice(const springls_context *ctx, float *points, int count)
 {
     int offset[3];
-    springls_window_offset(model->ctx, offset);
-    for (size_t i = 0; i < 3 * count; ++i) {
-        points[i] += sign * (float)offset[i % 3];
+    springls_window_offset(ctx, offset);
+    for (int i = 0; i < 3 * count; ++i) {
+        points[i] += (float)offset[i % 3];
     }
+}
+
+/* Reflects a place, or a displacement, at the middle of the body at the start. */
+static void mirror(const struct viewer_model *model, int axis, bool is_place, float v[3])
+{
+    v[axis] = (is_place ? model->lower[axis] + model->upper[axis] : 0.0f) - v[axis];
 }
 
 static struct stroke in_voxels(const struct viewer_model *model, const struct viewer_brush *brush)
 {
-    struct stroke stroke = {.everywhere = !brush};
+    struct stroke stroke = {.ctx = model->ctx, .mask = model->mask, .everywhere = !brush};
     if (brush) {
-        springls_to_voxel(model->ctx, brush->center, 1, stroke.center);
-        move_to_lattice(model, 1.0f, stroke.center, 1);
+        stroke.balls = brush->symmetry > 0 ? 2 : 1;
         stroke.radius = brush->radius / model->voxel;
+        stroke.falloff = brush->falloff;
+        for (int b = 0; b < stroke.balls; ++b) {
+            float center[3] = {brush->center[0], brush->center[1], brush->center[2]};
+            if (b == 1) {
+                mirror(model, brush->symmetry - 1, true, center);
+            }
+            springls_to_voxel(model->ctx, center, 1, stroke.center[b]);
+            move_to_lattice(model->ctx, stroke.center[b], 1);
+        }
     }
     return stroke;
 }
@@ -62,23 +106,25 @@ bool viewer_pick(struct viewer_model *model, const struct viewer_ray *ray, struc
 
 /* ---- motion ---- */
 
-/* Limits a displacement to a quarter of R: the gradient of w is at most 1.54 / R, so the map x + displacement * w(x) has a
- * Jacobian of 0.6 or more. */
+/* Limits a displacement so that the map x + displacement * w(x) has a Jacobian of 0.6 or more: the gradient of w is at most 1.54,
+ * 1.91 or 2.43 / R. */
 float viewer_max_displacement(const struct viewer_model *model, const struct viewer_brush *brush)
 {
-    return fminf(2.0f * model->voxel, 0.25f * brush->radius);
+    static const float share[VIEWER_FALLOFFS] = {0.25f, 0.2f, 0.16f};
+    return fminf(2.0f * model->voxel, share[brush->falloff] * brush->radius);
 }
 
-static void drag_velocity(void *user, const float *points, int count, float time, float *out)
+static void drag_velocity(void *user, const springls_batch *batch, float *out)
 {
     const struct stroke *s = user;
-    float center[3], from_center[3];
-    vec3_add_scaled(s->center, time, s->displacement, center); /* the ball moves with its content */
-    for (int i = 0; i < 3 * count; i += 3) {
-        vec3_sub(points + i, center, from_center);
-        const float w = fading(from_center, s->radius);
-        for (int a = 0; a < 3; ++a) {
-            out[i + a] = w * s->displacement[a];
+    const springls_view mask = springls_view_attribute(s->ctx, s->mask);
+    for (int i = 0; i < batch->count; ++i, out += 3) {
+        float weights[2];
+        weigh(s, batch->points + 3 * i, batch->time, weights);
+        memset(out, 0, 3 * sizeof *out);
+        for (int b = 0; b < s->balls; ++b) {
+            const float w = weights[b] * (1.0f - viewer_model_mask_of(&mask, batch->springls[i]));
+            vec3_add_scaled(out, w, s->displacement[b], out);
         }
     }
 }
@@ -86,15 +132,20 @@ static void drag_velocity(void *user, const float *points, int count, float time
 bool viewer_drag(struct viewer_model *model, struct viewer_brush *brush, const float displacement[3])
 {
     struct stroke stroke = in_voxels(model, brush);
-    const springls_forces forces = {.velocity = drag_velocity, .user = &stroke};
-    for (int a = 0; a < 3; ++a) {
-        stroke.displacement[a] = displacement[a] / model->voxel;
+    const springls_forces forces = {.velocity_batch = drag_velocity, .user = &stroke};
+    for (int b = 0; b < stroke.balls; ++b) {
+        for (int a = 0; a < 3; ++a) {
+            stroke.displacement[b][a] = displacement[a] / model->voxel;
+        }
+    }
+    if (stroke.balls == 2) {
+        mirror(model, brush->symmetry - 1, false, stroke.displacement[1]);
     }
     if (!viewer_model_finish(model)) {
         return false;
     }
     springls_set_time(model->ctx, 0.0);
-    if (!viewer_model_step(model, &forces, sizeof stroke, NULL)) {
+    if (!viewer_model_step(model, &forces, sizeof stroke, NULL, NULL)) {
         return false;
     }
     vec3_add_scaled(brush->center, 1.0f, displacement, brush->center);
@@ -111,103 +162,116 @@ bool viewer_push(struct viewer_model *model, const struct viewer_brush *brush, f
     return viewer_drag(model, &moved, along);
 }
 
-static void brush_pressure(void *user, const float *points, const float *normals, int count, float time, float *out)
+static void brush_pressure(void *user, const springls_batch *batch, float *out)
 {
     const struct stroke *s = user;
-    float from_center[3];
-    (void)normals, (void)time;
-    for (int i = 0; i < count; ++i) {
-        vec3_sub(points + 3 * i, s->center, from_center);
-        out[i] = s->amount * (s->everywhere ? 1.0f : fading(from_center, s->radius));
+    const springls_view mask = springls_view_attribute(s->ctx, s->mask);
+    float weights[2];
+    for (int i = 0; i < batch->count; ++i) {
+        const int springl = batch->springls[i];
+        const float amount = s->amount * weigh(s, batch->points + 3 * i, 0.0f, weights);
+        const float curvature = !s->curvatures ? 1.0f : springl < s->curvature_count ? s->curvatures[springl] : 0.0f;
+        out[i] = amount * (1.0f - viewer_model_mask_of(&mask, springl)) * curvature;
     }
 }
 
 bool viewer_inflate(struct viewer_model *model, const struct viewer_brush *brush, float distance)
 {
     struct stroke stroke = in_voxels(model, brush);
-    const springls_forces forces = {.pressure = brush_pressure, .user = &stroke};
+    const springls_forces forces = {.pressure_batch = brush_pressure, .user = &stroke};
     stroke.amount = distance / model->voxel;
-    return viewer_model_step(model, &forces, sizeof stroke, NULL);
+    return viewer_model_step(model, &forces, sizeof stroke, NULL, NULL);
 }
 
 /* ---- smoothing ---- */
 
-/* Computes the voxels lo .. lo + size - 1 around the brush, with a border outside it. */
-static void voxels_of(const struct stroke *stroke, int lo[3], int size[3])
+static const float *particle(const springls_view *view, int springl)
 {
-    for (int a = 0; a < 3; ++a) {
-        lo[a] = (int)floorf(stroke->center[a] - stroke->radius) - 1;
-        size[a] = (int)ceilf(stroke->center[a] + stroke->radius) + 2 - lo[a];
-    }
+    return (const float *)(const void *)((const char *)view->data + (size_t)springl * view->stride);
 }
 
-/* Samples phi at these voxels and one more on each side, in voxels. */
-static bool read_distances(struct viewer_model *model, const int lo[3], const int size[3], float *points, float *phi)
+/* Returns how strongly the stroke acts on a springl, without its mask. */
+static float weight_of(const struct stroke *s, const springls_view *particles, int springl)
 {
-    size_t n = 0;
-    for (int k = -1; k <= size[2]; ++k) {
-        for (int j = -1; j <= size[1]; ++j) {
-            for (int i = -1; i <= size[0]; ++i, ++n) {
-                points[3 * n] = (float)(lo[0] + i);
-                points[3 * n + 1] = (float)(lo[1] + j);
-                points[3 * n + 2] = (float)(lo[2] + k);
+    float place[3], weights[2];
+    memcpy(place, particle(particles, springl), sizeof place);
+    move_to_lattice(s->ctx, place, 1);
+    return weigh(s, place, 0.0f, weights);
+}
+
+/* Computes the curvature at `count` particles from `first` on: the Laplacian of phi, by its samples there and a voxel away along
+ * each axis. */
+static bool find_curvatures(struct viewer_model *model, void *user, int first, int count)
+{
+    enum { SAMPLES = 7, AT_ONCE = 64 };
+    struct stroke *s = user;
+    const springls_view particles = springls_view_particles(model->ctx);
+    float points[3 * SAMPLES * AT_ONCE], phi[SAMPLES * AT_ONCE];
+    int springls[AT_ONCE], found = 0;
+    for (int i = first; i < first + count; ++i) {
+        if (weight_of(s, &particles, i) > 0.0f) {
+            springls[found] = i;
+            for (int n = 0; n < SAMPLES; ++n) {
+                float *point = points + 3 * (SAMPLES * found + n);
+                memcpy(point, particle(&particles, i), 3 * sizeof *point);
+                if (n > 0) {
+                    point[(n - 1) / 2] += n % 2 ? 1.0f : -1.0f;
+                }
             }
+            ++found;
         }
-    }
-    move_to_lattice(model, -1.0f, points, n);
-    springls_to_world(model->ctx, points, (int)n, points);
-    return viewer_model_check(model, springls_sample_distance(model->ctx, points, (int)n, phi));
-}
-
-/* Sets the pressure to -amount * w * curvature at each voxel; the curvature force would smooth the whole body. */
-static void fill_pressure(const struct stroke *stroke, const int lo[3], const int size[3], float voxel, const float *phi,
-                          float *pressure)
-{
-    const int row = size[0] + 2, slice = row * (size[1] + 2);
-    for (int k = 0; k < size[2]; ++k) {
-        for (int j = 0; j < size[1]; ++j) {
-            for (int i = 0; i < size[0]; ++i) {
-                const float *p = phi + (i + 1) + (j + 1) * row + (k + 1) * slice;
-                const float x[3] = {(float)(lo[0] + i), (float)(lo[1] + j), (float)(lo[2] + k)};
-                const float curvature = (p[1] + p[-1] + p[row] + p[-row] + p[slice] + p[-slice] - 6.0f * p[0]) / voxel;
-                float from_center[3];
-                vec3_sub(x, stroke->center, from_center);
-                *pressure++ = -stroke->amount * fading(from_center, stroke->radius) * fmaxf(-2.0f, fminf(2.0f, curvature));
+        if (found == AT_ONCE || (i + 1 == first + count && found > 0)) {
+            springls_to_world(model->ctx, points, SAMPLES * found, points);
+            if (!viewer_model_check(model, springls_sample_distance(model->ctx, points, SAMPLES * found, phi))) {
+                return false;
             }
+            for (int k = 0; k < found; ++k) {
+                const float *p = phi + SAMPLES * k;
+                const float curvature = (p[1] + p[2] + p[3] + p[4] + p[5] + p[6] - 6.0f * p[0]) / model->voxel;
+                model->force_samples[springls[k]] = -fmaxf(-2.0f, fminf(2.0f, curvature));
+            }
+            found = 0;
         }
     }
+    return true;
 }
 
-static bool smooth_in_brush(struct viewer_model *model, struct stroke *stroke)
-{
-    springls_forces forces = {0};
-    int lo[3], size[3];
-    voxels_of(stroke, lo, size);
-    const size_t inner = (size_t)size[0] * (size_t)size[1] * (size_t)size[2];
-    const size_t outer = (size_t)(size[0] + 2) * (size_t)(size[1] + 2) * (size_t)(size[2] + 2);
-    float *room = calloc(4 * outer, sizeof *room), *pressure = malloc(inner * sizeof *pressure);
-    bool good = room && pressure ? viewer_model_finish(model) && read_distances(model, lo, size, room + outer, room)
-                                 : viewer_model_check(model, SPRINGLS_OUT_OF_MEMORY);
-    if (good) {
-        fill_pressure(stroke, lo, size, model->voxel, room, pressure);
-        forces.pressure_grid.data = pressure;
-        forces.pressure_grid.grid = model->desc.grid;
-        for (int a = 0; a < 3; ++a) {
-            forces.pressure_grid.grid.size[a] = size[a];
-            forces.pressure_grid.grid.origin[a] += model->desc.grid.spacing[a] * lo[a];
-        }
-        good = viewer_model_step(model, &forces, 0, pressure);
-    } else {
-        free(pressure);
-    }
-    free(room);
-    return good;
-}
-
+/* The curvature force would smooth the whole body, whether it is masked or not. */
 bool viewer_smooth(struct viewer_model *model, const struct viewer_brush *brush, float amount)
 {
     struct stroke stroke = in_voxels(model, brush);
     const springls_forces everywhere_forces = {.curvature_weight = MAX_SMOOTHING * amount};
+    const springls_forces forces = {.pressure_batch = brush_pressure, .user = &stroke};
+    if (!brush && model->mask < 0) {
+        return viewer_model_step(model, &everywhere_forces, 0, NULL, NULL);
+    }
+    if (!viewer_model_finish(model)) {
+        return false;
+    }
     stroke.amount = MAX_SMOOTHING * amount;
-    return brush ? smooth_in_brush(model, &stroke) : viewer_model_step(model, &everywhere_forces, 0, NULL);
+    stroke.curvature_count = springls_count(model->ctx);
+    float *curvatures = calloc((size_t)stroke.curvature_count + 1, sizeof *curvatures);
+    stroke.curvatures = curvatures;
+    return curvatures ? viewer_model_step(model, &forces, sizeof stroke, curvatures, find_curvatures)
+                      : viewer_model_check(model, SPRINGLS_OUT_OF_MEMORY);
+}
+
+/* ---- the mask ---- */
+
+bool viewer_mask(struct viewer_model *model, const struct viewer_brush *brush, float amount)
+{
+    if (!viewer_model_finish(model)) {
+        return false;
+    }
+    const struct stroke stroke = in_voxels(model, brush);
+    const springls_view particles = springls_view_particles(model->ctx);
+    const springls_view mask = springls_view_attribute(model->ctx, model->mask);
+    float *values = malloc(((size_t)particles.count + 1) * sizeof *values);
+    for (int i = 0; values && i < particles.count; ++i) {
+        const float value = viewer_model_mask_of(&mask, i) + amount * weight_of(&stroke, &particles, i);
+        values[i] = fmaxf(0.0f, fminf(1.0f, value));
+    }
+    const bool good = values ? viewer_model_set_mask(model, values) : viewer_model_check(model, SPRINGLS_OUT_OF_MEMORY);
+    free(values);
+    return good;
 }

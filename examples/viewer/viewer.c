@@ -20,7 +20,7 @@ struct settings {
     struct cli_common common;
     const char *mesh, *save, *script, *screenshot, *set;
     int width, height;
-    bool bench, follow;
+    bool bench;
 };
 
 static int read_command_line(struct settings *set, int argc, char **argv)
@@ -32,7 +32,6 @@ static int read_command_line(struct settings *set, int argc, char **argv)
         {"height", CLI_INT, &set->height, "N", "of the window", 64, 8192, NULL},
         {"script", CLI_STRING, &set->script, "FILE", "events in the place of a hand (see docs/viewer.md)", 0, 0, NULL},
         {"screenshot", CLI_STRING, &set->screenshot, "FILE", "write a picture (PNG), after the script, and end", 0, 0, NULL},
-        {"follow", CLI_FLAG, &set->follow, NULL, "the grid moves with the body; --grid a multiple of 8", 0, 0, NULL},
         {"bench", CLI_FLAG, &set->bench, NULL,
          "frame times of the tool push as JSON (--json: where to), on one --grid or several", 0, 0, NULL},
         {"set", CLI_STRING, &set->set, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
@@ -98,7 +97,6 @@ int main(int argc, char **argv)
     memset(&desc, 0, sizeof desc);
     desc.grid.size[0] = set.common.grid > 0 || set.bench ? set.common.grid : 96;
     desc.params = &params;
-    desc.follow = set.follow;
     desc.backend = run_backend("viewer", &set.common);
     status = set.bench ? viewer_bench(&desc, set.common.json, run_backend_name(desc.backend), run_threads()) : run(&set, &desc);
     springls_cl_destroy(desc.backend);

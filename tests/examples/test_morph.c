@@ -158,9 +158,9 @@ TEST the_affine_force_goes_from_pose_to_pose(void)
     struct affine before[2], after[2], places[2];
     character_pose(&c, 0, 0.3, 1.0, before, places);
     character_pose(&c, 0, 0.9, 1.0, after, places);
-    struct skinning s = {NULL, before, after};
+    struct skinning s = {NULL, before, after, 0.0f};
     const struct affine from = influences_blend(&hand_influences[1], before), to = influences_blend(&hand_influences[1], after);
-    const struct affine m = motion(&s, &hand_influences[1]);
+    const struct affine m = motion(&s, &hand_influences[1], NULL);
     const springls_grid_desc grid = {.size = {32, 32, 32}, .spacing = {0.25, 0.25, 0.25}, .origin = {-3, -1, 2}};
     const float x[3] = {0.1f, 1.7f, 0.4f};
     float start[3], end[3], voxel[3], out[12];
@@ -366,6 +366,83 @@ TEST joints_of_different_rigs_are_paired_limb_by_limb(void)
         character_free(&source);
         character_free(&target);
     }
+    PASS();
+}
+
+/* Computes the direction from one joint to another at a time of a clip. */
+static void limb_direction(const struct character *c, int clip, double time, const char *from, const char *to, float out[3])
+{
+    struct affine skin[64], places[64];
+    character_pose(c, clip, time, 1.0, skin, places);
+    for (int i = 0; i < 3; ++i)
+        out[i] = (float)(places[character_joint(c, to)].m[4 * i + 3] - places[character_joint(c, from)].m[4 * i + 3]);
+    vec3_normalize(out);
+}
+
+TEST clips_move_the_other_body(void)
+{
+    static const char *const limbs[][2] = {{"leg.l", "shin.l"}, {"shin.r", "foot.r"}, {"arm.l", "forearm.l"}, {"forearm.r", "hand.r"}};
+    struct character source, target;
+    char error[CHARACTER_TEXT];
+    struct alignment alignment;
+    struct animation *clips;
+    int count;
+    ASSERT(character_build(0, &source, error) && character_build(1, &target, error));
+    ASSERT(skeleton_align(&source, &target, NULL, &alignment, error));
+    ASSERT(clips_transfer(&source, &alignment, &target, 24, &clips, &count)); /* another pose of the arms, so not the same */
+    ASSERT_EQ(1, count);
+    ASSERT_STR_EQ("walk (source)", clips[0].name);
+    struct character moved = target;
+    moved.animations = clips;
+    for (int n = 0; n < 6; ++n) {
+        for (int l = 0; l < 4; ++l) {
+            float theirs[3], ours[3];
+            const double time = 1.2 * n / 6.0;
+            limb_direction(&source, 0, time, limbs[l][0], limbs[l][1], theirs);
+            limb_direction(&moved, 0, time, limbs[l][0], limbs[l][1], ours);
+            ASSERTm(limbs[l][0], vec3_dot(theirs, ours) > 0.99f);
+        }
+    }
+    /* The clip once more, which that body has now: left out. */
+    struct animation *again;
+    int more;
+    snprintf(clips[0].name, sizeof clips[0].name, "walk");
+    ASSERT(clips_transfer(&source, &alignment, &moved, 24, &again, &more));
+    ASSERT_EQ(0, more);
+    clips_free(again, more);
+    clips_free(clips, count);
+    alignment_free(&alignment);
+    character_free(&source);
+    character_free(&target);
+    PASS();
+}
+
+/* ---- voxels ---- */
+
+/* Two tetrahedra, one inside the other: distances are those to the outer one. */
+TEST a_mesh_that_overlaps_itself_has_one_distance(void)
+{
+    const float positions[24] = {4, 4, 4, 24, 4, 4, 4, 24, 4, 4, 4, 24, 6, 6, 6, 11, 6, 6, 6, 11, 6, 6, 6, 11};
+    const int triangles[24] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2, 4, 6, 5, 4, 5, 7, 5, 6, 7, 4, 7, 6};
+    const struct solid_grid grid = {{29, 28, 27}, {0, 0, 0}, 1.0};
+    enum { COUNT = 29 * 28 * 27 };
+    float *phi = malloc(COUNT * sizeof *phi);
+    int *nearest = malloc(COUNT * sizeof *nearest);
+    ASSERT(mesh_voxels(&grid, positions, triangles, 8, 1.5f, phi, nearest));
+    for (int z = 1; z < 26; ++z) {
+        for (int y = 1; y < 27; ++y) {
+            for (int x = 1; x < 28; ++x) {
+                const int at = (z * 28 + y) * 29 + x;
+                const float slope = (float)(x + y + z - 32) / sqrtf(3.0f);
+                const float inside = fmaxf(fmaxf(4.0f - (float)x, 4.0f - (float)y), fmaxf(4.0f - (float)z, slope));
+                if (inside < 0.0f) ASSERT_NEAR(inside, phi[at], inside > -1.4f ? 2e-4 : 1.0);
+                if (inside > 0.0f) ASSERT(phi[at] > 0.0f && phi[at] > inside - 1.0f);
+                if (inside < 0.0f && inside > -1.0f) ASSERT(nearest[at] >= 0 && nearest[at] < 4);
+            }
+        }
+    }
+    free(phi);
+    free(nearest);
     PASS();
 }
 
@@ -1074,6 +1151,8 @@ int main(int argc, char **argv)
     RUN_TEST(alignment_makes_joints_coincide);
     RUN_TEST(joints_are_paired_by_file);
     RUN_TEST(joints_of_different_rigs_are_paired_limb_by_limb);
+    RUN_TEST(clips_move_the_other_body);
+    RUN_TEST(a_mesh_that_overlaps_itself_has_one_distance);
     RUN_TEST(heat_weights_of_a_tube_are_symmetric_and_sum_to_one);
     RUN_TEST(meshes_that_cut_themselves_are_found_out);
     RUN_TEST(specks_are_left_out);

@@ -64,12 +64,13 @@ int main(int argc, char **argv)
 #define DRIVER_END (void)0
 #endif
 
+static const springls_desc small = {.grid = {.size = {48, 48, 48}}};
+
 /* A ball of radius 1 in a grid of 48^3. */
 static struct viewer_model ball(void)
 {
-    const springls_desc desc = {.grid = {.size = {48, 48, 48}}};
     struct viewer_model model = {0};
-    viewer_model_ball(&model, &desc);
+    viewer_model_ball(&model, &small);
     return model;
 }
 
@@ -257,7 +258,7 @@ TEST a_saved_mesh_is_read_again(void)
         mesh_free(&mesh);
 
         struct viewer_model again = {0};
-        ASSERT(viewer_model_file(&again, &model.desc, scratch(names[f])));
+        ASSERT(viewer_model_file(&again, &small, scratch(names[f])));
         ASSERT_IN_RANGE(measured(&model).volume, measured(&again).volume, 0.005 * measured(&model).volume);
         while (!viewer_model_at_rest(&again)) ASSERT(viewer_model_rest_step(&again));
         ASSERT_IN_RANGE(measured(&model).volume, measured(&again).volume, 0.005 * measured(&model).volume);
@@ -266,7 +267,7 @@ TEST a_saved_mesh_is_read_again(void)
     ASSERT_FALSE(viewer_save(&model, scratch("saved.txt")));
     ASSERT(strstr(model.error, ".ply, .obj, .stl or .glb"));
     const uint64_t hash = springls_state_hash(model.ctx);
-    ASSERT_FALSE(viewer_model_file(&model, &model.desc, scratch("not there.ply"))); /* leaves what is there */
+    ASSERT_FALSE(viewer_model_file(&model, &small, scratch("not there.ply"))); /* leaves what is there */
     ASSERT_EQ(hash, springls_state_hash(model.ctx));
     viewer_model_free(&model);
     PASS();
@@ -360,6 +361,232 @@ TEST the_pointer_cuts_and_merges(void)
     PASS();
 }
 
+/* The radius at a place of the front and at its mirror image. */
+static float right_and_left(struct viewer_model *model, float *left)
+{
+    *left = radius_along(model, -0.6f, 0.0f, 0.8f);
+    return radius_along(model, 0.6f, 0.0f, 0.8f);
+}
+
+TEST symmetry_doubles_the_brush(void)
+{
+    struct viewer_model model = ball();
+    const struct viewer_ray ray = {{5.4f, 0.0f, 7.2f}, {-0.6f, 0.0f, -0.8f}};
+    struct viewer_brush brush = {.radius = 0.4f, .symmetry = 1};
+    float left;
+    ASSERT(viewer_pick(&model, &ray, &brush));
+    for (int i = 0; i < 4; ++i) ASSERT(viewer_push(&model, &brush, 0.04f));
+    float right = right_and_left(&model, &left);
+    ASSERT_GT(right, 1.1f);
+    ASSERT_IN_RANGE(right, left, 0.1f * model.voxel);
+    ASSERT(viewer_pick(&model, &ray, &brush));
+    for (int i = 0; i < 3; ++i) ASSERT(viewer_inflate(&model, &brush, 0.03f));
+    right = right_and_left(&model, &left);
+    ASSERT_GT(right, 1.15f);
+    ASSERT_IN_RANGE(right, left, 0.1f * model.voxel);
+    for (int i = 0; i < 6; ++i) ASSERT(viewer_smooth(&model, &brush, 1.0f));
+    ASSERT(right_and_left(&model, &left) < right - 0.01f);
+    ASSERT_IN_RANGE(right_and_left(&model, &left), left, 0.1f * model.voxel);
+    const float aside[3] = {0.05f, 0.0f, 0.0f};
+    ASSERT(viewer_pick(&model, &ray, &brush));
+    for (int i = 0; i < 4; ++i) ASSERT(viewer_drag(&model, &brush, aside)); /* to the right there, to the left here */
+    const springls_measures m = measured(&model);
+    ASSERT_IN_RANGE(0.0f, m.lower[0] + m.upper[0], 0.2f * model.voxel);
+    brush.symmetry = 0; /* and alone again */
+    ASSERT(viewer_pick(&model, &ray, &brush));
+    for (int i = 0; i < 3; ++i) ASSERT(viewer_push(&model, &brush, 0.04f));
+    right = right_and_left(&model, &left);
+    ASSERT_GT(right, left + 0.1f);
+    viewer_model_free(&model);
+    PASS();
+}
+
+/* A flat brush moves more than a smooth one, a pointed one less, and all of them as much in the middle. */
+TEST falloff_shapes_a_bump(void)
+{
+    double grown[VIEWER_FALLOFFS];
+    for (int f = 0; f < VIEWER_FALLOFFS; ++f) {
+        struct viewer_model model = ball();
+        struct viewer_brush brush = front(&model);
+        const double before = measured(&model).volume;
+        brush.falloff = (enum viewer_falloff)f;
+        for (int i = 0; i < 3; ++i) ASSERT(viewer_push(&model, &brush, 0.03f));
+        grown[f] = measured(&model).volume - before;
+        ASSERT_IN_RANGE(1.09f, vec3_length(front(&model).center), 0.4f * model.voxel);
+        viewer_model_free(&model);
+    }
+    ASSERT(grown[VIEWER_FALLOFF_FLAT] > 1.3 * grown[VIEWER_FALLOFF_SMOOTH]);
+    ASSERT(grown[VIEWER_FALLOFF_SMOOTH] > 1.3 * grown[VIEWER_FALLOFF_POINTED]);
+    PASS();
+}
+
+/* The front is masked: push, inflate and smooth leave it where it is, while the rest moves. */
+TEST what_is_masked_stays(void)
+{
+    struct viewer_model model = ball();
+    const struct viewer_ray from_back = {{0.1f, 0.0f, -9.0f}, {0.0f, 0.0f, 1.0f}};
+    struct viewer_brush brush = front(&model), back = {.radius = 0.4f};
+    ASSERT(viewer_mask(&model, &brush, 2.0f)); /* wholly in the middle, in part towards the rim */
+    const int count = springls_count(model.ctx);
+    springls_view mask = springls_view_attribute(model.ctx, model.mask);
+    int whole = 0, part = 0;
+    for (int i = 0; i < count; ++i) {
+        const float value = viewer_model_mask_of(&mask, i);
+        whole += value > 0.999f;
+        part += value > 0.0f && value <= 0.999f;
+    }
+    ASSERT(whole > 50 && part > 50 && whole + part < count / 4);
+    ASSERT_IN_RANGE(0.0f, viewer_model_mask_of(&mask, count), 0.0f);
+    ASSERT(viewer_pick(&model, &from_back, &back));
+    for (int i = 0; i < 3; ++i) {
+        ASSERT(viewer_push(&model, &brush, 0.04f));
+        ASSERT(viewer_push(&model, &back, 0.04f));
+        ASSERT(viewer_inflate(&model, NULL, 0.02f));
+        ASSERT(viewer_smooth(&model, NULL, 1.0f));
+        ASSERT(viewer_smooth(&model, &brush, 1.0f));
+    }
+    while (!viewer_model_at_rest(&model)) ASSERT(viewer_model_rest_step(&model));
+    ASSERT_IN_RANGE(1.0f, vec3_length(front(&model).center), 0.05f * model.voxel);
+    ASSERT_GT(radius_along(&model, 0.1f, 0.0f, -1.0f), 1.12f);
+    ASSERT_GT(radius_along(&model, 1.0f, 0.0f, 0.0f), 1.03f);
+    ASSERT_EQ(2, measured(&model).euler);
+    mask = springls_view_attribute(model.ctx, model.mask); /* springls that are kept are all still there */
+    int kept = 0;
+    for (int i = 0; i < mask.count; ++i) kept += viewer_model_mask_of(&mask, i) > 0.999f;
+    ASSERT(kept >= whole);
+
+    ASSERT(viewer_model_invert_mask(&model)); /* now the front alone may move */
+    const float side = radius_along(&model, 1.0f, 0.0f, 0.0f);
+    for (int i = 0; i < 3; ++i) ASSERT(viewer_inflate(&model, NULL, 0.03f));
+    ASSERT_GT(vec3_length(front(&model).center), 1.06f);
+    ASSERT_IN_RANGE(side, radius_along(&model, 1.0f, 0.0f, 0.0f), 0.05f * model.voxel);
+    ASSERT(viewer_mask(&model, NULL, -1.0f)); /* taken away from the whole body */
+    mask = springls_view_attribute(model.ctx, model.mask);
+    for (int i = 0; i < mask.count; ++i) ASSERT_IN_RANGE(0.0f, viewer_model_mask_of(&mask, i), 0.0f);
+    ASSERT(viewer_model_set_mask(&model, NULL));
+    ASSERT_EQ(-1, model.mask);
+    ASSERT(viewer_inflate(&model, NULL, 0.05f));
+    ASSERT_GT(radius_along(&model, 1.0f, 0.0f, 0.0f), side + 0.04f);
+    viewer_model_free(&model);
+    PASS();
+}
+
+/* A body grows out of the cube that it was made for, in all directions and to three times its size. */
+TEST the_grid_has_room_for_a_body_that_grows(void)
+{
+    const springls_desc desc = {.grid = {.size = {20, 20, 20}}};
+    struct viewer_model model = {0};
+    ASSERT(viewer_model_ball(&model, &desc));
+    for (int i = 0; i < 20; ++i) ASSERT(viewer_inflate(&model, NULL, 0.1f));
+    while (!viewer_model_at_rest(&model)) ASSERT(viewer_model_rest_step(&model));
+    const springls_measures m = measured(&model);
+    ASSERT_GT(3.0f, 10.0f * model.voxel); /* outside that cube */
+    ASSERT_IN_RANGE(4.0 / 3.0 * 3.14159265 * 27.0, m.volume, 0.03 * 113.0);
+    ASSERT_EQ(1, m.components);
+    ASSERT_EQ(2, m.euler);
+    viewer_model_free(&model);
+    PASS();
+}
+
+/* Keys change the brush; half the strength makes half the dent. A mask is painted, cleared, inverted and undone. */
+TEST keys_set_brush_and_mask(void)
+{
+    char error[VIEWER_TEXT];
+    struct viewer_app app = app_with_ball(), weak = app_with_ball();
+    static const char push[] = "key 2\nmove 200 150\nscroll 5 ctrl\npress left\nframes 10\nrelease left\nrest\n";
+    const double before = measured(&app.model).volume;
+    ASSERT(play(&weak, "key -\nkey -\nkey -\nkey -\nkey -\n", error));
+    ASSERT_IN_RANGE(0.5f, weak.brush.strength, 1e-6f);
+    ASSERT(play(&app, push, error) && play(&weak, push, error));
+    const double dent = before - measured(&app.model).volume, half = before - measured(&weak.model).volume;
+    ASSERT(half > 0.3 * dent && half < 0.7 * dent);
+    for (int i = 0; i < 20; ++i) ASSERT(play(&weak, i < 12 ? "key -\n" : "key =\n", error));
+    ASSERT_IN_RANGE(0.9f, weak.brush.strength, 1e-5f); /* from the least, a tenth */
+    ASSERT(play(&weak, "key o\nkey x\nkey x\n", error));
+    ASSERT_EQ(VIEWER_FALLOFF_POINTED, weak.brush.falloff);
+    ASSERT_EQ(2, weak.brush.symmetry);
+    ASSERT(play(&weak, "key o\nkey o\nkey x\nkey x\n", error));
+    ASSERT_EQ(VIEWER_FALLOFF_SMOOTH, weak.brush.falloff);
+    ASSERT_EQ(0, weak.brush.symmetry);
+    viewer_app_close(&weak);
+
+    const uint64_t bare = springls_state_hash(app.model.ctx);
+    ASSERT(play(&app, "key 7\npress left\nframes 20\nrelease left\n", error));
+    ASSERT(app.model.mask >= 0);
+    const uint64_t masked = springls_state_hash(app.model.ctx);
+    ASSERT(play(&app, "key 2\npress left shift\nframes 10\nrelease left\nrest\n", error));
+    ASSERT_IN_RANGE(before - dent, measured(&app.model).volume, 0.1 * dent); /* the dent keeps its place */
+    ASSERT(play(&app, "key Z ctrl\nkey i\nkey i\nkey c\n", error));
+    ASSERT_EQ(-1, app.model.mask);
+    ASSERT(play(&app, "key Z ctrl\nkey Z ctrl\nkey Z ctrl\n", error));
+    ASSERT(app.model.mask >= 0);
+    ASSERT_EQ(masked, springls_state_hash(app.model.ctx));
+    ASSERT(play(&app, "key Z ctrl\n", error));
+    ASSERT_EQ(-1, app.model.mask);
+    ASSERT_EQ(bare, springls_state_hash(app.model.ctx));
+    viewer_app_close(&app);
+    PASS();
+}
+
+/* Opening a file, and beginning again, can be undone, in a grid of another size. */
+TEST undo_goes_across_files(void)
+{
+    char error[VIEWER_TEXT], script[700];
+    struct viewer_app app = app_with_ball();
+    ASSERT(play(&app, "key 2\nmove 200 150\npress left\nframes 5\nrelease left\nrest\n", error));
+    const uint64_t dented = springls_state_hash(app.model.ctx);
+    const float voxel = app.model.voxel;
+    const struct viewer_cut cut = stroke_across(&app.model, 3.0f, -2.0f, 2.0f, true);
+    struct viewer_model half = ball();
+    ASSERT(viewer_subtract(&half, &cut));
+    ASSERT(viewer_save(&half, scratch("half.ply")));
+    viewer_model_free(&half);
+    snprintf(script, sizeof script, "drop %s\nrest\nkey 3\npress left ctrl\nframes 3\nrelease left\nrest\n", scratch("half.ply"));
+    ASSERT(play(&app, script, error));
+    const uint64_t grown = springls_state_hash(app.model.ctx);
+    const float other = app.model.voxel;
+    ASSERT(fabsf(other - voxel) > 1e-4f * voxel || grown != dented);
+    ASSERT(play(&app, "key R\n", error));
+    ASSERT(play(&app, "key Z ctrl\n", error));
+    ASSERT_EQ(grown, springls_state_hash(app.model.ctx));
+    ASSERT(play(&app, "key Z ctrl\nkey Z ctrl\n", error));
+    ASSERT_EQ(dented, springls_state_hash(app.model.ctx));
+    ASSERT_IN_RANGE(voxel, app.model.voxel, 0.0f);
+    ASSERT(play(&app, "key Y ctrl\nkey Y ctrl\n", error));
+    ASSERT_EQ(grown, springls_state_hash(app.model.ctx));
+    ASSERT_IN_RANGE(other, app.model.voxel, 0.0f);
+    const int states = app.history.count;
+    ASSERT(play(&app, "drop /nowhere.obj\n", error)); /* a file that cannot be opened changes nothing */
+    ASSERT_EQ(states, app.history.count);
+    ASSERT(play(&app, "key 2\nmove 200 150\npress left\nframes 3\nrelease left\nrest\nkey Z ctrl\n", error)); /* tools work there */
+    ASSERT_EQ(grown, springls_state_hash(app.model.ctx));
+    viewer_app_close(&app);
+    PASS();
+}
+
+/* A script ends where a file cannot be saved, by either event. */
+TEST a_failed_save_ends_a_script(void)
+{
+    char error[VIEWER_TEXT], script[700];
+    struct viewer_app app = app_with_ball();
+    snprintf(script, sizeof script, "save %s\nkey 3\n", scratch("saved.glb"));
+    ASSERT(play(&app, script, error));
+    ASSERT_EQ(VIEWER_INFLATE, app.tool);
+    ASSERT_FALSE(play(&app, "save /nowhere/a.ply\nkey 4\n", error));
+    ASSERT(strstr(error, "/nowhere/a.ply"));
+    ASSERT_FALSE(play(&app, "save a.txt\nkey 4\n", error));
+    ASSERT(strstr(error, ".glb"));
+    app.save = "/nowhere/b.stl";
+    ASSERT_FALSE(play(&app, "key S ctrl\nkey 4\n", error));
+    ASSERT(strstr(error, "/nowhere/b.stl"));
+    ASSERT_EQ(VIEWER_INFLATE, app.tool); /* nothing after it was done */
+    app.save = scratch("saved.stl");
+    ASSERT(play(&app, "key S ctrl\nkey 4\n", error));
+    ASSERT_EQ(VIEWER_SMOOTH, app.tool);
+    viewer_app_close(&app);
+    PASS();
+}
+
 TEST undo_restores_the_model_to_the_bit(void)
 {
     char error[VIEWER_TEXT];
@@ -394,27 +621,27 @@ TEST undo_restores_the_model_to_the_bit(void)
     PASS();
 }
 
-/* A ball in a grid that follows it is carried 80 voxels to the right; tools, cuts and second bodies act where it is then. */
+/* A ball is carried 200 voxels to the right, further than the room in its grid, which follows; tools, cuts and second bodies act
+ * where it is then. */
 TEST tools_go_with_a_grid_that_moves(void)
 {
-    const springls_desc desc = {.grid = {.size = {48, 48, 48}}, .follow = true};
-    struct viewer_model model = {0}, second = {0};
-    struct viewer_brush all = {.radius = 40.0f}, brush = {.radius = 0.4f};
+    struct viewer_model model = ball(), second = {0};
+    struct viewer_brush all = {.radius = 200.0f}, brush = {.radius = 0.4f};
     const springls_chunk *changed;
     int offset[3], count;
-    float middle[3];
-    ASSERT(viewer_model_ball(&model, &desc));
+    float lower[3], upper[3];
     const double before = measured(&model).volume;
-    const float way[3] = {2.0f * model.voxel, 0.0f, 0.0f};
-    for (int i = 0; i < 40; ++i) ASSERT(viewer_drag(&model, &all, way));
+    const float way[3] = {20.0f * model.voxel, 0.0f, 0.0f};
+    for (int i = 0; i < 10; ++i) ASSERT(viewer_drag(&model, &all, way));
     springls_window_offset(model.ctx, offset);
     ASSERT_GT(offset[0], 40);
     springls_measures m = measured(&model);
     ASSERT_IN_RANGE(before, m.volume, 0.02 * before);
     const float x = 0.5f * (m.lower[0] + m.upper[0]);
-    ASSERT_IN_RANGE(5.0f, x, 0.1f);
-    viewer_model_middle(&model, middle);
-    ASSERT_IN_RANGE(x, middle[0], 1.0f);
+    ASSERT_IN_RANGE(200.0f * model.voxel, x, 0.1f);
+    ASSERT(viewer_model_box(&model, lower, upper));
+    ASSERT_IN_RANGE(m.lower[0], lower[0], model.voxel);
+    ASSERT_IN_RANGE(m.upper[2], upper[2], model.voxel);
     ASSERT(viewer_model_chunks(&model, false, &changed, &count));
     for (int i = 0; i < count; ++i) ASSERT(changed[i].triangle_count == 0 || changed[i].brick[0] >= offset[0] / 8);
 
@@ -462,6 +689,14 @@ TEST steps_and_chunks_come_in_pieces(void)
         ASSERT_EQ(springls_state_hash(whole.ctx), springls_state_hash(parts.ctx));
     }
     ASSERT_GT(pieces, 20);
+    const struct viewer_brush wide = {.center = {0.1f, 0.0f, 1.0f}, .radius = 1.5f};
+    pieces = 0;
+    ASSERT(viewer_smooth(&whole, &wide, 1.0f)); /* the curvatures are found in pieces too */
+    ASSERT(viewer_smooth(&parts, &wide, 1.0f));
+    for (; !springls_step_in_progress(parts.ctx); ++pieces) ASSERT(viewer_model_continue(&parts));
+    ASSERT(pieces > springls_count(parts.ctx) / 1024);
+    ASSERT(viewer_model_finish(&parts));
+    ASSERT_EQ(springls_state_hash(whole.ctx), springls_state_hash(parts.ctx));
     ASSERT(viewer_model_chunks(&whole, true, &changed, &all));
     ASSERT(viewer_model_chunks(&parts, true, &changed, &count));
     for (; parts.chunks_in_progress; ++calls) {
@@ -546,7 +781,7 @@ TEST colors_of_a_mesh_are_carried(void)
     springls_mesh_free(model.ctx, &surface);
     free(colors);
 
-    ASSERT(viewer_model_file(&model, &model.desc, scratch("painted.ply")));
+    ASSERT(viewer_model_file(&model, &small, scratch("painted.ply")));
     const struct viewer_brush brush = front(&model);
     for (int i = 0; i < 8; ++i) ASSERT(viewer_push(&model, &brush, 0.02f));
     ASSERT(viewer_save(&model, scratch("painted.obj")));
@@ -657,14 +892,15 @@ static int changed(pixels a, pixels b)
 
 TEST pictures_show_what_there_is(void)
 {
-    static pixels whole, dent, springls, texture, wires, help;
+    static pixels whole, dent, springls, texture, wires, masked, help;
     char script[2048];
     if (!display) SKIP();
     snprintf(script, sizeof script,
              "screenshot %s/whole.png\nkey 2\nmove 240 180\nscroll 5 ctrl\npress left\nframes 20\nrelease left\nmove 5 355\nrest\n"
              "screenshot %s/dent.png\nkey V\nscreenshot %s/springls.png\nkey V\nscreenshot %s/texture.png\n"
-             "key V\nscreenshot %s/wires.png\nkey V\nkey H\n",
-             folder, folder, folder, folder, folder);
+             "key V\nscreenshot %s/wires.png\nkey V\nkey 7\nmove 240 180\npress left\nframes 20\nrelease left\nmove 5 355\n"
+             "screenshot %s/masked.png\nkey H\n",
+             folder, folder, folder, folder, folder, folder);
     ASSERT(write_text("events.txt", script));
     char events[512], last[512];
     snprintf(events, sizeof events, "%s", scratch("events.txt"));
@@ -700,6 +936,10 @@ TEST pictures_show_what_there_is(void)
     ASSERT(changed(dent, springls) > 2000);
     ASSERT(changed(dent, texture) > 2000);
     ASSERT(changed(dent, wires) > 2000);
+    ASSERT(read_picture("masked.png", masked)); /* dark where the brush was, and nowhere else */
+    ASSERT(masked[HIGH / 2][WIDE / 2][1] < 0.6 * dent[HIGH / 2][WIDE / 2][1]);
+    ASSERT(changed(dent, masked) > 200);
+    ASSERT(difference(masked[HIGH * 3 / 4][WIDE / 2], dent[HIGH * 3 / 4][WIDE / 2]) < 24);
     ASSERT(changed(dent, help) > 2000); /* the manual's panel */
     int colored = 0;
     for (int y = 0; y < HIGH; ++y)
@@ -718,6 +958,12 @@ TEST what_cannot_be_shown_ends_with_one_line(void)
     ASSERT_EQ(CLI_EXIT_USAGE, run_viewer(usage));
     ASSERT_EQ(1, lines_said());
     if (display) {
+        ASSERT(write_text("save.txt", "save /nowhere/a.ply\n"));
+        char script[512];
+        snprintf(script, sizeof script, "%s", scratch("save.txt"));
+        const char *const no_save[] = {"viewer", "--grid", "16", "--screenshot", "x.png", "--script", script, NULL};
+        ASSERT_EQ(CLI_EXIT_FAILURE, run_viewer(no_save));
+        ASSERT_EQ(1, lines_said());
         ASSERT_EQ(CLI_EXIT_FAILURE, run_viewer(nowhere));
         ASSERT_EQ(1, lines_said());
         ASSERT_EQ(CLI_EXIT_FAILURE, run_viewer(no_script));
@@ -735,6 +981,7 @@ TEST what_cannot_be_shown_ends_with_one_line(void)
 
 int main(int argc, char **argv)
 {
+    char command[300];
     GREATEST_MAIN_BEGIN();
     snprintf(folder, sizeof folder, "/tmp/springls_viewer_XXXXXX");
     if (!mkdtemp(folder)) return 1;
@@ -749,6 +996,13 @@ int main(int argc, char **argv)
     RUN_TEST(the_pointer_pushes_and_drags);
     RUN_TEST(the_pointer_turns_the_camera);
     RUN_TEST(the_pointer_cuts_and_merges);
+    RUN_TEST(symmetry_doubles_the_brush);
+    RUN_TEST(falloff_shapes_a_bump);
+    RUN_TEST(what_is_masked_stays);
+    RUN_TEST(the_grid_has_room_for_a_body_that_grows);
+    RUN_TEST(keys_set_brush_and_mask);
+    RUN_TEST(undo_goes_across_files);
+    RUN_TEST(a_failed_save_ends_a_script);
     RUN_TEST(undo_restores_the_model_to_the_bit);
     RUN_TEST(tools_go_with_a_grid_that_moves);
     RUN_TEST(steps_and_chunks_come_in_pieces);
@@ -758,6 +1012,8 @@ int main(int argc, char **argv)
     RUN_TEST(pictures_show_what_there_is);
     RUN_TEST(what_cannot_be_shown_ends_with_one_line);
     stop_display();
+    snprintf(command, sizeof command, "rm -rf '%s'", folder);
+    if (system(command) != 0) return 1;
     GREATEST_MAIN_END();
 }
 

@@ -245,12 +245,25 @@ static bool square_distances(const struct solid_grid *grid, float *square)
 
 bool solid_extend(const struct solid_grid *grid, float *phi, float band)
 {
-    const size_t count = (size_t)grid->size[0] * (size_t)grid->size[1] * (size_t)grid->size[2];
+    const int *size = grid->size, step[3] = {1, size[0], size[0] * size[1]};
+    const size_t count = (size_t)size[0] * (size_t)size[1] * (size_t)size[2];
     float *square = malloc(count * sizeof *square);
-    for (size_t n = 0; square && n < count; ++n) { square[n] = fabsf(phi[n]) < 0.87f ? 0.0f : 1e12f; } /* half a diagonal */
+    for (size_t n = 0; square && n < count; ++n) { square[n] = 1e12f; }
+    for (int axis = 0; square && axis < 3; ++axis) { /* voxels with neighbors on the other side */
+        for (size_t n = (size_t)step[axis]; n < count; ++n) {
+            if ((phi[n] < 0.0f) != (phi[n - (size_t)step[axis]] < 0.0f)) {
+                square[n] = square[n - (size_t)step[axis]] = 0.0f;
+            }
+        }
+    }
     const bool good = square && square_distances(grid, square);
     for (size_t n = 0; good && n < count; ++n) {
-        if (fabsf(phi[n]) >= band) { phi[n] = copysignf(fmaxf(band, sqrtf(square[n])), phi[n]); }
+        const float far = sqrtf(square[n]) + 0.5f;
+        if (fabsf(phi[n]) >= band) {
+            phi[n] = copysignf(fmaxf(band, far), phi[n]);
+        } else if (far > fabsf(phi[n]) + 1.2f) { /* near a wall inside, where the surface overlaps itself */
+            phi[n] = copysignf(far, phi[n]);
+        }
     }
     free(square);
     return good;

@@ -32,8 +32,8 @@ struct solid_repair {
  * the volume by the shortest bridges, if these are at most `reach` voxels long. Returns false if memory is short. */
 bool solid_repair(const struct solid_grid *grid, float *phi, int reach, struct solid_repair *report);
 
-/* Continues a level set that is clamped at `band` voxels: farther away |phi| is the distance to the surface, within a voxel.
- * Returns false if memory is short. */
+/* Continues a level set that is clamped at `band` voxels: farther away, and where it is the distance to something inside, |phi|
+ * becomes the distance to where the sign changes, within a voxel. Returns false if memory is short. */
 bool solid_extend(const struct solid_grid *grid, float *phi, float band);
 
 /* Collects the inside voxels of a level set. Depths are -phi where that is less than `band` voxels, and below that distances
