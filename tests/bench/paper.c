@@ -3,6 +3,7 @@
  *   make paper                         everything, on grids that a small computer can afford
  *   make paper FULL=1                  larger grids as well: see PAPER=help
  *   make paper PAPER="table3 fig14"    some parts; the page keeps its sections of the others
+ *   make paper PAPER=stale             those whose section is older than the library
  *   make paper PAPER=page              the page alone, after a change of its text (tests/bench/paper_page.md)
  *   make paper PAPER=help              the parts, and how long each takes
  *   make paper KEEP=1                  takes results of before where program and command are the same
@@ -210,8 +211,9 @@ enum { PART_COUNT = (int)(sizeof parts / sizeof *parts) };
 static void print_help(void)
 {
     printf("make paper writes docs/results.md and docs/pictures. PAPER=\"part part\" runs some parts; the page keeps its\n"
-           "sections of the others. PAPER=page: no part, the page's text alone. KEEP=1 takes results of before where program and\n"
-           "command are the same. JOBS=1: one run at a time. Minutes of one processor of about 2020; parts share runs.\n\n");
+           "sections of the others. PAPER=stale: those whose section is older than the library. PAPER=page: none, the page's text\n"
+           "alone. KEEP=1 takes results of before where program and command are the same. JOBS=1: one run at a time.\n"
+           "Minutes of one processor of about 2020; parts share runs.\n\n");
     for (int p = 0; p < PART_COUNT; ++p) {
         printf("  %-11s %3s min  %s%s%s\n", parts[p].name, parts[p].minutes, parts[p].about, parts[p].full ? "; FULL=1: " : "",
                parts[p].full ? parts[p].full : "");
@@ -296,8 +298,20 @@ static bool write_page(const struct paper *paper, const char *stamp)
 
 /* ---- the command line ---- */
 
+/* Asks for the parts whose section of docs/results.md is missing or has another stamp. */
+static void want_stale(const char *stamp, bool wanted[PART_COUNT])
+{
+    char *page = read_whole_file("docs/results.md"), old[PAPER_STAMP];
+    for (int p = 0; p < PART_COUNT; ++p) {
+        const char *section;
+        const bool found = page && paper_section_find(page, parts[p].name, &section) > 0 && paper_section_stamp(section, old);
+        wanted[p] = wanted[p] || !found || strcmp(old, stamp) != 0;
+    }
+    free(page);
+}
+
 /* False after one line on stderr. */
-static bool read_words(struct paper *paper, int argc, char **argv, bool wanted[PART_COUNT])
+static bool read_words(struct paper *paper, int argc, char **argv, const char *stamp, bool wanted[PART_COUNT])
 {
     bool any = false;
     for (int i = 1; i < argc; ++i) {
@@ -307,6 +321,9 @@ static bool read_words(struct paper *paper, int argc, char **argv, bool wanted[P
         } else if (strcmp(argv[i], "--keep") == 0) {
             paper->keep = known = true;
         } else if (strcmp(argv[i], "page") == 0) {
+            any = known = true;
+        } else if (strcmp(argv[i], "stale") == 0) {
+            want_stale(stamp, wanted);
             any = known = true;
         } else if (strcmp(argv[i], "--jobs") == 0 && i + 1 < argc) {
             paper->jobs = atoi(argv[++i]);
@@ -341,11 +358,11 @@ int main(int argc, char **argv)
         print_help();
         return 0;
     }
-    if (!read_words(&paper, argc, argv, wanted)) {
+    paper_stamp(stamp);
+    if (!read_words(&paper, argc, argv, stamp, wanted)) {
         return 2;
     }
     paper.docs = paper.scale == 1.0 ? "docs" : paper_folder;
-    paper_stamp(stamp);
     if (paper.scale != 1.0) { /* its fragments are for no other page */
         snprintf(stamp + strlen(stamp), sizeof stamp - strlen(stamp), ", scale %g", paper.scale);
     }
