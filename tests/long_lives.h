@@ -175,7 +175,7 @@ static springls_status life_look(life *l, life_state *s)
     if (status != SPRINGLS_OK) return status;
     if (l->kind == LIFE_EDITS) status = springls_components(l->ctx, &parts, &count);
     for (i = 0; i < count && status == SPRINGLS_OK; i++)
-        if (!parts[i].cavity && fabs(parts[i].volume) < s->smallest) s->smallest = fabs(parts[i].volume);
+        if (fabs(parts[i].volume) < s->smallest) s->smallest = fabs(parts[i].volume);
     s->volume = measures.volume;
     s->components = measures.components;
     s->euler = measures.euler;

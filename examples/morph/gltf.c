@@ -2,6 +2,7 @@
 #include "morph/morph.h"
 
 #include "base/progress.h"
+#include "character/clip_transfer.h"
 #include "character/gltf_character.h"
 #include "surface/atlas.h"
 
@@ -119,6 +120,31 @@ static bool write_sequence(const struct morph *morph, const char *path)
     return good;
 }
 
+/* Writes a body with the target's skeleton, all clips of the target and those of the source. */
+static bool write_with_clips(const struct morph *morph, const char *path, const struct gltf_mesh *mesh,
+                             const struct influences *influences, const struct gltf_look *look)
+{
+    struct character with = morph->target.character;
+    const size_t own = (size_t)with.animation_count;
+    struct animation *clips, *all = NULL;
+    int count;
+    if (!clips_transfer(&morph->source.character, &morph->alignment, &with, morph->settings.fps, &clips, &count)) {
+        return morph_no_memory();
+    }
+    all = malloc((own + (size_t)count + 1) * sizeof *all);
+    if (all) {
+        memcpy(all, with.animations, own * sizeof *all);
+        memcpy(all + own, clips, (size_t)count * sizeof *all);
+        with.animations = all;
+        with.animation_count += count;
+    }
+    const bool good = all ? gltf_write_skinned(path, mesh, influences, look, &with) || morph_fail("%s cannot be written", path)
+                          : morph_no_memory();
+    free(all);
+    clips_free(clips, count);
+    return good;
+}
+
 /* Writes the end in the neutral pose with bone weights: a body that any engine can animate. Its texture is twice as wide. */
 static bool write_skinned(const struct morph *morph, const char *path)
 {
@@ -133,9 +159,7 @@ static bool write_skinned(const struct morph *morph, const char *path)
     for (int v = 0; good && v < d.mesh.vertex_count; ++v) {
         influences[v] = morph_mixed_influences(morph, rest, size > 0 ? d.atlas.vertex_of[v] : v);
     }
-    good = good
-        && (gltf_write_skinned(path, &d.mesh, influences, size > 0 ? &look : NULL, &morph->target.character)
-            || morph_fail("%s cannot be written", path));
+    good = good && write_with_clips(morph, path, &d.mesh, influences, size > 0 ? &look : NULL);
     free(influences);
     dressed_free(&d);
     return good;

@@ -1,7 +1,7 @@
 /* look.c - how the model looks: colors and bone weights fade from the source's to the target's as its shape does.
  *
- * The source's are those at the place that a point came from, its correspondence; the target's those at the nearest place of the target
- * in the same pose, taken back to the neutral pose. */
+ * The source's are those at the place that a point came from, its correspondence; the target's those at the nearest place of the
+ * target in the same pose, taken back to the neutral pose. */
 #include "morph/morph.h"
 
 #include "base/vec3.h"
@@ -32,7 +32,8 @@ static bool find_targets(const struct morph *morph, struct morph_frame *frame)
         uint32_t triangle = 0;
         bvh_distance(&bvh, mesh->positions + 3 * v, closest, &triangle);
         const int *corner = target->mesh.triangles + 3 * triangle;
-        place_barycentric(target->posed + 3 * corner[0], target->posed + 3 * corner[1], target->posed + 3 * corner[2], closest, weight);
+        place_barycentric(target->posed + 3 * corner[0], target->posed + 3 * corner[1], target->posed + 3 * corner[2], closest,
+                          weight);
         memset(place, 0, 3 * sizeof *place);
         for (int k = 0; k < 3; ++k) {
             vec3_add_scaled(place, weight[k], target->mesh.positions + 3 * corner[k], place);

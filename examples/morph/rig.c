@@ -280,8 +280,8 @@ static bool write_rigged(const struct morph *morph, const struct rig_mesh *mesh,
     }
     if (good) {
         places_free(&places);
-        good = gltf_write_skinned(run_path(morph->settings.common.out, "rigged.glb", path, sizeof path), &out, mesh->influences, NULL,
-                                  body)
+        good = gltf_write_skinned(run_path(morph->settings.common.out, "rigged.glb", path, sizeof path), &out, mesh->influences,
+                                  NULL, body)
             || morph_fail("%s cannot be written", path);
     }
     free(colors);

@@ -70,8 +70,8 @@ static bool set_mesh(const struct rig *rig, const char *path, struct rig_body *b
     body->boundary_edges = report.boundary_edges;
     return run_check("rig", body->ctx, status, path)
         && (report.boundary_edges <= OPEN_SHARE * 1.5 * c->triangle_count || rig->settings.thicken > 0.0f
-            || rig_fail("%s: the mesh is open: %d boundary edges of %d triangles; a body is closed (--thicken 1: its sheets become solid)",
-                        path, report.boundary_edges, c->triangle_count));
+            || rig_fail("%s: the mesh is open: %d boundary edges of %d triangles; a body is closed "
+                        "(--thicken 1: its sheets become solid)", path, report.boundary_edges, c->triangle_count));
 }
 
 /* Makes sheets solid, such as capes, which have no inside; with a note where that was not asked for. */

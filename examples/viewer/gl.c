@@ -118,6 +118,19 @@ static void set_indices(struct viewer_surface *surface, const void *triangles, s
     free(edges);
 }
 
+/* Copies an array of the bound surface, or turns it off. */
+static void set_array(const struct viewer_surface *surface, unsigned number, const float *values, int vertex_count)
+{
+    if (!values) {
+        glDisableVertexAttribArray(number);
+        return;
+    }
+    glBindBuffer(GL_ARRAY_BUFFER, surface->buffers[number]);
+    glBufferData(GL_ARRAY_BUFFER, (GLsizeiptr)vertex_count * 3 * (GLsizeiptr)sizeof(float), values, GL_STREAM_DRAW);
+    glEnableVertexAttribArray(number);
+    glVertexAttribPointer(number, 3, GL_FLOAT, GL_FALSE, 0, NULL);
+}
+
 void viewer_gl_set(struct viewer_surface *surface, const float *const arrays[VIEWER_GL_ARRAYS], int vertex_count,
                    const void *triangles, size_t index_bytes, int triangle_count)
 {
@@ -127,17 +140,17 @@ void viewer_gl_set(struct viewer_surface *surface, const float *const arrays[VIE
     }
     glBindVertexArray(surface->vertex_array);
     for (unsigned a = 0; a < VIEWER_GL_ARRAYS; ++a) {
-        if (!arrays[a]) {
-            glDisableVertexAttribArray(a);
-            continue;
-        }
-        glBindBuffer(GL_ARRAY_BUFFER, surface->buffers[a]);
-        glBufferData(GL_ARRAY_BUFFER, (GLsizeiptr)vertex_count * 3 * (GLsizeiptr)sizeof(float), arrays[a], GL_STREAM_DRAW);
-        glEnableVertexAttribArray(a);
-        glVertexAttribPointer(a, 3, GL_FLOAT, GL_FALSE, 0, NULL);
+        set_array(surface, a, arrays[a], vertex_count);
     }
     glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, surface->buffers[VIEWER_GL_ARRAYS]);
     set_indices(surface, triangles, index_bytes, triangle_count);
+    glBindVertexArray(0);
+}
+
+void viewer_gl_set_colors(const struct viewer_surface *surface, const float *colors, int vertex_count)
+{
+    glBindVertexArray(surface->vertex_array);
+    set_array(surface, VIEWER_GL_ARRAYS - 1, colors, vertex_count);
     glBindVertexArray(0);
 }
 

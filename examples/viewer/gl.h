@@ -41,6 +41,7 @@ void viewer_gl_destroy(struct viewer_gl *gl);
 /* Copies a surface to the device. arrays: NULL or vertex_count * 3 floats each; triangles: uint16_t, or of 4 bytes. */
 void viewer_gl_set(struct viewer_surface *surface, const float *const arrays[VIEWER_GL_ARRAYS], int vertex_count,
                    const void *triangles, size_t index_bytes, int triangle_count);
+void viewer_gl_set_colors(const struct viewer_surface *surface, const float *colors, int vertex_count); /* the last array anew */
 void viewer_gl_unset(struct viewer_surface *surface);
 void viewer_gl_set_panel(struct viewer_gl *gl, const struct image *picture);
 

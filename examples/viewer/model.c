@@ -102,6 +102,7 @@ bool viewer_model_replace(struct viewer_model *model, struct viewer_model *made,
     if (good) {
         made->version = model->version + 1;
         made->chunk_generation = model->chunk_generation + 1;
+        made->mask_version = model->mask_version + 1;
         made->budget = model->budget;
         viewer_model_free(model);
         *model = *made;
@@ -422,7 +423,7 @@ bool viewer_model_chunks(struct viewer_model *model, bool material, const spring
     const springls_chunks_desc desc = {.correspondences = material || model->mask >= 0}; /* ids too, by which masks are found */
     bool is_done = false;
     *count = 0;
-    if (model->chunks && (desc.correspondences != model->chunks_with_material || model->mask_painted)) {
+    if (model->chunks && desc.correspondences != model->chunks_with_material) {
         springls_chunks_destroy(model->ctx, model->chunks);
         model->chunks = NULL;
         model->chunks_in_progress = false;
@@ -430,7 +431,6 @@ bool viewer_model_chunks(struct viewer_model *model, bool material, const spring
     if (!model->chunks) {
         ++model->chunk_generation;
         model->chunks_with_material = desc.correspondences;
-        model->mask_painted = false;
         if (!viewer_model_check(model, springls_chunks_create(model->ctx, &desc, &model->chunks))) {
             return false;
         }
@@ -468,7 +468,7 @@ static bool restore(struct viewer_model *model, const void *block, size_t size)
         return false;
     }
     find_attributes(model);
-    model->mask_painted = true;
+    ++model->mask_version;
     model->rest_steps_due = 0;
     ++model->version;
     return true;
@@ -510,7 +510,7 @@ bool viewer_model_set_mask(struct viewer_model *model, const float *values)
         status = springls_set_keep_mask(model->ctx, NULL);
         find_attributes(model);
     }
-    model->mask_painted = true;
+    ++model->mask_version;
     ++model->version;
     return viewer_model_check(model, status);
 }

@@ -17,7 +17,7 @@ struct viewer_model {
     float lower[3], upper[3]; /* box of the body at the start, for its texture */
     int colors;         /* the attribute with the mesh's colors; -1: none */
     int mask;           /* the attribute with the mask, 1: wholly masked; -1: nothing is */
-    bool mask_painted;  /* since the chunks were made */
+    unsigned mask_version; /* incremented with every change of it */
     int rest_steps_due;      /* steps without a force that are still due */
     double budget;           /* seconds that a step's call, or one of its continuations, may take; 0: until it is done */
     bool stepping;           /* a step is in progress */

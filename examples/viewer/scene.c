@@ -19,6 +19,7 @@ static void forget_chunks(struct viewer_scene *scene)
 {
     for (int i = 0; i < scene->chunk_room; ++i) {
         viewer_gl_unset(&scene->chunks[i]);
+        free(scene->bricks[i].ids);
     }
     free(scene->chunks);
     free(scene->bricks);
@@ -120,52 +121,71 @@ static bool grow_chunks(struct viewer_scene *scene)
     return true;
 }
 
-/* Uploads a chunk, with the mask of springls that `masks` has by their ids (NULL: nothing is masked). */
-static bool send_chunk(struct viewer_scene *scene, const springls_chunk *chunk, const float *masks)
-{
-    const int place = scene->chunk_room ? place_of(scene->bricks, scene->chunk_room, chunk->brick) : 0;
-    const bool known = scene->chunk_room && scene->bricks[place].used;
-    if (chunk->triangle_count == 0) {
-        if (known) {
-            viewer_gl_unset(&scene->chunks[place]);
-        }
-        return true;
-    }
-    if (!known && !grow_chunks(scene)) {
-        return false;
-    }
-    const int at = known ? place : place_of(scene->bricks, scene->chunk_room, chunk->brick);
-    scene->chunk_count += !known;
-    scene->bricks[at].used = true;
-    memcpy(scene->bricks[at].at, chunk->brick, sizeof chunk->brick);
-    float *colors = masks ? malloc((size_t)chunk->vertex_count * 3 * sizeof *colors) : NULL;
-    for (int v = 0; colors && v < chunk->vertex_count; ++v) {
-        tint(NULL, chunk->ids[v] == UINT32_MAX ? 0.0f : masks[chunk->ids[v]], colors + 3 * v);
-    }
-    const float *const arrays[VIEWER_GL_ARRAYS] = {chunk->positions, chunk->normals, chunk->correspondences, colors};
-    viewer_gl_set(&scene->chunks[at], arrays, chunk->vertex_count, chunk->triangles, sizeof *chunk->triangles,
-                  chunk->triangle_count);
-    free(colors);
-    return true;
-}
+/* The mask by ids of springls. */
+struct masks {
+    float *values; /* NULL: nothing is masked, or memory is short */
+    uint32_t count;
+};
 
-/* Returns the mask by ids of springls, to be freed. NULL: there is none, or memory is short. */
-static float *masks_by_id(const struct viewer_model *model)
+static struct masks masks_by_id(const struct viewer_model *model)
 {
     const springls_view mask = springls_view_attribute(model->ctx, model->mask);
     const uint32_t *ids = springls_ids(model->ctx);
-    uint32_t last = 0;
+    struct masks masks = {NULL, 0};
     for (int i = 0; i < mask.count; ++i) {
-        last = ids[i] > last ? ids[i] : last;
+        masks.count = ids[i] >= masks.count ? ids[i] + 1 : masks.count;
     }
-    float *masks = mask.count ? calloc((size_t)last + 1, sizeof *masks) : NULL;
-    for (int i = 0; masks && i < mask.count; ++i) {
-        masks[ids[i]] = viewer_model_mask_of(&mask, i);
+    masks.values = mask.count ? calloc(masks.count, sizeof *masks.values) : NULL;
+    for (int i = 0; masks.values && i < mask.count; ++i) {
+        masks.values[ids[i]] = viewer_model_mask_of(&mask, i);
     }
     return masks;
 }
 
-/* Uploads the surface's chunks that have changed, once all are made. */
+/* Darkens what is masked of the chunk at a place. */
+static void tint_chunk(struct viewer_scene *scene, int place, const struct masks *masks)
+{
+    const struct viewer_brick *brick = &scene->bricks[place];
+    float *colors = brick->ids && masks->values ? malloc((size_t)brick->vertex_count * 3 * sizeof *colors) : NULL;
+    for (int v = 0; colors && v < brick->vertex_count; ++v) {
+        tint(NULL, brick->ids[v] < masks->count ? masks->values[brick->ids[v]] : 0.0f, colors + 3 * v);
+    }
+    viewer_gl_set_colors(&scene->chunks[place], colors, brick->vertex_count);
+    free(colors);
+}
+
+/* Uploads a chunk. */
+static bool send_chunk(struct viewer_scene *scene, const springls_chunk *chunk, const struct masks *masks)
+{
+    if (!grow_chunks(scene)) {
+        return false;
+    }
+    const int place = place_of(scene->bricks, scene->chunk_room, chunk->brick);
+    struct viewer_brick *brick = &scene->bricks[place];
+    free(brick->ids);
+    brick->ids = NULL;
+    if (chunk->triangle_count == 0) {
+        viewer_gl_unset(&scene->chunks[place]);
+        return true;
+    }
+    scene->chunk_count += !brick->used;
+    brick->used = true;
+    memcpy(brick->at, chunk->brick, sizeof brick->at);
+    brick->vertex_count = chunk->vertex_count;
+    brick->ids = chunk->ids ? malloc((size_t)chunk->vertex_count * sizeof *brick->ids) : NULL;
+    if (brick->ids) {
+        memcpy(brick->ids, chunk->ids, (size_t)chunk->vertex_count * sizeof *brick->ids);
+    }
+    const float *const arrays[VIEWER_GL_ARRAYS] = {chunk->positions, chunk->normals, chunk->correspondences, NULL};
+    viewer_gl_set(&scene->chunks[place], arrays, chunk->vertex_count, chunk->triangles, sizeof *chunk->triangles,
+                  chunk->triangle_count);
+    if (masks->values) {
+        tint_chunk(scene, place, masks);
+    }
+    return true;
+}
+
+/* Uploads the surface's chunks that have changed, once all are made, and the mask if that has changed. */
 static bool send_chunks(struct viewer_scene *scene, struct viewer_model *model, bool material)
 {
     const springls_chunk *changed;
@@ -180,12 +200,18 @@ static bool send_chunks(struct viewer_scene *scene, struct viewer_model *model, 
         forget_chunks(scene);
         scene->chunk_generation = model->chunk_generation;
     }
-    float *masks = count > 0 ? masks_by_id(model) : NULL;
+    struct masks masks = masks_by_id(model);
     bool good = true;
     for (const springls_chunk *c = changed; good && c < changed + count; ++c) {
-        good = send_chunk(scene, c, masks);
+        good = send_chunk(scene, c, &masks);
     }
-    free(masks);
+    for (int i = 0; i < scene->chunk_room && scene->mask_version != model->mask_version; ++i) {
+        if (scene->bricks[i].ids) {
+            tint_chunk(scene, i, &masks);
+        }
+    }
+    scene->mask_version = model->mask_version;
+    free(masks.values);
     return good || viewer_model_check(model, SPRINGLS_OUT_OF_MEMORY);
 }
 

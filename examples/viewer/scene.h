@@ -9,8 +9,14 @@ struct viewer_scene {
     struct viewer_gl gl;
     struct viewer_surface body, second;     /* whole meshes */
     struct viewer_surface *chunks;          /* alternatively the body by bricks: a table of chunk_room places, found by hash */
-    struct viewer_brick { int at[3]; bool used; } *bricks; /* of these */
+    struct viewer_brick {
+        int at[3];
+        bool used;
+        uint32_t *ids; /* of the springls at its vertices, by which masks are drawn; or NULL */
+        int vertex_count;
+    } *bricks; /* of these */
     int chunk_room, chunk_count;
+    unsigned mask_version; /* of the model, as it is drawn */
     unsigned chunk_generation;                       /* model->chunk_generation of the chunks */
     unsigned body_version, second_version;  /* model versions of the surfaces */
     enum viewer_view body_view;

@@ -11,7 +11,7 @@ static const char *const tool_help[VIEWER_TOOLS] = {
     "what is in the brush follows the pointer",        "inward; shift: outward",
     "the brush; shift: deflate; ctrl: the whole body", "the brush; ctrl: the whole body",
     "along a stroke; shift: all to its right",         "click: a ball; drag it; enter: merge",
-    "what is masked stays; shift: unmask; C: clear, I: invert",
+    "what is masked stays; shift: unmask",
 };
 
 void viewer_text(const struct viewer_app *app, const char *times, char *text, size_t size)

@@ -158,6 +158,15 @@ EMSCRIPTEN_KEEPALIVE int web_view(void) { return (int)app.view; }
 EMSCRIPTEN_KEEPALIVE int web_count(void) { return springls_count(app.model.ctx); }
 EMSCRIPTEN_KEEPALIVE const char *web_message(void) { return app.message; }
 
+/* Describes the brush as the page has no panel for it. */
+EMSCRIPTEN_KEEPALIVE const char *web_brush(void)
+{
+    static char text[80];
+    snprintf(text, sizeof text, "strength %.0f %%, %s, %s", 100.0 * (double)app.brush.strength,
+             viewer_falloff_names[app.brush.falloff], viewer_symmetry_names[app.brush.symmetry]);
+    return text;
+}
+
 EMSCRIPTEN_KEEPALIVE void web_key(int key, int modifiers) { viewer_app_key(&app, key, modifiers); }
 
 /* Shows the wireframe, or the surface again. */

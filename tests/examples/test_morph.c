@@ -369,6 +369,55 @@ TEST joints_of_different_rigs_are_paired_limb_by_limb(void)
     PASS();
 }
 
+/* Computes the direction from one joint to another at a time of a clip. */
+static void limb_direction(const struct character *c, int clip, double time, const char *from, const char *to, float out[3])
+{
+    struct affine skin[64], places[64];
+    character_pose(c, clip, time, 1.0, skin, places);
+    for (int i = 0; i < 3; ++i)
+        out[i] = (float)(places[character_joint(c, to)].m[4 * i + 3] - places[character_joint(c, from)].m[4 * i + 3]);
+    vec3_normalize(out);
+}
+
+TEST clips_move_the_other_body(void)
+{
+    static const char *const limbs[][2] = {
+        {"leg.l", "shin.l"}, {"shin.r", "foot.r"}, {"arm.l", "forearm.l"}, {"forearm.r", "hand.r"}};
+    struct character source, target;
+    char error[CHARACTER_TEXT];
+    struct alignment alignment;
+    struct animation *clips;
+    int count;
+    ASSERT(character_build(0, &source, error) && character_build(1, &target, error));
+    ASSERT(skeleton_align(&source, &target, NULL, &alignment, error));
+    ASSERT(clips_transfer(&source, &alignment, &target, 24, &clips, &count)); /* another pose of the arms, so not the same */
+    ASSERT_EQ(1, count);
+    ASSERT_STR_EQ("walk (source)", clips[0].name);
+    struct character moved = target;
+    moved.animations = clips;
+    for (int n = 0; n < 6; ++n) {
+        for (int l = 0; l < 4; ++l) {
+            float theirs[3], ours[3];
+            const double time = 1.2 * n / 6.0;
+            limb_direction(&source, 0, time, limbs[l][0], limbs[l][1], theirs);
+            limb_direction(&moved, 0, time, limbs[l][0], limbs[l][1], ours);
+            ASSERTm(limbs[l][0], vec3_dot(theirs, ours) > 0.99f);
+        }
+    }
+    /* The clip once more, which that body has now: left out. */
+    struct animation *again;
+    int more;
+    snprintf(clips[0].name, sizeof clips[0].name, "walk");
+    ASSERT(clips_transfer(&source, &alignment, &moved, 24, &again, &more));
+    ASSERT_EQ(0, more);
+    clips_free(again, more);
+    clips_free(clips, count);
+    alignment_free(&alignment);
+    character_free(&source);
+    character_free(&target);
+    PASS();
+}
+
 /* ---- voxels ---- */
 
 /* Two tetrahedra, one inside the other: distances are those to the outer one. */
@@ -616,12 +665,13 @@ TEST a_skinned_character_is_read_back(void)
     PASS();
 }
 
-/* A square of two triangles whose materials differ: an image in four colors, and red. Its corners are doubled along the diagonal. */
+/* A square of two triangles whose materials differ: an image in four colors, and red. Corners are doubled along the diagonal. */
 static const unsigned char four_colors[] = {255, 0, 0, 0, 255, 0, 0, 0, 255, 255, 255, 0};
 
 static void make_square(struct character *c, struct image *image)
 {
-    static float positions[18] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 0, 0, 1, 1, 0, 0, 1, 0}, uvs[12] = {0, 1, 1, 1, 1, 0, 0, 1, 1, 0, 0, 0},
+    static float positions[18] = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 0, 0, 1, 1, 0, 0, 1, 0},
+                 uvs[12] = {0, 1, 1, 1, 1, 0, 0, 1, 1, 0, 0, 0},
                  normals[18], colors[18];
     static int triangles[6] = {0, 1, 2, 3, 4, 5}, materials_of[2] = {0, 1};
     static struct influences influences[6];
@@ -937,7 +987,8 @@ TEST three_js_shows_the_files(void)
 
 /* ---- sheets ---- */
 
-enum { SHEET = 10, BOX_CORNERS = 8, CAPE_VERTICES = (SHEET + 1) * (SHEET + 1) + BOX_CORNERS, CAPE_TRIANGLES = 2 * SHEET * SHEET + 12 };
+enum { SHEET = 10, BOX_CORNERS = 8, CAPE_VERTICES = (SHEET + 1) * (SHEET + 1) + BOX_CORNERS,
+       CAPE_TRIANGLES = 2 * SHEET * SHEET + 12 };
 
 /* A body of a box on two bones, a cape behind it that leans, or one of these alone. */
 static void make_cape(struct character *c, bool box, bool cape)
@@ -991,7 +1042,8 @@ TEST sheets_become_one_voxel_thick(void)
     ASSERT(gltf_write_character(scratch("box.glb"), &c));
     make_cape(&c, false, true);
     ASSERT(gltf_write_character(scratch("sheet.glb"), &c));
-    const char *const worn[] = {scratch("cape.glb"), scratch("box.glb"), "--grid", "40", "--frames", "2", "--json", scratch("cape.json"), NULL};
+    const char *const worn[] = {scratch("cape.glb"), scratch("box.glb"), "--grid", "40", "--frames", "2",
+                                "--json", scratch("cape.json"), NULL};
     ASSERT_EQ(0, run_program(worn));
     cJSON *json = read_report(scratch("cape.json"));
     ASSERT(json != NULL);
@@ -1004,7 +1056,8 @@ TEST sheets_become_one_voxel_thick(void)
     cJSON_Delete(json);
     const char *const alone[] = {scratch("sheet.glb"), scratch("sheet.glb"), "--grid", "40", "--frames", "2", "--quiet", NULL};
     ASSERT_EQ(0, run_program(alone));
-    const char *const left[] = {scratch("sheet.glb"), scratch("box.glb"), "--grid", "40", "--frames", "2", "--thicken", "0", "--quiet", NULL};
+    const char *const left[] = {scratch("sheet.glb"), scratch("box.glb"), "--grid", "40", "--frames", "2",
+                                "--thicken", "0", "--quiet", NULL};
     ASSERT_EQ(1, run_program(left));
     fflush(stderr);
     size_t length;
@@ -1103,6 +1156,7 @@ int main(int argc, char **argv)
     RUN_TEST(alignment_makes_joints_coincide);
     RUN_TEST(joints_are_paired_by_file);
     RUN_TEST(joints_of_different_rigs_are_paired_limb_by_limb);
+    RUN_TEST(clips_move_the_other_body);
     RUN_TEST(a_mesh_that_overlaps_itself_has_one_distance);
     RUN_TEST(heat_weights_of_a_tube_are_symmetric_and_sum_to_one);
     RUN_TEST(meshes_that_cut_themselves_are_found_out);

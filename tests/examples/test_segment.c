@@ -490,7 +490,7 @@ TEST every_parameter_can_be_set(void)
     for (size_t m = 0; m < MEMBERS; ++m) {
         char text[64];
         snprintf(text, sizeof text, "%s=7", members[m].name);
-        ASSERT_EQm(text, CLI_CONTINUE, set_params("test", text, &params));
+        ASSERT_EQm(text, CLI_CONTINUE, run_set_members("test", text, &params));
         /* A number taken for the other kind shows: small integers are denormal floats, and floats are huge integers. */
         float real;
         int whole;

@@ -892,14 +892,15 @@ static int changed(pixels a, pixels b)
 
 TEST pictures_show_what_there_is(void)
 {
-    static pixels whole, dent, springls, texture, wires, help;
+    static pixels whole, dent, springls, texture, wires, masked, help;
     char script[2048];
     if (!display) SKIP();
     snprintf(script, sizeof script,
              "screenshot %s/whole.png\nkey 2\nmove 240 180\nscroll 5 ctrl\npress left\nframes 20\nrelease left\nmove 5 355\nrest\n"
              "screenshot %s/dent.png\nkey V\nscreenshot %s/springls.png\nkey V\nscreenshot %s/texture.png\n"
-             "key V\nscreenshot %s/wires.png\nkey V\nkey H\n",
-             folder, folder, folder, folder, folder);
+             "key V\nscreenshot %s/wires.png\nkey V\nkey 7\nmove 240 180\npress left\nframes 20\nrelease left\nmove 5 355\n"
+             "screenshot %s/masked.png\nkey H\n",
+             folder, folder, folder, folder, folder, folder);
     ASSERT(write_text("events.txt", script));
     char events[512], last[512];
     snprintf(events, sizeof events, "%s", scratch("events.txt"));
@@ -935,6 +936,10 @@ TEST pictures_show_what_there_is(void)
     ASSERT(changed(dent, springls) > 2000);
     ASSERT(changed(dent, texture) > 2000);
     ASSERT(changed(dent, wires) > 2000);
+    ASSERT(read_picture("masked.png", masked)); /* dark where the brush was, and nowhere else */
+    ASSERT(masked[HIGH / 2][WIDE / 2][1] < 0.6 * dent[HIGH / 2][WIDE / 2][1]);
+    ASSERT(changed(dent, masked) > 200);
+    ASSERT(difference(masked[HIGH * 3 / 4][WIDE / 2], dent[HIGH * 3 / 4][WIDE / 2]) < 24);
     ASSERT(changed(dent, help) > 2000); /* the manual's panel */
     int colored = 0;
     for (int y = 0; y < HIGH; ++y)

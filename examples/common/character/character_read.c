@@ -199,8 +199,8 @@ static void decode_uri(char *text)
     char *to = text;
     for (const char *from = text; *from; ++to) {
         unsigned code;
-        if (*from == '%' && isxdigit((unsigned char)from[1]) && isxdigit((unsigned char)from[2]) && sscanf(from + 1, "%2x", &code) == 1
-            && code > 0) {
+        if (*from == '%' && isxdigit((unsigned char)from[1]) && isxdigit((unsigned char)from[2])
+            && sscanf(from + 1, "%2x", &code) == 1 && code > 0) {
             *to = (char)code;
             from += 3;
         } else {
@@ -299,7 +299,9 @@ static void read_material(struct reader *r, unsigned number)
     made->roughness = material_number(material, "$mat.roughnessFactor", made->roughness);
     made->cutoff = material_number(material, "$mat.gltf.alphaCutoff", made->cutoff);
     if (aiGetMaterialString(material, "$mat.gltf.alphaMode", 0, 0, &alpha) == aiReturn_SUCCESS) {
-        made->alpha = strcmp(alpha.data, "MASK") == 0 ? MATERIAL_MASK : strcmp(alpha.data, "BLEND") == 0 ? MATERIAL_BLEND : MATERIAL_OPAQUE;
+        made->alpha = strcmp(alpha.data, "MASK") == 0 ? MATERIAL_MASK
+            : strcmp(alpha.data, "BLEND") == 0        ? MATERIAL_BLEND
+                                                      : MATERIAL_OPAQUE;
     }
     if (aiGetMaterialIntegerArray(material, AI_MATKEY_TWOSIDED, &two_sided, NULL) == aiReturn_SUCCESS) {
         made->two_sided = two_sided != 0;

@@ -111,7 +111,8 @@ static bool join_patches(const struct character *c, const unsigned char *sheet, 
     return true;
 }
 
-bool sheets_find(const struct solid_grid *grid, const float *phi, const struct character *c, unsigned char *sheet, struct sheets *found)
+bool sheets_find(const struct solid_grid *grid, const float *phi, const struct character *c, unsigned char *sheet,
+                 struct sheets *found)
 {
     const size_t count = (size_t)c->triangle_count + 1;
     double *area = malloc(count * sizeof *area), *sum = calloc(count, sizeof *sum);
@@ -158,11 +159,12 @@ static bool thicken_triangle(const struct solid_grid *grid, float *phi, const fl
         for (int y = lo[1]; y <= hi[1]; ++y) {
             for (int x = lo[0]; x <= hi[0]; ++x) {
                 const float p[3] = {(float)x, (float)y, (float)z};
-                float *value = phi + ((size_t)z * (size_t)grid->size[1] + (size_t)y) * (size_t)grid->size[0] + (size_t)x, near[3], d[3];
+                const size_t at = ((size_t)z * (size_t)grid->size[1] + (size_t)y) * (size_t)grid->size[0] + (size_t)x;
+                float near[3], d[3];
                 const float distance = bvh_distance(&one, p, near, NULL);
                 vec3_sub(p, near, d);
                 const float axes = vec3_normalize(d) > 0.0f ? fabsf(d[0]) + fabsf(d[1]) + fabsf(d[2]) : 1.0f;
-                *value = fminf(*value, distance - 0.5f * thickness * axes - TIE);
+                phi[at] = fminf(phi[at], distance - 0.5f * thickness * axes - TIE);
             }
         }
     }
@@ -170,7 +172,8 @@ static bool thicken_triangle(const struct solid_grid *grid, float *phi, const fl
     return true;
 }
 
-bool sheets_thicken(const struct solid_grid *grid, float *phi, const struct character *c, const unsigned char *sheet, float thickness)
+bool sheets_thicken(const struct solid_grid *grid, float *phi, const struct character *c, const unsigned char *sheet,
+                    float thickness)
 {
     for (int t = 0; t < c->triangle_count; ++t) {
         float corners[9];

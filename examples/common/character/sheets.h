@@ -16,8 +16,8 @@ struct sheets {
 bool sheets_find(const struct solid_grid *grid, const float *phi, const struct character *character, unsigned char *sheet,
                  struct sheets *found);
 
-/* Makes solids of the marked triangles: phi becomes the least of itself and the distance to their surface, which is thick enough for
- * `thickness` voxels along the grid's axes. So a sheet of one voxel has no holes, however it lies. */
+/* Makes solids of the marked triangles: phi becomes the least of itself and the distance to their surface, which is thick enough
+ * for `thickness` voxels along the grid's axes. So a sheet of one voxel has no holes, however it lies. */
 bool sheets_thicken(const struct solid_grid *grid, float *phi, const struct character *character, const unsigned char *sheet,
                     float thickness);
 

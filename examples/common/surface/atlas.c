@@ -55,8 +55,8 @@ static struct raster make_raster(const float a[2], const float b[2], const float
 /* Computes the weights of corners at a texel; returns true if it lies in the triangle made larger by `margin`, a share of it. */
 static bool in_triangle(const struct raster *r, int x, int y, float margin, float weight[3])
 {
-    const float ux = r->p[1][0] - r->p[0][0], uy = r->p[1][1] - r->p[0][1], vx = r->p[2][0] - r->p[0][0], vy = r->p[2][1] - r->p[0][1],
-                wx = (float)x - r->p[0][0], wy = (float)y - r->p[0][1], d = ux * vy - uy * vx;
+    const float ux = r->p[1][0] - r->p[0][0], uy = r->p[1][1] - r->p[0][1], vx = r->p[2][0] - r->p[0][0],
+                vy = r->p[2][1] - r->p[0][1], wx = (float)x - r->p[0][0], wy = (float)y - r->p[0][1], d = ux * vy - uy * vx;
     if (!(fabsf(d) > 0.0f)) {
         return false;
     }
@@ -154,8 +154,8 @@ static void grow_box(struct unwrapping *u, struct chart *chart, int triangle)
     }
 }
 
-/* Claims the texels of a triangle for the chart that grows; returns false if it has one of them already, where the surface winds over
- * itself. Texels repeat, since the chart has no place yet. */
+/* Claims the texels of a triangle for the chart that grows; returns false if it has one of them already, where the surface winds
+ * over itself. Texels repeat, since the chart has no place yet. */
 static bool claim(struct unwrapping *u, int triangle)
 {
     const struct chart *chart = &u->charts[u->chart_count];
@@ -277,7 +277,8 @@ static bool pack(struct unwrapping *u)
 /* Adds a vertex for each chart that a vertex of the surface is in. */
 static bool make_vertices(struct unwrapping *u, struct atlas *atlas)
 {
-    int *made = malloc(((size_t)u->vertex_count + 1) * sizeof *made), *chart_of = malloc(((size_t)u->vertex_count + 1) * sizeof *chart_of);
+    int *made = malloc(((size_t)u->vertex_count + 1) * sizeof *made),
+        *chart_of = malloc(((size_t)u->vertex_count + 1) * sizeof *chart_of);
     const size_t capacity = 3 * (size_t)u->triangle_count;
     atlas->vertex_of = malloc(capacity * sizeof *atlas->vertex_of);
     atlas->uvs = malloc(2 * capacity * sizeof *atlas->uvs);
@@ -308,13 +309,15 @@ static bool make_vertices(struct unwrapping *u, struct atlas *atlas)
     return good;
 }
 
-bool atlas_unwrap(const float *positions, int vertex_count, const int *triangles, int triangle_count, int size, struct atlas *atlas)
+bool atlas_unwrap(const float *positions, int vertex_count, const int *triangles, int triangle_count, int size,
+                  struct atlas *atlas)
 {
     const size_t count = (size_t)triangle_count + 1;
     struct unwrapping u;
     memset(&u, 0, sizeof u);
     memset(atlas, 0, sizeof *atlas);
-    u.positions = positions, u.triangles = triangles, u.vertex_count = vertex_count, u.triangle_count = triangle_count, u.size = size;
+    u.positions = positions, u.vertex_count = vertex_count, u.size = size;
+    u.triangles = triangles, u.triangle_count = triangle_count;
     u.normals = malloc(3 * count * sizeof *u.normals);
     u.neighbors = malloc(3 * count * sizeof *u.neighbors);
     u.chart_of = malloc(count * sizeof *u.chart_of);

@@ -1,7 +1,7 @@
 /* atlas.h - unwraps a surface into charts in one square image, and bakes colors into it.
  *
- * A chart is a connected patch that is seen from one of six sides; it is projected along that axis, at one scale for all charts, and
- * charts are packed in rows. Vertices are doubled where charts meet, so that nothing is interpolated across their borders. */
+ * A chart is a connected patch that is seen from one of six sides; it is projected along that axis, at one scale for all charts,
+ * and charts are packed in rows. Vertices are doubled where charts meet, so that nothing is interpolated across their borders. */
 #ifndef EXAMPLES_SURFACE_ATLAS_H
 #define EXAMPLES_SURFACE_ATLAS_H
 
@@ -16,7 +16,8 @@ struct atlas {
 };
 
 /* Returns false, with nothing to free, if there is no triangle with an area, charts do not fit or memory is short. */
-bool atlas_unwrap(const float *positions, int vertex_count, const int *triangles, int triangle_count, int size, struct atlas *atlas);
+bool atlas_unwrap(const float *positions, int vertex_count, const int *triangles, int triangle_count, int size,
+                  struct atlas *atlas);
 void atlas_free(struct atlas *atlas);
 
 /* Computes the color at a place of a triangle, as display values; may be called by several threads. */

@@ -28,8 +28,8 @@ cJSON *gltf_add(struct gltf *g, const char *list, int *index);
 void gltf_number(cJSON *to, const char *name, double value);
 void gltf_numbers(cJSON *to, const char *name, const double *values, int count);
 
-/* Adds floats, width a number, 2 to 4 a vector, 16 a matrix; bounded: with the bounds that positions and key times need. Returns the
- * accessor's number. */
+/* Adds floats, width 1 a number, 2 to 4 a vector, 16 a matrix; bounded: with the bounds that positions and key times need. Returns
+ * the accessor's number. */
 int gltf_floats(struct gltf *g, const float *data, int count, int width, int target, bool bounded);
 int gltf_shorts(struct gltf *g, const uint16_t *data, int count, int width, bool normalized);
 
