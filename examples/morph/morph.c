@@ -8,7 +8,8 @@
  *
  * The source is rescaled onto the target's skeleton; both become springls' bodies on one grid. In each frame linear blend
  * skinning, as a batch of affine forces, moves the springls in one step of Algorithm 3; then some iterations of an active
- * contour push them to a shape between the two in the same pose. Bone weights, texture coordinates and colors stay with the springls. */
+ * contour push them to a shape between the two in the same pose. Bone weights, texture coordinates and
+ * colors stay with the springls. */
 #include "morph/morph.h"
 
 #include <stdio.h>
