@@ -339,7 +339,7 @@
      epsilon    evolve_width         half-width of the compact delta                     1.5       1.5 (d)   voxel
      lambda     curvature            of eq. 22; positive smooths: see CURVATURE          0         0         voxel
                 carry_level_set      1: springls carry phi along                         1         0
-                lazy_distance        voxels that springls may be ahead of phi: LAZY STEPS 2.6      0         voxel
+                lazy_distance        voxels that springls may be ahead of phi: LAZY STEPS 2.1      0         voxel
                 project_level_set    1: near springls phi is their oriented distance     1         0
                 nucleate             1: project makes voxels of thin sheets inside       1         0
                 fill_from_springls   1: first fill holes among the springls              1         0
@@ -18091,7 +18091,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.placement = SPRINGLS_PLACEMENT_QUADRATIC;
     p.evolve_iterations = 0;
     p.carry_level_set = 1;
-    p.lazy_distance = 2.6f;
+    p.lazy_distance = 2.1f;
     p.project_level_set = 1;
     p.nucleate = 1;
     p.fill_from_springls = 1;
