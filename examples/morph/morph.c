@@ -7,8 +7,9 @@
  *   morph body.obj --weights --donor RiggedFigure.glb --out result # bone weights for a body that has none
  *
  * The source is rescaled onto the target's skeleton; both become springls' bodies on one grid. In each frame linear blend
- * skinning, as a batch of affine forces, moves the springls in one step of Algorithm 3; then ten iterations of an active
- * contour push them to a shape between the two in the same pose. Bone weights, texture coordinates and colors stay with the springls. */
+ * skinning, as a batch of affine forces, moves the springls in one step of Algorithm 3; then some iterations of an active
+ * contour push them to a shape between the two in the same pose. Bone weights, texture coordinates and
+ * colors stay with the springls. */
 #include "morph/morph.h"
 
 #include <stdio.h>
@@ -87,8 +88,8 @@ int main(int argc, char **argv)
 {
     struct morph morph = {.settings = {.frames = 60,
                                        .fps = 24,
-                                       .iterations = 10,
-                                       .pace = 0.3f,
+                                       .iterations = 4,
+                                       .pace = 0.5f,
                                        .blend = 40,
                                        .reach = 10,
                                        .thicken = -1.0f,

@@ -26,7 +26,7 @@ struct morph_settings {
     const char *source, *target, *animation, *map, *props, *donor, *overrides;
     int frames;      /* at most */
     int fps;
-    int iterations;  /* of the active contour a frame: the paper's 10 */
+    int iterations;  /* of the active contour a frame */
     float pace;      /* maximum motion of the contour in an iteration, voxels */
     int blend;       /* frames in which the source becomes the target */
     float thicken;   /* voxels: sheets become solids of this thickness; 0: they are left out; negative: 1, with a note */

@@ -389,8 +389,8 @@ static bool skin_step(struct morph *morph, float part)
 
 /* ---- active contours ---- */
 
-/* Moves a body's surface to the present pose, with limbs that the other lacks at `size` of theirs, and computes its signed distance.
- */
+/* Moves a body's surface to the present pose, with limbs that the other lacks at `size` of theirs, and computes its signed
+ * distance. */
 static bool pose_body(struct morph *morph, struct morph_body *body, float size, float *phi, int *nearest)
 {
     const struct solid_grid grid = morph_voxels(&morph->grid);

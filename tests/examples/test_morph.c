@@ -956,7 +956,7 @@ TEST a_morph_between_two_rigs(void)
         ASSERT(gltf_write_character(scratch("a.glb"), &source) && gltf_write_character(scratch("b.glb"), &target));
         character_free(&source);
         character_free(&target);
-        const char *const line[] = {scratch("a.glb"), scratch("b.glb"), "--grid",           "64",  "--frames", "14",
+        const char *const line[] = {scratch("a.glb"), scratch("b.glb"), "--grid",           "64",  "--frames", "22",
                                     "--blend",        "9",              "--quiet", "--json", scratch("rigs.json"), NULL};
         ASSERT_EQ(0, run_program(line));
         cJSON *json = read_report(scratch("rigs.json"));
