@@ -409,7 +409,7 @@
 
    springls_measures.coverage is the springls' area over the zero level's, about 1.06 from the first resampling on (without
    cover about 0.3). Of the zero level 87 to 91 % lie within a tenth of a voxel of a springl that faces the same way, and
-   13 % of two (examples leveque and zalesak, 64^3 and 128^3 voxels; docs/results.md). Triangles about scattered particles
+   13 % of two (examples leveque and zalesak, 64^3 and 128^3 voxels; docs/coverage.md). Triangles about scattered particles
    leave gaps: for a closed surface take springls_extract_mesh. Where a sheet is about as thin as a voxel the zero level is off
    the surface, and less of it is covered; where it is islands the coverage is higher, and on boxes of a few voxels, where
    corners of triangles stick out beyond edges.
