@@ -4,7 +4,7 @@
 #include "base/progress.h"
 #include "character/clip_transfer.h"
 #include "character/gltf_character.h"
-#include "surface/atlas.h"
+#include "surface/texture_atlas.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -12,7 +12,7 @@
 
 /* A frame as it is written: cut into the charts of its own texture, or with colors at vertices. */
 struct dressed {
-    struct atlas atlas;
+    struct texture_atlas atlas;
     struct picture picture;
     struct gltf_mesh mesh;
     float *positions, *normals;
@@ -21,7 +21,7 @@ struct dressed {
 
 static void dressed_free(struct dressed *d)
 {
-    atlas_free(&d->atlas);
+    texture_atlas_free(&d->atlas);
     picture_free(&d->picture);
     free(d->positions);
     free(d->normals);
@@ -31,7 +31,7 @@ static void dressed_free(struct dressed *d)
 /* Copies the vertices of the charts. */
 static bool cut_charts(const struct morph_frame *frame, int material, struct dressed *d)
 {
-    const struct atlas *a = &d->atlas;
+    const struct texture_atlas *a = &d->atlas;
     d->positions = malloc(3 * (size_t)a->vertex_count * sizeof *d->positions);
     d->normals = malloc(3 * (size_t)a->vertex_count * sizeof *d->normals);
     d->materials_of = malloc((size_t)a->triangle_count * sizeof *d->materials_of);

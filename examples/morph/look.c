@@ -5,7 +5,7 @@
 #include "morph/morph.h"
 
 #include "base/vec3.h"
-#include "surface/atlas.h"
+#include "surface/texture_atlas.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -144,13 +144,14 @@ static void bake_color(const void *user, int triangle, const float weight[3], fl
     mixed_color(bake->morph, bake->frame->share, source, target, color);
 }
 
-bool morph_bake(const struct morph *morph, const struct morph_frame *frame, int size, struct atlas *atlas, struct picture *picture)
+bool morph_bake(const struct morph *morph, const struct morph_frame *frame, int size, struct texture_atlas *atlas,
+                struct picture *picture)
 {
     const springls_mesh *mesh = &frame->mesh;
     const struct bake bake = {morph, frame};
     memset(picture, 0, sizeof *picture);
-    const bool good = atlas_unwrap(mesh->positions, mesh->vertex_count, mesh->triangles, mesh->triangle_count, size, atlas)
-        && atlas_bake(atlas, bake_color, &bake, &picture->image)
+    const bool good = texture_atlas_unwrap(mesh->positions, mesh->vertex_count, mesh->triangles, mesh->triangle_count, size, atlas)
+        && texture_atlas_bake(atlas, bake_color, &bake, &picture->image)
         && image_encode_png(&picture->image, &picture->bytes, &picture->size);
     image_free(&picture->image); /* the file needs the bytes only */
     return good;

@@ -15,7 +15,7 @@
 #include "character/surface_place.h"
 #include "pictures/raycast.h"
 #include "springls/run_options.h"
-#include "surface/atlas.h"
+#include "surface/texture_atlas.h"
 #include "surface/mesh_check.h"
 #include "surface/surface_distances.h"
 
@@ -134,7 +134,8 @@ bool morph_run(struct morph *morph);
 bool morph_look(const struct morph *morph, struct morph_frame *frame);
 struct influences morph_mixed_influences(const struct morph *morph, const struct morph_frame *frame, int vertex);
 /* Unwraps a frame's mesh and bakes its texture as PNG. */
-bool morph_bake(const struct morph *morph, const struct morph_frame *frame, int size, struct atlas *atlas, struct picture *picture);
+bool morph_bake(const struct morph *morph, const struct morph_frame *frame, int size, struct texture_atlas *atlas,
+                struct picture *picture);
 bool morph_write(const struct morph *morph); /* writes all files of --out */
 bool morph_write_gltf(const struct morph *morph);
 bool morph_report(const struct morph *morph, const char *path);

@@ -21,15 +21,4 @@ static int gltf_problems(const char *path)
     return gltf_run(command);
 }
 
-/* Shows a file by three.js in Chromium, and keeps what is seen in build/test/pictures. Returns 0, 1: it is not shown, -1: one of
- * these is missing. */
-static int gltf_shown(const char *path, const char *name, const char *clip)
-{
-    char command[1200];
-    snprintf(command, sizeof command,
-             "mkdir -p build/test/pictures && command -v node > /dev/null 2>&1 || exit 77; "
-             "timeout 100 node tests/examples/gltf_view.js '%s' build/test/pictures/%s.png %s", path, name, clip);
-    return gltf_run(command);
-}
-
 #endif

@@ -560,13 +560,13 @@ TEST an_atlas_has_a_texel_for_every_place(void)
 {
     float *positions = malloc(3 * TUBE_VERTICES * sizeof *positions);
     int *triangles = malloc(3 * TUBE_TRIANGLES * sizeof *triangles);
-    struct atlas atlas;
+    struct texture_atlas atlas;
     struct image image;
     make_tube(positions, triangles);
     const void *const surface[2] = {positions, triangles};
-    ASSERT(atlas_unwrap(positions, TUBE_VERTICES, triangles, TUBE_TRIANGLES, 256, &atlas));
+    ASSERT(texture_atlas_unwrap(positions, TUBE_VERTICES, triangles, TUBE_TRIANGLES, 256, &atlas));
     ASSERT(atlas.triangle_count == TUBE_TRIANGLES && atlas.vertex_count < 2 * TUBE_VERTICES);
-    ASSERT(atlas_bake(&atlas, place_as_color, surface, &image));
+    ASSERT(texture_atlas_bake(&atlas, place_as_color, surface, &image));
     for (int t = 0; t < TUBE_TRIANGLES; ++t) {
         float uv[2] = {0.0f, 0.0f}, expected[3];
         const float third[3] = {1.0f / 3.0f, 1.0f / 3.0f, 1.0f / 3.0f};
@@ -583,10 +583,10 @@ TEST an_atlas_has_a_texel_for_every_place(void)
         for (int i = 0; i < 3; ++i) ASSERT_NEAR(expected[i], texel[i], 0.015);
     }
     image_free(&image);
-    atlas_free(&atlas);
-    ASSERT(!atlas_unwrap(positions, TUBE_VERTICES, triangles, TUBE_TRIANGLES, 8, &atlas)); /* too small for the gutters */
+    texture_atlas_free(&atlas);
+    ASSERT(!texture_atlas_unwrap(positions, TUBE_VERTICES, triangles, TUBE_TRIANGLES, 8, &atlas)); /* too small for the gutters */
     memset(positions, 0, 3 * TUBE_VERTICES * sizeof *positions);
-    ASSERT(!atlas_unwrap(positions, TUBE_VERTICES, triangles, TUBE_TRIANGLES, 256, &atlas)); /* no area */
+    ASSERT(!texture_atlas_unwrap(positions, TUBE_VERTICES, triangles, TUBE_TRIANGLES, 256, &atlas)); /* no area */
     free(positions);
     free(triangles);
     PASS();
@@ -972,6 +972,17 @@ TEST a_morph_between_two_rigs(void)
         cJSON_Delete(json);
     }
     PASS();
+}
+
+/* Shows a file by three.js in Chromium, and keeps what is seen in build/test/pictures. Returns 0, 1: it is not shown, -1: one of
+ * these is missing. */
+static int gltf_shown(const char *path, const char *name, const char *clip)
+{
+    char command[1200];
+    snprintf(command, sizeof command,
+             "mkdir -p build/test/pictures && command -v node > /dev/null 2>&1 || exit 77; "
+             "timeout 100 node tests/examples/gltf_view.js '%s' build/test/pictures/%s.png %s", path, name, clip);
+    return gltf_run(command);
 }
 
 /* The files of the morph before this test, in a browser; the pictures are left for the eye. */

@@ -1,4 +1,4 @@
-#include "surface/atlas.h"
+#include "surface/texture_atlas.h"
 
 #include "base/vec3.h"
 
@@ -275,7 +275,7 @@ static bool pack(struct unwrapping *u)
 /* ---- vertices ---- */
 
 /* Adds a vertex for each chart that a vertex of the surface is in. */
-static bool make_vertices(struct unwrapping *u, struct atlas *atlas)
+static bool make_vertices(struct unwrapping *u, struct texture_atlas *atlas)
 {
     int *made = malloc(((size_t)u->vertex_count + 1) * sizeof *made),
         *chart_of = malloc(((size_t)u->vertex_count + 1) * sizeof *chart_of);
@@ -309,8 +309,8 @@ static bool make_vertices(struct unwrapping *u, struct atlas *atlas)
     return good;
 }
 
-bool atlas_unwrap(const float *positions, int vertex_count, const int *triangles, int triangle_count, int size,
-                  struct atlas *atlas)
+bool texture_atlas_unwrap(const float *positions, int vertex_count, const int *triangles, int triangle_count, int size,
+                          struct texture_atlas *atlas)
 {
     const size_t count = (size_t)triangle_count + 1;
     struct unwrapping u;
@@ -346,12 +346,12 @@ bool atlas_unwrap(const float *positions, int vertex_count, const int *triangles
     free(u.charts);
     free(u.claims);
     if (!good) {
-        atlas_free(atlas);
+        texture_atlas_free(atlas);
     }
     return good;
 }
 
-void atlas_free(struct atlas *atlas)
+void texture_atlas_free(struct texture_atlas *atlas)
 {
     free(atlas->vertex_of);
     free(atlas->triangles);
@@ -362,8 +362,8 @@ void atlas_free(struct atlas *atlas)
 /* ---- baking ---- */
 
 /* Colors the texels of a triangle, a little beyond its edges lest there are gaps; `set` marks them. */
-static void bake_triangle(const struct atlas *atlas, int t, atlas_color *color, const void *user, struct image *image,
-                          unsigned char *set)
+static void bake_triangle(const struct texture_atlas *atlas, int t, texture_atlas_color *color, const void *user,
+                          struct image *image, unsigned char *set)
 {
     float p[3][2], weight[3];
     for (int k = 0; k < 3; ++k) {
@@ -406,7 +406,7 @@ static void spread(int size, struct image *image, unsigned char *set, unsigned c
     }
 }
 
-bool atlas_bake(const struct atlas *atlas, atlas_color *color, const void *user, struct image *image)
+bool texture_atlas_bake(const struct texture_atlas *atlas, texture_atlas_color *color, const void *user, struct image *image)
 {
     const size_t count = (size_t)atlas->size * (size_t)atlas->size;
     unsigned char *set = calloc(count + 1, 1);
