@@ -24541,22 +24541,20 @@ SPRINGLS__FN bool springls__bricks_good(const springls__grid *g, const springls_
     const char *numbers = block + layout->at[section + 1];
     const int bricks = (int)springls__brick_count(g);
     springls__inside_walk walk = springls__walk_inside(g, layout, block, section);
-    int i = 0, last = -1, end = 0;
-    while (springls__next_inside(&walk)) {
-        if (walk.first < end || walk.length < 1 || walk.length > bricks - walk.first) return false;
-        end = walk.first + walk.length;
-        for (; i < count && springls__int_at(numbers, (size_t)i) < end; i++) {
-            int brick = springls__int_at(numbers, (size_t)i);
-            if (brick <= last || brick >= walk.first) return false;
-            last = brick;
+    int i = 0, end = 0; /* behind the last brick that has been found */
+    bool more = true;
+    while (more) {
+        int first;
+        more = springls__next_inside(&walk);
+        first = more ? walk.first : bricks;
+        for (; i < count && springls__int_at(numbers, (size_t)i) < first; i++) {
+            if (springls__int_at(numbers, (size_t)i) < end) return false;
+            end = springls__int_at(numbers, (size_t)i) + 1;
         }
+        if (more && (first < end || walk.length < 1 || walk.length > bricks - first)) return false;
+        if (more) end = first + walk.length;
     }
-    for (; i < count; i++) {
-        int brick = springls__int_at(numbers, (size_t)i);
-        if (brick <= last || brick >= bricks) return false;
-        last = brick;
-    }
-    return true;
+    return i == count;
 }
 
 /* Returns whether an attribute has a name of its own and valid members. */
@@ -33953,7 +33951,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 33957 \"springls.h\"\n",
+    "#line 33955 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

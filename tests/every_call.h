@@ -390,4 +390,17 @@ FIXTURE springls_status call_begin(call_bench *b, int state)
     return status;
 }
 
+/* Runs a test of a call, which is given the row of the call and the bench, for every call. */
+#define RUN_EVERY_CALL(test)                                          \
+    do {                                                              \
+        static call_bench bench;                                      \
+        int call;                                                     \
+        if (call_bench_make(&bench) != SPRINGLS_OK) abort();          \
+        for (call = 0; call < CALLS; call++) {                        \
+            greatest_set_test_suffix(every_call[call].name);          \
+            RUN_TESTp(test, &every_call[call], &bench);               \
+        }                                                             \
+        call_bench_free(&bench);                                      \
+    } while (0)
+
 #endif

@@ -83,22 +83,20 @@ SPRINGLS__FN bool springls__bricks_good(const springls__grid *g, const springls_
     const char *numbers = block + layout->at[section + 1];
     const int bricks = (int)springls__brick_count(g);
     springls__inside_walk walk = springls__walk_inside(g, layout, block, section);
-    int i = 0, last = -1, end = 0;
-    while (springls__next_inside(&walk)) {
-        if (walk.first < end || walk.length < 1 || walk.length > bricks - walk.first) return false;
-        end = walk.first + walk.length;
-        for (; i < count && springls__int_at(numbers, (size_t)i) < end; i++) {
-            int brick = springls__int_at(numbers, (size_t)i);
-            if (brick <= last || brick >= walk.first) return false;
-            last = brick;
+    int i = 0, end = 0; /* behind the last brick that has been found */
+    bool more = true;
+    while (more) {
+        int first;
+        more = springls__next_inside(&walk);
+        first = more ? walk.first : bricks;
+        for (; i < count && springls__int_at(numbers, (size_t)i) < first; i++) {
+            if (springls__int_at(numbers, (size_t)i) < end) return false;
+            end = springls__int_at(numbers, (size_t)i) + 1;
         }
+        if (more && (first < end || walk.length < 1 || walk.length > bricks - first)) return false;
+        if (more) end = first + walk.length;
     }
-    for (; i < count; i++) {
-        int brick = springls__int_at(numbers, (size_t)i);
-        if (brick <= last || brick >= bricks) return false;
-        last = brick;
-    }
-    return true;
+    return i == count;
 }
 
 /* Returns whether an attribute has a name of its own and valid members. */

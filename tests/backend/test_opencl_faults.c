@@ -560,14 +560,7 @@ TEST a_public_call_fails(const call_row *call, call_bench *b)
 
 SUITE(calls)
 {
-    static call_bench bench;
-    int call;
-    if (call_bench_make(&bench) != SPRINGLS_OK) abort();
-    for (call = 0; call < CALLS; call++) {
-        greatest_set_test_suffix(every_call[call].name);
-        RUN_TESTp(a_public_call_fails, &every_call[call], &bench);
-    }
-    call_bench_free(&bench);
+    RUN_EVERY_CALL(a_public_call_fails);
 }
 
 SUITE(making)

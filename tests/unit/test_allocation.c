@@ -313,14 +313,7 @@ TEST every_allocation_of_a_call_may_fail(const call_row *call, call_bench *b)
 
 SUITE(calls)
 {
-    static call_bench bench;
-    int call;
-    if (call_bench_make(&bench) != SPRINGLS_OK) abort();
-    for (call = 0; call < CALLS; call++) {
-        greatest_set_test_suffix(every_call[call].name);
-        RUN_TESTp(every_allocation_of_a_call_may_fail, &every_call[call], &bench);
-    }
-    call_bench_free(&bench);
+    RUN_EVERY_CALL(every_allocation_of_a_call_may_fail);
 }
 
 SUITE(allocation)

@@ -178,6 +178,17 @@ static inline struct placement placement_of(const struct affine *a)
     return p;
 }
 
+/* Returns the rotation of a map, without translation and scale. */
+static inline struct affine affine_rotation(const struct affine *a)
+{
+    struct placement p = placement_of(a);
+    for (int i = 0; i < 3; ++i) {
+        p.translation[i] = 0.0;
+        p.scale[i] = 1.0;
+    }
+    return placement_matrix(&p);
+}
+
 /* Interpolates along the shortest arc between two unit quaternions (Shoemake 1985); the result has length 1 and may be a or b. */
 static inline void quaternion_slerp(const double a[4], const double b[4], double t, double result[4])
 {

@@ -22,17 +22,6 @@ struct transfer {
     struct affine *skin, *places, *turned; /* of the source; rotation of each joint of the target from its neutral pose */
 };
 
-/* Returns the rotation of a map, without translation and scale. */
-static struct affine rotation_of(const struct affine *a)
-{
-    struct placement p = placement_of(a);
-    for (int i = 0; i < 3; ++i) {
-        p.translation[i] = 0.0;
-        p.scale[i] = 1.0;
-    }
-    return placement_matrix(&p);
-}
-
 static void transfer_free(struct transfer *t)
 {
     free(t->from);
@@ -149,7 +138,7 @@ static void turn_joints(struct transfer *t, int clip, double time)
         const int up = t->target->joints[j].parent, from = t->from[j];
         t->turned[j] = up >= 0 ? t->turned[up] : affine_identity();
         if (from >= 0) {
-            const struct affine turn = rotation_of(&t->skin[from]), half = affine_after(&turn, &t->back),
+            const struct affine turn = affine_rotation(&t->skin[from]), half = affine_after(&turn, &t->back),
                                 whole = affine_after(&t->facing, &half);
             t->turned[j] = affine_after(&whole, &t->straight[j]);
         }
@@ -169,11 +158,11 @@ static struct affine local_turn(const struct transfer *t, int joint)
 {
     const struct joint *joints = t->target->joints;
     const int up = joints[joint].parent;
-    const struct affine neutral = rotation_of(&joints[joint].neutral), whole = affine_after(&t->turned[joint], &neutral);
+    const struct affine neutral = affine_rotation(&joints[joint].neutral), whole = affine_after(&t->turned[joint], &neutral);
     if (up < 0) {
         return whole;
     }
-    const struct affine above = rotation_of(&joints[up].neutral), turned = affine_after(&t->turned[up], &above),
+    const struct affine above = affine_rotation(&joints[up].neutral), turned = affine_after(&t->turned[up], &above),
                         back = affine_inverse(&turned);
     return affine_after(&back, &whole);
 }

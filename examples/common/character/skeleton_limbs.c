@@ -35,17 +35,22 @@ static int strongest(const struct influences *in)
     return in->joint[best];
 }
 
+static float twice_area(const struct character *c, const int corner[3])
+{
+    float u[3], v[3], normal[3];
+    vec3_sub(c->positions + 3 * corner[1], c->positions + 3 * corner[0], u);
+    vec3_sub(c->positions + 3 * corner[2], c->positions + 3 * corner[0], v);
+    vec3_cross(u, v, normal);
+    return vec3_length(normal);
+}
+
 /* Sums the surface's area over the joints that move it most, a third of a triangle for each corner. */
 static void share_surface(struct search *s)
 {
     const struct character *c = s->character;
     for (int t = 0; t < c->triangle_count; ++t) {
         const int *corner = c->triangles + 3 * t;
-        float u[3], v[3], normal[3];
-        vec3_sub(c->positions + 3 * corner[1], c->positions + 3 * corner[0], u);
-        vec3_sub(c->positions + 3 * corner[2], c->positions + 3 * corner[0], v);
-        vec3_cross(u, v, normal);
-        const float area = vec3_length(normal) / 6.0f;
+        const float area = twice_area(c, corner) / 6.0f;
         for (int k = 0; k < 3; ++k) {
             struct joint_share *share = &s->shares[strongest(&c->influences[corner[k]])];
             share->area += (double)area;
@@ -374,11 +379,7 @@ static void measure_limbs(const struct search *s, struct skeleton_limbs *l)
     memcpy(l->head, s->shares[head].middle, sizeof l->head);
     for (int t = 0; t < c->triangle_count; ++t) {
         const int *corner = c->triangles + 3 * t;
-        float u[3], v[3], normal[3];
-        vec3_sub(c->positions + 3 * corner[1], c->positions + 3 * corner[0], u);
-        vec3_sub(c->positions + 3 * corner[2], c->positions + 3 * corner[0], v);
-        vec3_cross(u, v, normal);
-        const double area = (double)vec3_length(normal);
+        const double area = (double)twice_area(c, corner);
         for (int k = 0; k < 3; ++k) {
             const float *point = c->positions + 3 * corner[k];
             const int joint = strongest(&c->influences[corner[k]]), role = role_of(s, l, joint);

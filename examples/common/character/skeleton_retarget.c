@@ -123,17 +123,6 @@ static struct affine frame_of(const struct skeleton_embedding *e)
     return f;
 }
 
-/* Returns the rotation of a map, without translation and scale. */
-static struct affine rotation_of(const struct affine *a)
-{
-    struct placement p = placement_of(a);
-    for (int i = 0; i < 3; ++i) {
-        p.translation[i] = 0.0;
-        p.scale[i] = 1.0;
-    }
-    return placement_matrix(&p);
-}
-
 struct retarget {
     const struct skeleton_template *skeleton;
     const struct skeleton_embedding *ours, *theirs;
@@ -181,7 +170,7 @@ static void turn_joints(const struct retarget *r, const struct affine *skin, str
         const int up = r->skeleton->joints[t].parent;
         turned[t] = up >= 0 ? turned[up] : affine_identity();
         if (r->pair[t] >= 0) {
-            const struct affine change = rotation_of(&skin[r->pair[t]]), half = affine_after(&change, &r->to_theirs),
+            const struct affine change = affine_rotation(&skin[r->pair[t]]), half = affine_after(&change, &r->to_theirs),
                                 whole = affine_after(&r->to_ours, &half);
             turned[t] = affine_after(&whole, &r->straighten[t]);
         }
