@@ -40,7 +40,8 @@ define bench_file_rule
 build/bench/$(1): tests/bench/$(1).c $(call folder_archives,$(bench_$(1)_USES)) build/bench/settings | springls.h
 	$$(SAY)$$(CC) $$(EXAMPLE_FLAGS) $$(BENCH_FLAGS) -MMD -MP -MF $$@.d -o $$@ $$(filter %.c %.a,$$^) $(call folder_libs,$(bench_$(1)_USES))
 endef
-$(foreach p,frames memory queries turns prepare vtk_to_nifti,$(eval $(call bench_file_rule,$(p))))
+BENCH_FILES := frames memory queries turns prepare vtk_to_nifti
+$(foreach p,$(BENCH_FILES),$(eval $(call bench_file_rule,$(p))))
 
 build/bench/openvdb_advection: tests/bench/openvdb_advection.cc $(call folder_archives,base) build/bench/settings | springls.h
 	$(SAY)$(CXX) -std=c++17 -O3 $(EXACT) $(MACHINE) -fopenmp $(BENCH_FLAGS) -MMD -MP -MF $@.d -o $@ $(filter %.cc %.a,$^) \
@@ -49,6 +50,10 @@ build/bench/openvdb_advection: tests/bench/openvdb_advection.cc $(call folder_ar
 BENCH_PROGRAMS := build/leveque build/zalesak build/morph $(addprefix build/bench/,bench memory frames queries openvdb_advection)
 # OpenVDB's rows are left out where it is not installed.
 PAPER_PROGRAMS  = build/leveque build/zalesak build/morph $(IMAGING_PROGRAMS) $(addprefix build/bench/,paper turns segmentation $(if $(wildcard /usr/include/openvdb/openvdb.h),openvdb_advection))
+
+measurements: deps-examples   ## build every program that measures
+	@$(MAKE) --no-print-directory $(addprefix build/bench/,bench segmentation imaging paper ablation accuracy motions $(BENCH_FILES) \
+	  $(if $(wildcard /usr/include/openvdb/openvdb.h),openvdb_advection))
 
 bench: deps-bench   ## beside OpenVDB: time, errors, memory, threads, OpenCL, compile time, frames, queries (GRID=128; ONLY=opencl, =frames, =queries)
 	@$(MAKE) --no-print-directory $(BENCH_PROGRAMS)

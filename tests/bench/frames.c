@@ -64,13 +64,6 @@ static void report(struct json_writer *json, const char *key, struct series *s)
     json_object_end(json);
 }
 
-static double processor_seconds(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 static double thread_seconds(void *user)
 {
     struct timespec t;

@@ -1,14 +1,13 @@
 /* queries GRID [RAYS] - what rays and closest points cost after a step: of the watertight surface and of the springls, in turn on
  * the same model, a ball that is turned. One JSON object on stdout. Times are the processor's, on one thread: those of the first
  * query of a frame, which includes whatever is built for it, and of every further ray or point. */
-#define _POSIX_C_SOURCE 200809L
 #include "springls.h"
 
 #include "examples/common/base/json.h"
+#include "examples/common/base/progress.h"
 
 #include <math.h>
 #include <stdlib.h>
-#include <time.h>
 #if defined(_OPENMP)
 #include <omp.h>
 #endif
@@ -44,13 +43,6 @@ static void on_sphere(float radius, float middle, float out[3])
     for (int k = 0; k < 3; ++k) {
         out[k] = middle + radius * out[k] / sqrtf(d2);
     }
-}
-
-static double processor_seconds(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
 }
 
 struct queries {
