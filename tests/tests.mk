@@ -156,6 +156,8 @@ $(TEST_DIR)-no-simd/same_hashes.log: $(TEST_DIR)/portability/hashes $(TEST_DIR)-
 test-run: $(FIRST_OPENCL_LOG) $(SCALAR_LOGS) $(NO_SIMD_LOGS) $(OPENCL_LOGS)
 	@tests/report.sh scalar $(SCALAR_LOGS) $(if $(NO_SIMD_LOGS),-- no-simd $(NO_SIMD_LOGS)) $(if $(OPENCL_LOGS),-- opencl $(OPENCL_LOGS))
 
+test-build: $(addprefix $(TEST_DIR)/,$(sort $(PLAIN_TESTS) $(DEVICE_TESTS))) $(LIBRARY_TESTS:%=$(TEST_DIR)-no-simd/%)   ## build the tests (WITH_LIBRARIES=1 WITH_OPENCL=1)
+
 test: deps-test   ## build and run tests/*/test_*.c, each a program of its own: with and without SIMD, and on OpenCL
 	@without="Going on without: the tests that want these are skipped."; \
 	  if $(DEPS) examples; then with=1; else with=0; echo "$$without"; fi; \
