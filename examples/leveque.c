@@ -42,16 +42,9 @@ int main(int argc, char **argv)
 {
     struct benchmark_options options = benchmark_defaults();
     double period = 2.5;
-    struct cli_option table[BENCHMARK_OPTION_COUNT + 1] = {{0}};
     const struct cli_option own = {"period", CLI_DOUBLE, &period, "T", "period of the flow", 0.01, 100.0, NULL};
-    const struct cli_program program = {.name = "leveque",
-                                        .summary = "LeVeque's test: a sphere drawn out into a thin disk and back",
-                                        .common = &options.common,
-                                        .options = table,
-                                        .option_count = BENCHMARK_OPTION_COUNT + 1};
-    benchmark_option_table(&options, table);
-    table[BENCHMARK_OPTION_COUNT] = own;
-    const int status = cli_parse(&program, argc, argv);
+    const int status = benchmark_parse("leveque", "LeVeque's test: a sphere drawn out into a thin disk and back", own, &options,
+                                       argc, argv);
     if (status != CLI_CONTINUE) {
         return status;
     }

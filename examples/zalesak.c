@@ -48,16 +48,9 @@ int main(int argc, char **argv)
 {
     struct benchmark_options options = benchmark_defaults();
     int revolutions = 1;
-    struct cli_option table[BENCHMARK_OPTION_COUNT + 1] = {{0}};
     const struct cli_option own = {"revolutions", CLI_INT, &revolutions, "R", "turns of the body", 1.0, 1000.0, NULL};
-    const struct cli_program program = {.name = "zalesak",
-                                        .summary = "Zalesak's test: a notched sphere turned all the way round",
-                                        .common = &options.common,
-                                        .options = table,
-                                        .option_count = BENCHMARK_OPTION_COUNT + 1};
-    benchmark_option_table(&options, table);
-    table[BENCHMARK_OPTION_COUNT] = own;
-    const int status = cli_parse(&program, argc, argv);
+    const int status = benchmark_parse("zalesak", "Zalesak's test: a notched sphere turned all the way round", own, &options,
+                                       argc, argv);
     if (status != CLI_CONTINUE) {
         return status;
     }

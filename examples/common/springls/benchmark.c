@@ -34,9 +34,10 @@ struct benchmark_options benchmark_defaults(void)
     return options;
 }
 
-void benchmark_option_table(struct benchmark_options *o, struct cli_option *table)
+int benchmark_parse(const char *name, const char *summary, struct cli_option own, struct benchmark_options *o, int argc,
+                    char **argv)
 {
-    const struct cli_option all[BENCHMARK_OPTION_COUNT] = {
+    const struct cli_option options[] = {
         {"steps", CLI_INT, &o->steps, "K",
          "time steps (0: as the paper, with --params paper; else two voxels a step at most)", 0.0, 10000000.0, NULL},
         {"set", CLI_STRING, &o->set, "LIST", RUN_OPTIONS_SET_HELP, 0.0, 0.0, NULL},
@@ -45,8 +46,14 @@ void benchmark_option_table(struct benchmark_options *o, struct cli_option *tabl
         {"series", CLI_STRING, &o->series, "FILE", "write springls and stage times of every step as CSV", 0.0, 0.0, NULL},
         {"processor-time", CLI_FLAG, &o->processor_time, NULL, "times are the processor's, all threads'", 0.0, 0.0, NULL},
         {"frames", CLI_INT, &o->frames, "K", "pictures in the film strip of --out", 2.0, (double)MAX_FRAMES, NULL},
+        own,
     };
-    memcpy(table, all, sizeof all);
+    const struct cli_program program = {.name = name,
+                                        .summary = summary,
+                                        .common = &o->common,
+                                        .options = options,
+                                        .option_count = (int)(sizeof options / sizeof *options)};
+    return cli_parse(&program, argc, argv);
 }
 
 static int fail(const struct run *run, const char *what)

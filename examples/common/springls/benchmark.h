@@ -46,11 +46,10 @@ struct benchmark_options {
     int steps, frames;
 };
 
-enum { BENCHMARK_OPTION_COUNT = 7 };
-
 struct benchmark_options benchmark_defaults(void);
-/* Fills the first BENCHMARK_OPTION_COUNT entries of a program's options. */
-void benchmark_option_table(struct benchmark_options *options, struct cli_option *table);
+/* Reads the command line of a benchmark that has one option of its own; returns as cli_parse does. */
+int benchmark_parse(const char *name, const char *summary, struct cli_option own, struct benchmark_options *options, int argc,
+                    char **argv);
 
 struct benchmark_error {
     double mean, std, q99, max; /* q99: the 99th percentile */
