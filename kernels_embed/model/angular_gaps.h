@@ -35,21 +35,24 @@ SPRINGLS__MATHS springls__angular_gaps springls__angular_gaps_add(springls__angu
     return gaps;
 }
 
-/* Returns which of 16 equal sectors of the tangent plane a direction lies in, as a bit, counted by angle. */
+/* Returns which of 32 equal sectors of the tangent plane a direction lies in, as a bit, counted by angle. */
 SPRINGLS__MATHS uint32_t springls__sector(float u, float v)
 {
-    const float eighth = 0.414213562f; /* tan(pi / 8) */
-    float a = springls__fabs(u), b = springls__fabs(v);
-    int k = b > a ? (a > eighth * b ? 2 : 3) : (b > eighth * a ? 1 : 0);
-    if (v >= 0.0f) return 1u << (u >= 0.0f ? k : 7 - k);
-    return 1u << (u < 0.0f ? 8 + k : 15 - k);
+    const float one = 0.198912367f, two = 0.414213562f, three = 0.668178638f; /* tan(k pi / 16) */
+    float a = springls__fabs(u), b = springls__fabs(v), high = springls__max(a, b), low = springls__min(a, b);
+    int k = (low > one * high) + (low > two * high) + (low > three * high);
+    if (b > a) k = 7 - k;
+    if (v >= 0.0f) return 1u << (u >= 0.0f ? k : 15 - k);
+    return 1u << (u < 0.0f ? 16 + k : 31 - k);
 }
 
-/* Returns true when no three sectors in a row are empty: no gap between directions in the others is a right angle. */
+/* Returns true when no eight sectors in a row are empty: no gap between directions in the others is 102 degrees wide. */
 SPRINGLS__MATHS bool springls__sectors_close(uint32_t sectors)
 {
-    uint32_t empty = ~(sectors | sectors << 16);
-    return (empty & empty >> 1 & empty >> 2) == 0u;
+    uint32_t empty = ~sectors;
+    empty &= empty << 1 | empty >> 31;
+    empty &= empty << 2 | empty >> 30;
+    return (empty & (empty << 4 | empty >> 28)) == 0u;
 }
 
 /* The two widest gaps (radians), and the direction that halves the widest. */

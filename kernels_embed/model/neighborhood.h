@@ -66,7 +66,7 @@ SPRINGLS__MATHS bool springls__lies_beside(const springls__model *model, int of,
            && springls__dot(springls__tri_area2(springls__springl_tri(s)), n) > 0.0f;
 }
 
-/* Returns true when the springls beside x leave no gap of a right angle, by a test that is quick and may miss some. */
+/* Returns true when the springls beside x leave no gap of 102 degrees, by a test that is quick and may miss some. */
 SPRINGLS__MATHS bool springls__is_surrounded(const springls__model *model, int of, springls__v3 x, springls__v3 n, float r,
                                              float high)
 {
