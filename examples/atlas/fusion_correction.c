@@ -14,7 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { NEAR = 26, FAR = 12, BESIDE = 6, FEATURES = 8 + NEAR + FAR + BESIDE + 3, HIDDEN = 300, TERMS = 1 + FEATURES + HIDDEN };
+enum { NEAR = 26, FAR = 12, BESIDE = 6, FEATURES = 8 + NEAR + FAR + BESIDE + 3, HIDDEN = 900, TERMS = 1 + FEATURES + HIDDEN };
 enum { EVERY = 3 }; /* of the voxels that take part, one in three is learned from */
 
 const int fusion_terms = TERMS;
@@ -100,7 +100,8 @@ static void take_features(const struct maps *maps, size_t n, float *features)
     }
 }
 
-/* Makes the random combinations: uniform numbers of deviation hidden_scale / sqrt(FEATURES), the same for all atlases. */
+/* Makes the random combinations: uniform numbers of deviation hidden_scale / sqrt(FEATURES), the same for all atlases. All
+ * combinations' weights of one feature lie together. */
 static void make_hidden(float *weights)
 {
     uint64_t state = 1;
@@ -114,15 +115,18 @@ static void make_hidden(float *weights)
 /* Computes the terms of the regression: 1, the features, their bent random combinations. */
 static void take_terms(const struct maps *maps, const float *hidden, size_t n, float *terms)
 {
+    float *sums = terms + 1 + FEATURES;
     terms[0] = 1.0f;
     take_features(maps, n, terms + 1);
-    for (int h = 0; h < HIDDEN; ++h) {
-        const float *weights = hidden + (size_t)h * (FEATURES + 1);
-        float sum = 0.0f;
-        for (int i = 0; i <= FEATURES; ++i) {
-            sum += weights[i] * terms[i];
+    memset(sums, 0, HIDDEN * sizeof *sums);
+    for (int i = 0; i <= FEATURES; ++i) {
+        const float *weights = hidden + (size_t)i * HIDDEN, term = terms[i];
+        for (int h = 0; h < HIDDEN; ++h) {
+            sums[h] += weights[h] * term;
         }
-        terms[1 + FEATURES + h] = sum / (1.0f + fabsf(sum));
+    }
+    for (int h = 0; h < HIDDEN; ++h) {
+        sums[h] /= 1.0f + fabsf(sums[h]);
     }
 }
 
@@ -158,22 +162,26 @@ static bool equations_create(struct equations *equations)
     return true;
 }
 
-enum { BATCH = 64 };
+enum { BATCH = 64, TOGETHER = 4 };
 
-/* Adds up to BATCH voxels. Single precision within a batch, double between them. */
-static void add_batch(struct equations *equations, const float *terms, const float *truth, int count)
+/* Adds BATCH voxels; those beyond `count` have terms of zero. Single precision within a batch, double between them. */
+static void add_batch(struct equations *equations, float *terms, const float *truth, int count)
 {
+    memset(terms + (size_t)count * TERMS, 0, (size_t)(BATCH - count) * TERMS * sizeof *terms);
 #if defined(_OPENMP)
     #pragma omp parallel for schedule(dynamic, 8)
 #endif
     for (int i = 0; i < TERMS; ++i) {
         float row[TERMS] = {0.0f}, right = 0.0f;
-        for (int b = 0; b < count; ++b) {
-            const float *t = terms + (size_t)b * TERMS, value = t[i];
+        for (int b = 0; b < BATCH; b += TOGETHER) {
+            const float *t = terms + (size_t)b * TERMS, *u = t + TERMS, *v = u + TERMS, *w = v + TERMS;
+            const float ti = t[i], ui = u[i], vi = v[i], wi = w[i];
             for (int j = 0; j <= i; ++j) {
-                row[j] += value * t[j];
+                row[j] += ti * t[j] + ui * u[j] + vi * v[j] + wi * w[j];
             }
-            right += value * truth[b];
+        }
+        for (int b = 0; b < count; ++b) {
+            right += terms[(size_t)b * TERMS + (size_t)i] * truth[b];
         }
         for (int j = 0; j <= i; ++j) {
             equations->matrix[(size_t)i * TERMS + (size_t)j] += (double)row[j];
