@@ -28,7 +28,7 @@ static bool read_window(const char *text, double window[2])
 static int build_main(int argc, char **argv)
 {
     static struct atlas_build build = {
-        .settings = {.orientation = "auto", .rounds = 2, .modes = ATLAS_MAX_MODES, .samples = 100, .templates = 2}};
+        .settings = {.orientation = "auto", .rounds = 2, .modes = ATLAS_MAX_MODES, .samples = 100, .templates = 3}};
     struct atlas_build_settings *set = &build.settings;
     const char *overrides = NULL;
     set->common = cli_common_defaults();
@@ -178,7 +178,7 @@ static int segment_main(int argc, char **argv)
 
 static int leave_one_out_main(int argc, char **argv)
 {
-    static struct atlas_trial_settings set = {.templates = 2, .every = 1};
+    static struct atlas_trial_settings set = {.templates = 3, .every = 1};
     static springls_params params;
     const char *overrides = NULL;
     set.common = cli_common_defaults();

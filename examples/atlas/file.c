@@ -17,7 +17,7 @@
 #include <string.h>
 
 static const char format_name[] = "springls atlas";
-enum { FORMAT_VERSION = 1, MAX_VERTICES = 50000000 };
+enum { FORMAT_VERSION = 2, MAX_VERTICES = 50000000 };
 
 /* One array of the raw file. */
 struct raw_array {

@@ -347,7 +347,7 @@ TEST broken_atlas_files_are_refused(void)
 {
     static const char *const broken[][2] = {
         {"\"springls atlas\"", "\"something else\""},
-        {"\"version\": 1", "\"version\": 2"},
+        {"\"version\": 2", "\"version\": 1"},
         {"\"vertices\": 266", "\"vertices\": 267"},
         {"\"vertices\": 266", "\"vertices\": -26"},
         {"\"modes\": 2", "\"modes\": 3"},
