@@ -6,6 +6,8 @@ TEST_DIR     := build/test$(addprefix -,$(VARIANT))$(if $(filter 1,$(PARTS)),-pa
 TEST_FLAGS    = $(STRICT) $(or $(OPT),-O1) $(MACHINE) $(if $(filter 1,$(OPENMP)),-fopenmp) $(if $(filter 1,$(PARTS)),-DSPRINGLS_PARTS) \
                 $(if $(filter 1,$(WITH_OPENCL) $(WITH_LIBRARIES)),-DSPRINGLS_TEST_OPENCL) -I. -Itests -MMD -MP -MF $@.d $(SANITIZE) $(CFLAGS)
 TEST_LIBS     = -lm -pthread
+# VARIANT=cover counts the lines that are reached of the library, and of what includes it.
+$(TEST_DIR)/library.o $(TEST_DIR)/backend/%: SANITIZE += $(if $(filter cover,$(VARIANT)),-fcoverage-mapping)
 
 UNIT_TESTS    = $(patsubst tests/%.c,%,$(sort $(wildcard tests/unit/test_*.c)))
 EXAMPLE_TESTS = $(patsubst tests/%.c,%,$(sort $(wildcard tests/examples/test_*.c)))
@@ -128,7 +130,7 @@ DEVICE_TESTS  = $(if $(WITH_OPENCL),$(patsubst tests/%.c,%,$(shell grep -l -E 'f
                 $(wildcard tests/backend/test_*.c)))
 ifneq ($(VARIANT)$(filter 1,$(PARTS)),)
   # What a driver does with memory and threads is its own affair, and the parts have no text for a device.
-  DEVICE_TESTS  =
+  DEVICE_TESTS := $(if $(filter cover,$(VARIANT)),$(DEVICE_TESTS))
   LIBRARY_TESTS =
 endif
 # What takes a minute runs once, optimised: bits are the same in every build.
@@ -190,12 +192,20 @@ valgrind: deps-valgrind springls.h   ## models' lives under valgrind (memory tha
 	$(SAY)$(CC) -std=c99 -O1 -g $(EXACT) -I. -Itests -o build/lives-valgrind tests/portability/hashes.c tests/library.c $(TEST_LIBS)
 	valgrind --quiet --leak-check=full --show-leak-kinds=all --error-exitcode=1 build/lives-valgrind
 
+# All tests, on the host and on OpenCL, and what the fuzzers have found worth keeping; tests that fail are for `make test` to tell.
+cover-lines: deps-fuzz   ## how many lines of springls.h all tests reach, by part (clang, llvm-cov)
+	@rm -rf build/cover && mkdir -p build/cover
+	-@LLVM_PROFILE_FILE='$(CURDIR)/build/cover/%4m.profraw' $(MAKE) --no-print-directory test VARIANT=cover CC=clang CXX=clang++ \
+	  SANITIZE=-fprofile-instr-generate > build/cover/tests.log 2>&1
+	@tests/cover_lines.sh
+
 # libFuzzer's inputs are kept in build/fuzz/corpus, and go on from there the next time. assimp's own mistakes end fuzz_surface's processes:
 # each input has one of its own.
-FUZZ_BUILD = clang -std=c99 -O1 -g $(EXACT) -fno-sanitize-recover=all -I. -Itests -Iexamples -Iexamples/common $(NIFTI)
+FUZZ_BUILD = clang -std=c99 -O2 -g $(EXACT) -fno-sanitize-recover=all -I. -Itests -Iexamples -Iexamples/common $(NIFTI)
+# Comparisons within the library are of computed numbers: to trace them halves the speed, and shows nothing about the input.
 fuzz: deps-fuzz springls.h   ## random inputs for MINUTES=10 each, by libFuzzer (some: FUZZ="calls snapshot"); findings in build/fuzz
 	@mkdir -p build/fuzz
-	$(SAY)$(FUZZ_BUILD) -fsanitize=fuzzer-no-link,address,undefined -c -o build/fuzz/library.o tests/library.c
+	$(SAY)$(FUZZ_BUILD) -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-coverage=trace-cmp -c -o build/fuzz/library.o tests/library.c
 	@$(foreach f,$(or $(FUZZ),$(FUZZERS)),$(MAKE) --no-print-directory build/fuzz/$(f) && tests/fuzz/fuzz.sh $(f) $(or $(MINUTES),10) &&) true
 build/fuzz/%: tests/fuzz/fuzz_%.c springls.h
 	$(SAY)$(FUZZ_BUILD) -fsanitize=fuzzer,address,undefined -o $@ $< build/fuzz/library.o \

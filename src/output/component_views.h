@@ -9,12 +9,13 @@
 #include "../stages/events.h"
 #include "query.h"
 
-/* Completes a step in progress, and finds the components of a model that has changed since. */
+/* Completes a step in progress, and finds the components of a model that has changed since: reading changes nothing that comes
+   later. */
 SPRINGLS__FN springls_status springls__refresh_components(springls_context *ctx, const char *call)
 {
     if (!springls__components_enabled(ctx))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: params.components is 0", call);
-    SPRINGLS__TRY(springls__begin_change(ctx));
+    SPRINGLS__TRY(springls__begin_reading(ctx));
     if (ctx->components_found && ctx->components_fresh) return SPRINGLS_OK;
     return springls__report_device_failure(ctx, springls__update_components(ctx));
 }

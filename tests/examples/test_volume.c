@@ -259,8 +259,8 @@ TEST damaged_packed_data_are_noticed(void)
 TEST bad_headers_end_in_one_line(void)
 {
     static const char *const headers[] = {
-        "NRRD0004\ntype: short\ndimension: 3\nsizes: 4 3 2\nspace: left-posterior-superior\n"
-        "space directions: (1,0,0) (1,0,0) (0,0,1)\nencoding: raw\n\n",
+        ("NRRD0004\ntype: short\ndimension: 3\nsizes: 4 3 2\nspace: left-posterior-superior\n"
+         "space directions: (1,0,0) (1,0,0) (0,0,1)\nencoding: raw\n\n"),
         "NRRD0004\ntype: block\nblock size: 2\ndimension: 3\nsizes: 4 3 2\nencoding: raw\n\n",
         "NRRD0004\ntype: short\ndimension: 3\nsizes: 4 3 2\nencoding: raw\ndata file: nothing.raw\n",
         "NRRD0004\ntype: short\ndimension: 3\nsizes: 60000 60000 60000\nencoding: raw\n\n",

@@ -2,7 +2,7 @@
    reading changes nothing that comes later, and what needs phi has it. */
 #include "fixtures.h"
 
-enum { SIZE = 32, STEPS = 17, READERS = 10 };
+enum { SIZE = 32, STEPS = 17, READERS = 12 };
 
 static const float wind[3] = { 0.25f, 0.05f, -0.1f };
 static const d3 start = { 12.0, 14.5, 17.0 };
@@ -31,6 +31,26 @@ static d3 centre_after(int steps) { return d3_mad(start, d3_make((double)wind[0]
 static d3 at_row(const float *rows, int i, int floats)
 {
     return d3_make((double)rows[floats * i], (double)rows[floats * i + 1], (double)rows[floats * i + 2]);
+}
+
+/* The same by components, which are switched on for the time of reading. */
+static double read_components(springls_context *ctx, bool all, d3 center)
+{
+    const springls_component *list;
+    const springls_event *events;
+    const float inside[3] = { (float)(center.x + radius - 0.3), (float)center.y, (float)center.z };
+    springls_params params = springls_get_params(ctx);
+    double worst = -1.0;
+    uint32_t id;
+    int count;
+    params.components = 1;
+    if (springls_set_params(ctx, &params) != SPRINGLS_OK) return -1.0;
+    if (all && springls_components(ctx, &list, &count) == SPRINGLS_OK && count == 1)
+        worst = d3_distance(at_row(list->center, 0, 3), center);
+    if (!all && springls_component_of(ctx, inside, 1, &id) == SPRINGLS_OK) worst = id != 0u ? 0.0 : 1.0;
+    if (springls_events(ctx, &events, &count) != SPRINGLS_OK || count != 0) worst = -1.0;
+    params.components = 0;
+    return springls_set_params(ctx, &params) == SPRINGLS_OK ? worst : -1.0;
 }
 
 /* Reads the level set in one of the ways there are. Returns how far it is from a ball about `center`, voxels; negative: failed.
@@ -96,6 +116,8 @@ static double read_level(springls_context *ctx, int how, d3 center)
         if (springls_sample_inside(ctx, at, 2, (uint8_t *)all) == SPRINGLS_OK)
             worst = ((uint8_t *)all)[0] == 1 && ((uint8_t *)all)[1] == 0 ? 0.0 : 1.0;
         break;
+    case 9:
+    case 10: worst = read_components(ctx, how == 9, center); break;
     default:
         if (springls_count(ctx) > 20000 || springls_extract_surfels(ctx, room) != SPRINGLS_OK) break;
         for (worst = 0.0, i = 0; i < springls_count(ctx); i++) {
