@@ -6,6 +6,7 @@
 
 #include "../model/cell_list.h"
 #include "../model/grid.h"
+#include "../model/marching_cubes.h"
 #include "../model/model.h"
 #include "../model/neighborhood.h"
 #include "topology.h"
@@ -394,41 +395,84 @@ SPRINGLS__MATHS bool springls__count_beside(SPRINGLS__LOCAL const float *phi, fl
     return some;
 }
 
-/* Returns the volume of a voxel's share of its part, voxel^3: an octahedron, a piece of a rod or of a plate, by the axes along
-   which no neighbour is of the part. */
-SPRINGLS__MATHS float springls__share_of_voxel(const springls__grid *g, const int at[3])
+/* Finds the voxel at corner c of the cube whose corner 0 is voxel `cube`. */
+SPRINGLS__MATHS void springls__cube_corner(const int cube[3], int c, int at[3])
 {
-    float phi = springls__phi_of(g, at), volume = 1.0f;
-    int axis, side, open = 0, to[3];
-    for (axis = 0; axis < 3; axis++) {
-        float width = 0.0f;
-        int beyond = 0;
-        for (side = 0; side < 2; side++) {
-            float other;
-            springls__neighbor_voxel(at, 2 * axis + side, to);
-            other = springls__phi_of(g, to);
-            beyond += (phi < 0.0f) != (other < 0.0f);
-            width += (phi < 0.0f) == (other < 0.0f)
-                       ? 0.5f : springls__fabs(phi) / springls__max(springls__fabs(phi - other), 1e-6f);
-        }
-        volume *= width;
-        open += beyond == 2;
+    at[0] = cube[0] + (c & 1);
+    at[1] = cube[1] + (c >> 1 & 1);
+    at[2] = cube[2] + (c >> 2);
+}
+
+/* Returns the first corner of a cube that is of a part; 8: none. */
+SPRINGLS__MATHS int springls__first_corner_of_part(const springls__part *part, const int cube[3])
+{
+    int c, at[3];
+    for (c = 0; c < 8; c++) {
+        springls__cube_corner(cube, c, at);
+        if (springls__part_has(part, at)) return c;
     }
-    return open == 3 ? volume / 6.0f : open == 2 ? 0.5f * volume : volume;
+    return 8;
+}
+
+#define SPRINGLS__VOLUME_UNITS 65536.0f /* a voxel^3: sums of whole numbers are the same from whichever voxel they begin */
+
+/* Returns six times the volume between tip and the triangles of a part's surface in a cube, VOLUME_UNITS. */
+SPRINGLS__MATHS int springls__cube_volume6(const springls__grid *g, const springls__part *part, bool inside, const int cube[3],
+                                           const int tip[3])
+{
+    const springls__mc_cell cell = springls__grid_cube(g, cube[0], cube[1], cube[2]);
+    const int mask = springls__mc_case(cell);
+    springls__v3 p[3];
+    int volume = 0, t, m, edge, corner, at[3];
+    for (t = 0; t < springls__mc_count(mask); t++) {
+        for (m = 0; m < 3; m++) {
+            edge = springls__mc_edge(mask, t, m);
+            p[m] = springls__mc_point(cube[0] - tip[0], cube[1] - tip[1], cube[2] - tip[2], edge,
+                                      springls__mc_edge_crossing(cell, edge));
+        }
+        corner = springls__mc_edge_corner(edge);
+        if ((mask >> corner & 1) != (int)inside) corner |= 1 << springls__mc_edge_axis(edge);
+        springls__cube_corner(cube, corner, at);
+        if (springls__part_has(part, at))
+            volume += (int)(SPRINGLS__VOLUME_UNITS * springls__dot(p[0], springls__cross(p[1], p[2])));
+    }
+    return volume;
+}
+
+/* Finds the lowest corner of the box around a part. */
+SPRINGLS__MATHS void springls__part_lower(const springls__part *part, int lower[3])
+{
+    int i, axis;
+    springls__part_place(part, 0, lower);
+    for (i = 1; i < part->count; i++)
+        for (axis = 0; axis < 3; axis++) lower[axis] = springls__imin(lower[axis], part->at[i][axis]);
+}
+
+/* Returns the volume of a part, voxel^3, between the triangles of marching cubes, as springls_components measures it. */
+SPRINGLS__MATHS float springls__volume_of_part(const springls__grid *g, const springls__part *part)
+{
+    int i, c, volume = 0, at[3], cube[3], tip[3];
+    bool inside;
+    springls__part_place(part, 0, at);
+    inside = springls__phi_of(g, at) < 0.0f;
+    springls__part_lower(part, tip);
+    for (i = 0; i < part->count; i++)
+        for (c = 0; c < 8; c++) {
+            springls__part_place(part, i, at);
+            cube[0] = at[0] - (c & 1);
+            cube[1] = at[1] - (c >> 1 & 1);
+            cube[2] = at[2] - (c >> 2);
+            if (springls__first_corner_of_part(part, cube) == c)
+                volume += springls__cube_volume6(g, part, inside, cube, tip);
+        }
+    return springls__fabs((float)volume) / (6.0f * SPRINGLS__VOLUME_UNITS);
 }
 
 /* Returns true when a voxel is of a part of less than min_component. */
 SPRINGLS__MATHS bool springls__is_speck_voxel(const springls__grid *g, const int at[3], float min_component, int max_voxels)
 {
     springls__part part;
-    float volume = 0.0f;
-    int i, place[3];
-    if (!springls__find_small_part(g, at, max_voxels, &part)) return false;
-    for (i = 0; i < part.count; i++) {
-        springls__part_place(&part, i, place);
-        volume += springls__share_of_voxel(g, place);
-    }
-    return volume < min_component;
+    return springls__find_small_part(g, at, max_voxels, &part) && springls__volume_of_part(g, &part) < min_component;
 }
 
 /* Returns the value of a voxel whose part is removed: the nearest to the surface of its neighbours on the other side. */

@@ -84,7 +84,7 @@ SPRINGLS_API const char *springls_version_string(void);
 
 /* ---- >>host:api: what the caller may supply; zero-initialised members mean the default ---------------------------- */
 
-/* Supplies memory. alloc returns at least `size` bytes aligned to 64, or NULL; free receives the same size. Both NULL:
+/* Supplies memory. alloc returns at least `size` bytes aligned as malloc's, or NULL; free receives the same size. Both NULL:
    malloc and free. They are called only from the thread that calls the library. */
 typedef struct springls_allocator {
     void *(*alloc)(size_t size, void *user);

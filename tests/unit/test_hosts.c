@@ -1,5 +1,6 @@
-/* test_hosts.c - programs that do odd things around a model: job systems of any order, callbacks that return nonsense, cancel, or
-   use another model, steps of any length, grids of any size with a surface at their border, arguments out of range. */
+/* test_hosts.c - programs that do odd things around a model: job systems of any order, callbacks that return nonsense, cancel, look
+   at their model or use another, memory of plain alignment, steps of any length, grids of any size with a surface at their
+   border, arguments out of range. */
 #include "fixtures.h"
 
 /* ---- job systems ---- */
@@ -196,6 +197,133 @@ TEST shapes_return_nonsense(void)
         CHECK_CALL(check_whole(ctx));
         springls_destroy(ctx);
     }
+    PASS();
+}
+
+/* A velocity that is not a number in one call only. */
+typedef struct host_count { int calls, bad; } host_count;
+
+static void odd_once(void *user, const float *points, int count, float time, float *out)
+{
+    host_count *at = (host_count *)user;
+    float wind[3] = { 0.3f, 0.1f, -0.2f };
+    fixture_wind(wind, points, count, time, out);
+    if (at->calls++ == at->bad) out[3 * (count - 1) + 2] = NAN;
+}
+
+/* Whichever call of the callback it is: the step fails, the model is whole, and a step without it goes on; where there is one
+   sub-step, from the bits of before. */
+TEST a_callback_fails_at_any_call(springls_mode mode, int substeps)
+{
+    host_count at = { 0, 0 };
+    springls_forces forces = fixture_forces(odd_once, &at);
+    springls_step_desc step = fixture_step(&forces, mode, 1.0f);
+    springls_status status = SPRINGLS_NON_FINITE;
+    if (substeps > 1) step.max_displacement = 0.4f / (float)substeps;
+    for (at.bad = 0; status == SPRINGLS_NON_FINITE; at.bad++) {
+        springls_context *ctx = fixture_sphere(16, NULL, 7.5f, 7.5f, 7.5f, 3.5f), *alone;
+        uint64_t before = springls_state_hash(ctx);
+        at.calls = 0;
+        status = springls_step(ctx, &step);
+        if (status != SPRINGLS_OK) {
+            ASSERT_STATUS(SPRINGLS_NON_FINITE, status);
+            ASSERT_GTE(at.calls, at.bad + 1);
+            ASSERT(substeps > 1 || springls_state_hash(ctx) == before);
+        }
+        CHECK_CALL(check_whole(ctx));
+        if (substeps == 1 && status != SPRINGLS_OK) { /* now as if nothing had been */
+            alone = fixture_sphere(16, NULL, 7.5f, 7.5f, 7.5f, 3.5f);
+            at.calls = at.bad + 1;
+            ASSERT_OK(springls_step(ctx, &step));
+            at.calls = at.bad + 1;
+            ASSERT_OK(springls_step(alone, &step));
+            ASSERT(springls_state_hash(ctx) == springls_state_hash(alone));
+            springls_destroy(alone);
+        } else if (status != SPRINGLS_OK) ASSERT_OK(springls_step(ctx, &step));
+        springls_destroy(ctx);
+    }
+    ASSERT_OK(status);
+    ASSERT_GT(at.bad, substeps * 3);
+    PASS();
+}
+
+/* ---- callbacks that look at the model they serve ---- */
+
+typedef struct host_view { springls_context *ctx; int wrong; } host_view;
+
+/* Counts, views and ids of the model that is being stepped. */
+static void looking_velocity(void *user, const float *points, int count, float time, float *out)
+{
+    host_view *view = (host_view *)user;
+    float wind[3] = { 0.3f, 0.1f, -0.2f };
+    const springls_view particles = springls_view_particles(view->ctx);
+    const int n = springls_count(view->ctx);
+    view->wrong += n <= 0 || particles.count != n || !springls_ids(view->ctx) || count > n;
+    fixture_wind(wind, points, count, time, out);
+}
+
+TEST a_callback_looks_at_its_model(springls_mode mode)
+{
+    float wind[3] = { 0.3f, 0.1f, -0.2f };
+    host_view view = { NULL, 0 };
+    springls_forces plain = fixture_forces(fixture_wind, wind), looking = fixture_forces(looking_velocity, &view);
+    springls_step_desc step = fixture_step(&plain, mode, 1.0f), looking_step = fixture_step(&looking, mode, 1.0f);
+    springls_context *alone = fixture_sphere(16, NULL, 7.5f, 7.5f, 7.5f, 3.5f);
+    int i;
+    view.ctx = fixture_sphere(16, NULL, 7.5f, 7.5f, 7.5f, 3.5f);
+    for (i = 0; i < 4; i++) {
+        ASSERT_OK(springls_step(alone, &step));
+        ASSERT_OK(springls_step(view.ctx, &looking_step));
+    }
+    ASSERT_EQ(0, view.wrong);
+    ASSERT(springls_state_hash(alone) == springls_state_hash(view.ctx));
+    springls_destroy(alone);
+    springls_destroy(view.ctx);
+    PASS();
+}
+
+/* ---- memory that is aligned as malloc's, and no better ---- */
+
+/* Memory 16 bytes beyond a multiple of 64; before it stands where malloc's begins. */
+static void *odd_alloc(size_t size, void *user)
+{
+    char *start = (char *)malloc(size + 128), *at;
+    (void)user;
+    if (!start) return NULL;
+    at = start + 128 - (uintptr_t)start % 64 - 48;
+    memcpy(at - sizeof start, &start, sizeof start);
+    return at;
+}
+
+static void odd_free(void *memory, size_t size, void *user)
+{
+    char *start;
+    (void)size, (void)user;
+    memcpy(&start, (char *)memory - sizeof start, sizeof start);
+    free(start);
+}
+
+TEST memory_is_aligned_as_mallocs(springls_mode mode)
+{
+    springls_desc desc = fixture_desc(16, NULL);
+    float wind[3] = { 0.3f, 0.1f, -0.2f };
+    springls_forces forces = fixture_forces(fixture_wind, wind);
+    springls_step_desc step = fixture_step(&forces, mode, 1.0f);
+    springls_sphere ball = fixture_ball(7.5f, 7.5f, 7.5f, 3.5f);
+    springls_context *ctx, *alone = fixture_sphere(16, NULL, 7.5f, 7.5f, 7.5f, 3.5f);
+    int i;
+    desc.allocator.alloc = odd_alloc;
+    desc.allocator.free = odd_free;
+    ASSERT_OK(springls_create(&desc, &ctx));
+    ASSERT_OK(springls_set_implicit(ctx, springls_implicit_sphere, &ball));
+    for (i = 0; i < 4; i++) {
+        ASSERT_OK(springls_step(alone, &step));
+        ASSERT_OK(springls_step(ctx, &step));
+    }
+    CHECK_CALL(check_whole(ctx));
+    ASSERT(springls_state_hash(alone) == springls_state_hash(ctx));
+    springls_destroy(alone);
+    springls_destroy(ctx);
     PASS();
 }
 
@@ -491,6 +619,10 @@ SUITE(hosts)
     size_t i;
     for (mode = 0; mode < 3; mode++) {
         RUN_TESTp(callbacks_return_nonsense, (springls_mode)mode);
+        RUN_TESTp(a_callback_fails_at_any_call, (springls_mode)mode, 1);
+        RUN_TESTp(a_callback_fails_at_any_call, (springls_mode)mode, 3);
+        RUN_TESTp(a_callback_looks_at_its_model, (springls_mode)mode);
+        RUN_TESTp(memory_is_aligned_as_mallocs, (springls_mode)mode);
         RUN_TESTp(steps_of_any_length, (springls_mode)mode, 0);
     }
     RUN_TESTp(steps_of_any_length, SPRINGLS_MODE_FLUID, 1);

@@ -98,7 +98,7 @@ TEST a_long_life(int kind)
             ASSERT_IN_RANGE(looks[0].volume, looks[i].volume, 0.001 * looks[0].volume);
             ASSERT_EQ_FMT(1, looks[i].components, "%d");
             ASSERT_EQ_FMT(2, looks[i].euler, "%d");
-        } else ASSERT_GT(looks[i].smallest, 0.5 * (double)springls_default_params().min_component); /* which has an estimate */
+        } else ASSERT_GT(looks[i].smallest, 0.5 * (double)springls_default_params().min_component); /* re-distancing follows */
     }
     CHECK_CALL(live(kind, length, LOOKS / 2, again, NULL)); /* once more to the half, and from there by the snapshot */
     for (i = 0; i <= LOOKS / 2; i++) ASSERT(looks[i].hash == again[i].hash);

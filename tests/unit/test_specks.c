@@ -1,0 +1,141 @@
+/* test_specks.c - params.min_component: parts of phi, inside or outside, are removed when the volume that springls_components has
+   for them is less, and stay when it is not. */
+#include "fixtures.h"
+
+#include "../../kernels_embed/stages/specks.h"
+
+enum { SIZE = 40, ACROSS = 5, BALLS = ACROSS * ACROSS * ACROSS, ORDINARY = 24 };
+
+/* Small balls in a lattice, outside or, as bubbles, inside a large body. */
+typedef struct specks { float center[BALLS][3], radius[BALLS]; int bubbles; } specks;
+
+static void balls(void *user, const float *points, int count, float *out)
+{
+    const specks *s = (const specks *)user;
+    int i, k, b;
+    for (i = 0; i < count; i++, points += 3) {
+        float least = 1e6f;
+        for (b = 0; b < BALLS; b++) {
+            float r2 = 0.0f;
+            for (k = 0; k < 3; k++) r2 += (points[k] - s->center[b][k]) * (points[k] - s->center[b][k]);
+            least = fminf(least, sqrtf(r2) - s->radius[b]);
+        }
+        out[i] = least;
+        if (!s->bubbles) continue;
+        for (k = 0; k < 3; k++) least = fminf(least, 17.0f - fabsf(points[k] - 0.5f * (float)SIZE)); /* a box around them */
+        out[i] = -least;
+    }
+}
+
+static specks any_specks(int seed, int bubbles)
+{
+    specks s;
+    int b, k, at[3];
+    fixture_seed((uint32_t)seed);
+    s.bubbles = bubbles;
+    for (b = 0; b < BALLS; b++) {
+        at[0] = b % ACROSS;
+        at[1] = b / ACROSS % ACROSS;
+        at[2] = b / ACROSS / ACROSS;
+        for (k = 0; k < 3; k++) s.center[b][k] = 6.5f + 6.0f * (float)at[k] + fixture_between(0.0f, 2.0f);
+        s.radius[b] = fixture_between(0.2f, 1.3f);
+    }
+    return s;
+}
+
+/* Collects the voxels of one side around a place. */
+static int voxels_around(const springls__grid *g, const float center[3], bool inside, int at[][3])
+{
+    const int reach = 2;
+    int x, y, z, n = 0, c[3];
+    for (x = 0; x < 3; x++) c[x] = (int)floorf(center[x] + 0.5f);
+    for (z = c[2] - reach; z <= c[2] + reach; z++)
+        for (y = c[1] - reach; y <= c[1] + reach; y++)
+            for (x = c[0] - reach; x <= c[0] + reach; x++)
+                if ((springls__grid_phi(g, g->phi, x, y, z) < 0.0f) == inside) {
+                    at[n][0] = x;
+                    at[n][1] = y;
+                    at[n++][2] = z;
+                }
+    return n;
+}
+
+/* The volume by which a stage decides is that of springls_components, and the same bits from whichever voxel it begins. */
+TEST parts_are_measured(int bubbles)
+{
+    springls_params params = springls_default_params();
+    int compared = 0, seed;
+    params.components = 1;
+    for (seed = 1; seed <= 3; seed++) {
+        specks s = any_specks(seed, bubbles);
+        springls_context *ctx = fixture_context(SIZE, &params);
+        const springls_component *parts;
+        const springls__model *model;
+        int i, k, n, count, at[125][3];
+        ASSERT_OK(springls_set_implicit(ctx, balls, &s));
+        ASSERT_OK(springls_components(ctx, &parts, &count));
+        model = fixture_here(ctx);
+        for (i = 0; i < count; i++) {
+            float volume = 0.0f;
+            if (parts[i].volume > ORDINARY) continue;
+            n = voxels_around(&model->grid, parts[i].center, !bubbles, at);
+            for (k = 0; k < n; k++) {
+                springls__part part;
+                ASSERT(springls__find_small_part(&model->grid, at[k], SPRINGLS__LARGEST_SPECK, &part));
+                if (part.count < n) break; /* voxels that meet at edges or corners */
+                if (k == 0) volume = springls__volume_of_part(&model->grid, &part);
+                ASSERT(springls__volume_of_part(&model->grid, &part) == volume);
+            }
+            if (k < n) continue;
+            ASSERT_IN_RANGE(parts[i].volume, (double)volume, 1e-3);
+            compared++;
+        }
+        springls_destroy(ctx);
+    }
+    ASSERT_GT(compared, 2 * BALLS);
+    PASS();
+}
+
+/* What a step leaves has at least min_component: what re-distancing moves afterwards is little. */
+TEST small_parts_are_removed(int bubbles)
+{
+    springls_params params = springls_default_params();
+    float wind[3] = { 0.3f, 0.2f, 0.1f };
+    springls_forces forces = fixture_forces(fixture_wind, wind);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
+    int seed;
+    params.components = 1;
+    for (seed = 1; seed <= 3; seed++) {
+        specks s = any_specks(seed, bubbles);
+        springls_context *ctx = fixture_context(SIZE, &params);
+        const springls_component *parts;
+        int i, count, small = 0;
+        ASSERT_OK(springls_set_implicit(ctx, balls, &s));
+        ASSERT_OK(springls_components(ctx, &parts, &count));
+        for (i = 0; i < count; i++) small += parts[i].volume < 1.0;
+        ASSERT_GT(small, 10);
+        ASSERT_OK(springls_step(ctx, &step));
+        ASSERT_OK(springls_components(ctx, &parts, &count));
+        ASSERT_GT(count, 10);
+        for (i = 0; i < count; i++) ASSERT_GT(parts[i].volume, 0.95);
+        springls_destroy(ctx);
+    }
+    PASS();
+}
+
+SUITE(parts)
+{
+    RUN_TESTp(parts_are_measured, 0);
+    RUN_TESTp(parts_are_measured, 1);
+    RUN_TESTp(small_parts_are_removed, 0);
+    RUN_TESTp(small_parts_are_removed, 1);
+}
+
+GREATEST_MAIN_DEFS();
+
+int main(int argc, char **argv)
+{
+    GREATEST_MAIN_BEGIN();
+    RUN_SUITE(parts);
+    GREATEST_MAIN_END();
+}
