@@ -44,6 +44,8 @@ for group; do
             boost/iostreams/stream.hpp libboost-iostreams-dev
             CGAL/Surface_mesh.h libcgal-dev"
         need_command elastix elastix
+        [ -x /usr/bin/python3 ] && /usr/bin/python3 -c 'import scipy, skimage' 2> /dev/null ||
+            for package in python3-scipy python3-skimage; do need $package; done
         # Not packages of the system: Khronos' validator of glTF files and a program that shows them, where npm is at hand.
         [ -d build/npm/node_modules/gltf-validator ] || ! command -v npm > /dev/null 2>&1 ||
             timeout 120 npm install --prefix build/npm --no-audit --no-fund --loglevel=error gltf-validator@2.0.0-dev.3.10 three@0.187.0 ||

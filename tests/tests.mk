@@ -116,9 +116,14 @@ $(TEST_DIR)/examples/test_python: tests/examples/test_python.py $(wildcard examp
 	$(SAY)$(CC) $(STRICT) -O1 -fPIC -shared -DSPRINGLS_IMPLEMENTATION -x c -o $(@D)/python/libspringls.so springls.h -lm
 	@printf '#!/bin/sh\nexec /usr/bin/python3 $(@D)/python/test_python.py "$$@"\n' > $@ && chmod +x $@
 
+# The module and segment beside scikit-image and scipy.
+$(TEST_DIR)/examples/test_judges: tests/examples/test_judges.py $(TEST_DIR)/examples/test_python $(if $(filter 1,$(WITH_LIBRARIES)),build/segment)
+	@cp $< $(@D)/python
+	@printf '#!/bin/sh\nexec /usr/bin/python3 $(@D)/python/test_judges.py "$$@"\n' > $@ && chmod +x $@
+
 # ---- running: every program leaves a log; as many run at a time as there are processors ----
 
-PLAIN_TESTS   = $(EXAMPLE_TESTS) $(FUZZ_TESTS) examples/test_engine $(if $(VARIANT),,examples/test_ogre examples/test_python unit/test_self_intersections) \
+PLAIN_TESTS   = $(EXAMPLE_TESTS) $(FUZZ_TESTS) examples/test_engine $(if $(VARIANT),,examples/test_ogre examples/test_python examples/test_judges unit/test_self_intersections) \
                 $(UNIT_TESTS) unit/test_openvdb
 # ThreadSanitizer takes twenty times the time, and finds nothing where there is one thread: without ALL=1 it gets the tests that start some.
 ifeq ($(VARIANT)$(ALL),tsan)

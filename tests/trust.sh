@@ -25,7 +25,7 @@ check_tests() {
     for name in $(ticked "$1"); do
         case $name in
             */*) file=$name; check "there is no $name" [ -f "$name" ] ;;
-            *) check "$file has no test $name" grep -qE "^TEST $name\(" "$file" ;;
+            *) check "$file has no test $name" grep -qE "^(TEST|    def) $name\(" "$file" ;;
         esac
     done
 }
@@ -33,7 +33,7 @@ check_tests() {
 check_command() {
     case $1 in
         "make "*) check "there is no $1" grep -q "^${1#make }:.*##" Makefile tests/tests.mk tests/bench/bench.mk ;;
-        build/test/*) check "nothing makes $1" ls "tests/${1#build/test/}".c* ;;
+        build/test/*) check "nothing makes $1" ls "tests/${1#build/test/}".[cp]* ;;
         *) check "$1 is no command" false ;;
     esac
 }
