@@ -890,7 +890,7 @@ SPRINGLS_API const char *springls_version_string(void);
 
 /* ---- >>host:api: what the caller may supply; zero-initialised members mean the default ---------------------------- */
 
-/* Supplies memory. alloc returns at least `size` bytes aligned to 64, or NULL; free receives the same size. Both NULL:
+/* Supplies memory. alloc returns at least `size` bytes aligned as malloc's, or NULL; free receives the same size. Both NULL:
    malloc and free. They are called only from the thread that calls the library. */
 typedef struct springls_allocator {
     void *(*alloc)(size_t size, void *user);
@@ -10388,41 +10388,84 @@ SPRINGLS__MATHS bool springls__count_beside(SPRINGLS__LOCAL const float *phi, fl
     return some;
 }
 
-/* Returns the volume of a voxel's share of its part, voxel^3: an octahedron, a piece of a rod or of a plate, by the axes along
-   which no neighbour is of the part. */
-SPRINGLS__MATHS float springls__share_of_voxel(const springls__grid *g, const int at[3])
+/* Finds the voxel at corner c of the cube whose corner 0 is voxel `cube`. */
+SPRINGLS__MATHS void springls__cube_corner(const int cube[3], int c, int at[3])
 {
-    float phi = springls__phi_of(g, at), volume = 1.0f;
-    int axis, side, open = 0, to[3];
-    for (axis = 0; axis < 3; axis++) {
-        float width = 0.0f;
-        int beyond = 0;
-        for (side = 0; side < 2; side++) {
-            float other;
-            springls__neighbor_voxel(at, 2 * axis + side, to);
-            other = springls__phi_of(g, to);
-            beyond += (phi < 0.0f) != (other < 0.0f);
-            width += (phi < 0.0f) == (other < 0.0f)
-                       ? 0.5f : springls__fabs(phi) / springls__max(springls__fabs(phi - other), 1e-6f);
-        }
-        volume *= width;
-        open += beyond == 2;
+    at[0] = cube[0] + (c & 1);
+    at[1] = cube[1] + (c >> 1 & 1);
+    at[2] = cube[2] + (c >> 2);
+}
+
+/* Returns the first corner of a cube that is of a part; 8: none. */
+SPRINGLS__MATHS int springls__first_corner_of_part(const springls__part *part, const int cube[3])
+{
+    int c, at[3];
+    for (c = 0; c < 8; c++) {
+        springls__cube_corner(cube, c, at);
+        if (springls__part_has(part, at)) return c;
     }
-    return open == 3 ? volume / 6.0f : open == 2 ? 0.5f * volume : volume;
+    return 8;
+}
+
+#define SPRINGLS__VOLUME_UNITS 65536.0f /* a voxel^3: sums of whole numbers are the same from whichever voxel they begin */
+
+/* Returns six times the volume between tip and the triangles of a part's surface in a cube, VOLUME_UNITS. */
+SPRINGLS__MATHS int springls__cube_volume6(const springls__grid *g, const springls__part *part, bool inside, const int cube[3],
+                                           const int tip[3])
+{
+    const springls__mc_cell cell = springls__grid_cube(g, cube[0], cube[1], cube[2]);
+    const int mask = springls__mc_case(cell);
+    springls__v3 p[3];
+    int volume = 0, t, m, edge, corner, at[3];
+    for (t = 0; t < springls__mc_count(mask); t++) {
+        for (m = 0; m < 3; m++) {
+            edge = springls__mc_edge(mask, t, m);
+            p[m] = springls__mc_point(cube[0] - tip[0], cube[1] - tip[1], cube[2] - tip[2], edge,
+                                      springls__mc_edge_crossing(cell, edge));
+        }
+        corner = springls__mc_edge_corner(edge);
+        if ((mask >> corner & 1) != (int)inside) corner |= 1 << springls__mc_edge_axis(edge);
+        springls__cube_corner(cube, corner, at);
+        if (springls__part_has(part, at))
+            volume += (int)(SPRINGLS__VOLUME_UNITS * springls__dot(p[0], springls__cross(p[1], p[2])));
+    }
+    return volume;
+}
+
+/* Finds the lowest corner of the box around a part. */
+SPRINGLS__MATHS void springls__part_lower(const springls__part *part, int lower[3])
+{
+    int i, axis;
+    springls__part_place(part, 0, lower);
+    for (i = 1; i < part->count; i++)
+        for (axis = 0; axis < 3; axis++) lower[axis] = springls__imin(lower[axis], part->at[i][axis]);
+}
+
+/* Returns the volume of a part, voxel^3, between the triangles of marching cubes, as springls_components measures it. */
+SPRINGLS__MATHS float springls__volume_of_part(const springls__grid *g, const springls__part *part)
+{
+    int i, c, volume = 0, at[3], cube[3], tip[3];
+    bool inside;
+    springls__part_place(part, 0, at);
+    inside = springls__phi_of(g, at) < 0.0f;
+    springls__part_lower(part, tip);
+    for (i = 0; i < part->count; i++)
+        for (c = 0; c < 8; c++) {
+            springls__part_place(part, i, at);
+            cube[0] = at[0] - (c & 1);
+            cube[1] = at[1] - (c >> 1 & 1);
+            cube[2] = at[2] - (c >> 2);
+            if (springls__first_corner_of_part(part, cube) == c)
+                volume += springls__cube_volume6(g, part, inside, cube, tip);
+        }
+    return springls__fabs((float)volume) / (6.0f * SPRINGLS__VOLUME_UNITS);
 }
 
 /* Returns true when a voxel is of a part of less than min_component. */
 SPRINGLS__MATHS bool springls__is_speck_voxel(const springls__grid *g, const int at[3], float min_component, int max_voxels)
 {
     springls__part part;
-    float volume = 0.0f;
-    int i, place[3];
-    if (!springls__find_small_part(g, at, max_voxels, &part)) return false;
-    for (i = 0; i < part.count; i++) {
-        springls__part_place(&part, i, place);
-        volume += springls__share_of_voxel(g, place);
-    }
-    return volume < min_component;
+    return springls__find_small_part(g, at, max_voxels, &part) && springls__volume_of_part(g, &part) < min_component;
 }
 
 /* Returns the value of a voxel whose part is removed: the nearest to the surface of its neighbours on the other side. */
@@ -22848,12 +22891,13 @@ SPRINGLS_API springls_status springls_raycast(springls_context *ctx, springls_su
 /* ======== >>component_views  (src/output/component_views.h) ==================================================== */
 /* component_views.h - shows components, their events, and the component of any place. */
 
-/* Completes a step in progress, and finds the components of a model that has changed since. */
+/* Completes a step in progress, and finds the components of a model that has changed since: reading changes nothing that comes
+   later. */
 SPRINGLS__FN springls_status springls__refresh_components(springls_context *ctx, const char *call)
 {
     if (!springls__components_enabled(ctx))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: params.components is 0", call);
-    SPRINGLS__TRY(springls__begin_change(ctx));
+    SPRINGLS__TRY(springls__begin_reading(ctx));
     if (ctx->components_found && ctx->components_fresh) return SPRINGLS_OK;
     return springls__report_device_failure(ctx, springls__update_components(ctx));
 }
@@ -33132,41 +33176,84 @@ static const char *const springls__kernel_lines[] = {
     "    return some;\n",
     "}\n",
     "\n",
-    "/* Returns the volume of a voxel's share of its part, voxel^3: an octahedron, a piece of a rod or of a plate, by the axes along\n",
-    "   which no neighbour is of the part. */\n",
-    "SPRINGLS__MATHS float springls__share_of_voxel(const springls__grid *g, const int at[3])\n",
+    "/* Finds the voxel at corner c of the cube whose corner 0 is voxel `cube`. */\n",
+    "SPRINGLS__MATHS void springls__cube_corner(const int cube[3], int c, int at[3])\n",
     "{\n",
-    "    float phi = springls__phi_of(g, at), volume = 1.0f;\n",
-    "    int axis, side, open = 0, to[3];\n",
-    "    for (axis = 0; axis < 3; axis++) {\n",
-    "        float width = 0.0f;\n",
-    "        int beyond = 0;\n",
-    "        for (side = 0; side < 2; side++) {\n",
-    "            float other;\n",
-    "            springls__neighbor_voxel(at, 2 * axis + side, to);\n",
-    "            other = springls__phi_of(g, to);\n",
-    "            beyond += (phi < 0.0f) != (other < 0.0f);\n",
-    "            width += (phi < 0.0f) == (other < 0.0f)\n",
-    "                       ? 0.5f : springls__fabs(phi) / springls__max(springls__fabs(phi - other), 1e-6f);\n",
-    "        }\n",
-    "        volume *= width;\n",
-    "        open += beyond == 2;\n",
+    "    at[0] = cube[0] + (c & 1);\n",
+    "    at[1] = cube[1] + (c >> 1 & 1);\n",
+    "    at[2] = cube[2] + (c >> 2);\n",
+    "}\n",
+    "\n",
+    "/* Returns the first corner of a cube that is of a part; 8: none. */\n",
+    "SPRINGLS__MATHS int springls__first_corner_of_part(const springls__part *part, const int cube[3])\n",
+    "{\n",
+    "    int c, at[3];\n",
+    "    for (c = 0; c < 8; c++) {\n",
+    "        springls__cube_corner(cube, c, at);\n",
+    "        if (springls__part_has(part, at)) return c;\n",
     "    }\n",
-    "    return open == 3 ? volume / 6.0f : open == 2 ? 0.5f * volume : volume;\n",
+    "    return 8;\n",
+    "}\n",
+    "\n",
+    "#define SPRINGLS__VOLUME_UNITS 65536.0f /* a voxel^3: sums of whole numbers are the same from whichever voxel they begin */\n",
+    "\n",
+    "/* Returns six times the volume between tip and the triangles of a part's surface in a cube, VOLUME_UNITS. */\n",
+    "SPRINGLS__MATHS int springls__cube_volume6(const springls__grid *g, const springls__part *part, bool inside, const int cube[3],\n",
+    "                                           const int tip[3])\n",
+    "{\n",
+    "    const springls__mc_cell cell = springls__grid_cube(g, cube[0], cube[1], cube[2]);\n",
+    "    const int mask = springls__mc_case(cell);\n",
+    "    springls__v3 p[3];\n",
+    "    int volume = 0, t, m, edge, corner, at[3];\n",
+    "    for (t = 0; t < springls__mc_count(mask); t++) {\n",
+    "        for (m = 0; m < 3; m++) {\n",
+    "            edge = springls__mc_edge(mask, t, m);\n",
+    "            p[m] = springls__mc_point(cube[0] - tip[0], cube[1] - tip[1], cube[2] - tip[2], edge,\n",
+    "                                      springls__mc_edge_crossing(cell, edge));\n",
+    "        }\n",
+    "        corner = springls__mc_edge_corner(edge);\n",
+    "        if ((mask >> corner & 1) != (int)inside) corner |= 1 << springls__mc_edge_axis(edge);\n",
+    "        springls__cube_corner(cube, corner, at);\n",
+    "        if (springls__part_has(part, at))\n",
+    "            volume += (int)(SPRINGLS__VOLUME_UNITS * springls__dot(p[0], springls__cross(p[1], p[2])));\n",
+    "    }\n",
+    "    return volume;\n",
+    "}\n",
+    "\n",
+    "/* Finds the lowest corner of the box around a part. */\n",
+    "SPRINGLS__MATHS void springls__part_lower(const springls__part *part, int lower[3])\n",
+    "{\n",
+    "    int i, axis;\n",
+    "    springls__part_place(part, 0, lower);\n",
+    "    for (i = 1; i < part->count; i++)\n",
+    "        for (axis = 0; axis < 3; axis++) lower[axis] = springls__imin(lower[axis], part->at[i][axis]);\n",
+    "}\n",
+    "\n",
+    "/* Returns the volume of a part, voxel^3, between the triangles of marching cubes, as springls_components measures it. */\n",
+    "SPRINGLS__MATHS float springls__volume_of_part(const springls__grid *g, const springls__part *part)\n",
+    "{\n",
+    "    int i, c, volume = 0, at[3], cube[3], tip[3];\n",
+    "    bool inside;\n",
+    "    springls__part_place(part, 0, at);\n",
+    "    inside = springls__phi_of(g, at) < 0.0f;\n",
+    "    springls__part_lower(part, tip);\n",
+    "    for (i = 0; i < part->count; i++)\n",
+    "        for (c = 0; c < 8; c++) {\n",
+    "            springls__part_place(part, i, at);\n",
+    "            cube[0] = at[0] - (c & 1);\n",
+    "            cube[1] = at[1] - (c >> 1 & 1);\n",
+    "            cube[2] = at[2] - (c >> 2);\n",
+    "            if (springls__first_corner_of_part(part, cube) == c)\n",
+    "                volume += springls__cube_volume6(g, part, inside, cube, tip);\n",
+    "        }\n",
+    "    return springls__fabs((float)volume) / (6.0f * SPRINGLS__VOLUME_UNITS);\n",
     "}\n",
     "\n",
     "/* Returns true when a voxel is of a part of less than min_component. */\n",
     "SPRINGLS__MATHS bool springls__is_speck_voxel(const springls__grid *g, const int at[3], float min_component, int max_voxels)\n",
     "{\n",
     "    springls__part part;\n",
-    "    float volume = 0.0f;\n",
-    "    int i, place[3];\n",
-    "    if (!springls__find_small_part(g, at, max_voxels, &part)) return false;\n",
-    "    for (i = 0; i < part.count; i++) {\n",
-    "        springls__part_place(&part, i, place);\n",
-    "        volume += springls__share_of_voxel(g, place);\n",
-    "    }\n",
-    "    return volume < min_component;\n",
+    "    return springls__find_small_part(g, at, max_voxels, &part) && springls__volume_of_part(g, &part) < min_component;\n",
     "}\n",
     "\n",
     "/* Returns the value of a voxel whose part is removed: the nearest to the surface of its neighbours on the other side. */\n",
@@ -33237,7 +33324,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10498 \"springls.h\"\n",
+    "#line 10541 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -33313,7 +33400,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10575 \"springls.h\"\n",
+    "#line 10618 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -33549,7 +33636,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 10812 \"springls.h\"\n",
+    "#line 10855 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -33582,7 +33669,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 10846 \"springls.h\"\n",
+    "#line 10889 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -33607,7 +33694,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 10872 \"springls.h\"\n",
+    "#line 10915 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -33857,7 +33944,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11123 \"springls.h\"\n",
+    "#line 11166 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -33957,7 +34044,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 33961 \"springls.h\"\n",
+    "#line 34048 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
