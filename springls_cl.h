@@ -476,7 +476,7 @@ SPRINGLS__FN springls_status springls__cl_widen_table(springls_context *ctx)
     const uint64_t reads = SPRINGLS__BIT(S) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(TOP);
     SPRINGLS__TRY(springls__to_host(ctx, reads, 0));
     if (!ctx->on_device) return SPRINGLS_DEVICE_FAILED; /* it has fallen back to the host */
-    return springls__table_cover(ctx, springls__box_of_model(&ctx->model, true));
+    return springls__table_cover(ctx, springls__groups_of_model(&ctx->model, true));
 }
 
 /* Makes the flagged bricks the active ones. */

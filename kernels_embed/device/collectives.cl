@@ -198,7 +198,9 @@ SPRINGLS__MATHS void springls__bricks_begin_element(const springls__model *model
 SPRINGLS__MATHS void springls__mark(const springls__model *model, const int origin[3])
 {
     const springls__grid *g = &model->grid;
-    if (!springls__table_contains(g, origin[0], origin[1], origin[2])) SPRINGLS__NEXT(model->work.counts + 3);
+    int place[3], axis;
+    for (axis = 0; axis < 3; axis++) place[axis] = origin[axis] / SPRINGLS__BRICK;
+    if (!springls__has_entry(g, place)) SPRINGLS__NEXT(model->work.counts + 3);
     else atomic_or((volatile __global uint *)(model->work.brick_flag + springls__entry_at(g, origin[0], origin[1], origin[2])), 1u);
 }
 
@@ -252,15 +254,17 @@ SPRINGLS__MATHS void springls__mark_near_element(const springls__model *model, s
             for (at[0] = lo[0]; at[0] <= hi[0]; at[0] += SPRINGLS__BRICK) springls__mark(model, at);
 }
 
-/* Returns whether the brick of an entry is at an end of the top table that is none of the domain. */
+/* Returns whether a brick beside that of an entry has none. */
 SPRINGLS__MATHS bool springls__at_table_end(const springls__grid *g, int entry)
 {
-    int origin[3], axis;
+    int place[3], axis;
     bool at_end = false;
-    springls__entry_origin(g, entry, origin);
-    for (axis = 0; axis < 3; axis++)
-        at_end = at_end || (origin[axis] == g->table.lower[axis] && origin[axis] > 0)
-                 || (origin[axis] + SPRINGLS__BRICK >= g->table.upper[axis] && g->table.upper[axis] < g->size[axis]);
+    springls__entry_origin(g, entry, place);
+    for (axis = 0; axis < 3; axis++) {
+        place[axis] /= SPRINGLS__BRICK;
+        at_end = at_end || !springls__keeps_place(&g->table.groups, axis, springls__imax(place[axis] - 1, 0))
+                 || !springls__keeps_place(&g->table.groups, axis, springls__imin(place[axis] + 1, g->bricks[axis] - 1));
+    }
     return at_end;
 }
 

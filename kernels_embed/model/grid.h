@@ -15,10 +15,31 @@ SPRINGLS__MATHS int springls__brick_at(const springls__grid *g, int x, int y, in
     return (x >> 3) + g->bricks[0] * ((y >> 3) + g->bricks[1] * (z >> 3));
 }
 
-/* Returns the entry of a voxel that the top table has. */
+/* Returns the entry of a voxel that the top table has. g->plane has, for each place of a brick along each axis, the plane of
+   entries there, times their stride; then for each plane the first place that it stands for (springls__take_table). */
 SPRINGLS__MATHS int springls__entry_at(const springls__grid *g, int x, int y, int z)
 {
-    return (x >> 3) + g->table.bricks[0] * ((y >> 3) + g->table.bricks[1] * (z >> 3)) - g->table.first;
+    return g->plane[x >> 3] + g->plane[SPRINGLS__MOST_PLANES + (y >> 3)] + g->plane[2 * SPRINGLS__MOST_PLANES + (z >> 3)];
+}
+
+/* Returns the first brick, as a place along an axis, of a plane of the top table. */
+SPRINGLS__MATHS int springls__place_of_plane(const springls__grid *g, int axis, int plane)
+{
+    return g->plane[(3 + axis) * SPRINGLS__MOST_PLANES + plane];
+}
+
+/* Returns whether a place along an axis, counted in bricks, is in a group that is kept. */
+SPRINGLS__MATHS bool springls__keeps_place(const springls__brick_groups *groups, int axis, int place)
+{
+    return (groups->kept[axis][place >> 7] >> ((place >> 2) & 31) & 1u) != 0u;
+}
+
+/* Returns whether the top table has an entry for a brick, at a place counted in bricks, alone. */
+SPRINGLS__MATHS bool springls__has_entry(const springls__grid *g, const int place[3])
+{
+    const springls__brick_groups *groups = &g->table.groups;
+    return springls__keeps_place(groups, 0, place[0]) && springls__keeps_place(groups, 1, place[1])
+        && springls__keeps_place(groups, 2, place[2]);
 }
 
 /* Returns the slot of a voxel that the top table has. */
@@ -70,13 +91,13 @@ SPRINGLS__MATHS void springls__brick_origin(const springls__grid *g, int brick, 
     for (axis = 0; axis < 3; axis++) origin[axis] *= SPRINGLS__BRICK;
 }
 
-/* Finds the first voxel of the brick of an entry of the top table. */
+/* Finds the first voxel of the brick of an entry of the top table; of those left out, of the first one. */
 SPRINGLS__MATHS void springls__entry_origin(const springls__grid *g, int entry, int origin[3])
 {
     const springls__table *t = &g->table;
-    origin[0] = t->lower[0] + SPRINGLS__BRICK * (entry % t->bricks[0]);
-    origin[1] = t->lower[1] + SPRINGLS__BRICK * (entry / t->bricks[0] % t->bricks[1]);
-    origin[2] = t->lower[2] + SPRINGLS__BRICK * (entry / (t->bricks[0] * t->bricks[1]));
+    origin[0] = SPRINGLS__BRICK * springls__place_of_plane(g, 0, entry % t->bricks[0]);
+    origin[1] = SPRINGLS__BRICK * springls__place_of_plane(g, 1, entry / t->bricks[0] % t->bricks[1]);
+    origin[2] = SPRINGLS__BRICK * springls__place_of_plane(g, 2, entry / (t->bricks[0] * t->bricks[1]));
 }
 
 /* Returns the brick of an entry. Bricks ascend as entries do. */

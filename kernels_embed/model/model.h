@@ -48,7 +48,10 @@
     X(CELL, uint32_t, SPRINGLS__CELLS, grid, cell)  /* springls of cell c: cells.ids[cell[c]] .. cells.ids[cell[c + 1] - 1]   */
 
 /* Lists what a grid has. */
-#define SPRINGLS__GRID_ARRAYS(X) X(TOP, int, 1, grid, top) /* entry of the top table -> slot */ SPRINGLS__SLOT_ARRAYS(X)
+#define SPRINGLS__GRID_ARRAYS(X)                                                                                                 \
+    X(TOP, int, 1, grid, top)                       /* entry of the top table -> slot                                         */ \
+    X(PLANE, int, 1, grid, plane)                   /* of the top table: see springls__entry_at                               */ \
+    SPRINGLS__SLOT_ARRAYS(X)
 
 /* Lists what is found for the springls when it is needed: one element a springl, then lists of their own length. */
 #define SPRINGLS__SEARCH_ARRAYS(X)                                                                                               \
@@ -82,7 +85,8 @@
 /* Lists all arrays. */
 #define SPRINGLS__ARRAYS(X)                                                                                                      \
     SPRINGLS__SPRINGL_ARRAYS(X) SPRINGLS__GRID_ARRAYS(X)                                                                         \
-    X(REFERENCE_TOP, int, 1, reference, top) X(REFERENCE_PHI, float, SPRINGLS__BRICK_VOXELS, reference, phi)                     \
+    X(REFERENCE_TOP, int, 1, reference, top) X(REFERENCE_PLANE, int, 1, reference, plane)                                        \
+    X(REFERENCE_PHI, float, SPRINGLS__BRICK_VOXELS, reference, phi)                                                              \
     SPRINGLS__SEARCH_ARRAYS(X) SPRINGLS__LIST_ARRAYS(X) SPRINGLS__SCRATCH_ARRAYS(X) SPRINGLS__FORCE_ARRAYS(X)                    \
     SPRINGLS__DEVICE_ARRAYS(X)
 
@@ -124,7 +128,7 @@ typedef struct springls__record {
 
 /* The sparse grid: bricks of 8x8x8 voxels in a pool of slots, found through a top table. Slots 0 and 1 are constant bricks, far
    outside and far inside, so that every brick of the top table can be read without a test. Bricks are numbered through the whole
-   domain, x fastest; the top table has entries for a box of them only (top_table.h). */
+   domain, x fastest; the top table has entries where there may be something only (top_table.h). */
 #define SPRINGLS__BRICK 8
 #define SPRINGLS__BRICK_VOXELS 512
 #define SPRINGLS__OUTSIDE 0
@@ -133,12 +137,20 @@ typedef struct springls__record {
 #define SPRINGLS__CELL 2   /* voxels: width of a cell of springls                          */
 #define SPRINGLS__CELLS 65 /* 64 cells a brick, and where the next brick begins          */
 
-/* The box of bricks that a top table has. All bricks beyond it are outside, and so are its outermost ones, except at the border of
-   the domain: reading beyond it is reading its nearest brick, and what is beside an active brick is in it. */
+/* The bricks that a top table has: a box of them, less what is left out. Bricks at places 4 k to 4 k + 3 along an axis are a
+   group; a group is kept when some brick in it, or beside it, is not outside. Each place in a kept group has a plane of entries,
+   and each run of places between kept groups has one plane for all of them, which is outside. So the planes beside that of an
+   active brick are its neighbors', and bodies far apart cost no more than near to each other. All bricks beyond the box are
+   outside, and so are its outermost ones, except at the border of the domain: reading beyond it is reading its nearest brick. */
+#define SPRINGLS__GROUP_WORDS 4 /* of 32 groups each: the domain has up to 512 bricks along an axis */
+#define SPRINGLS__MOST_PLANES 512
+
+typedef struct springls__brick_groups { uint32_t kept[3][SPRINGLS__GROUP_WORDS]; } springls__brick_groups;
+
 typedef struct springls__table {
     int lower[3], upper[3]; /* the first voxel, and the first one beyond, along each axis           */
-    int bricks[3];
-    int first;              /* what the entry of brick (0, 0, 0) of the domain would be, negated    */
+    int bricks[3];          /* planes                                                               */
+    springls__brick_groups groups;
 } springls__table;
 
 typedef struct springls__grid {

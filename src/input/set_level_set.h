@@ -149,7 +149,7 @@ SPRINGLS__FN springls_status springls__look_at_block(springls_context *ctx, spri
     springls__grid *g = &ctx->model.grid;
     const float half_diagonal = 6.1f; /* of a brick, voxels, rounded up */
     const float near_band = ctx->model.params.band_half_width + 1.0f + half_diagonal;
-    springls__brick_box inside = springls__empty_box();
+    springls__brick_groups inside = springls__no_groups();
     int count = 1, place[3], i, brick;
     for (i = 0; i < 3; i++) count *= job->block.upper[i] - job->block.lower[i];
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_centers, count));
@@ -162,7 +162,7 @@ SPRINGLS__FN springls_status springls__look_at_block(springls_context *ctx, spri
         springls__place_in_block(&job->block, i, place);
         brick = springls__brick_at(g, 8 * place[0], 8 * place[1], 8 * place[2]);
         if (d != d) return springls__fail(ctx, SPRINGLS_NON_FINITE, "the signed distance is NaN at brick %d", brick);
-        if (d < 0.0f) springls__box_add(&inside, place, 0);
+        if (d < 0.0f) springls__keep_box(g, &inside, place, place, 0);
         if (springls__fabs(d) <= near_band) springls__brick_list(&ctx->model)[job->listed++] = brick;
     }
     SPRINGLS__TRY(springls__table_cover(ctx, inside));
@@ -285,7 +285,7 @@ SPRINGLS__FN springls_status springls__bricks_of_voxels(springls_context *ctx, s
 {
     springls__grid *g = &ctx->model.grid;
     const int *b = g->bricks, bricks = b[0] * b[1] * b[2];
-    springls__brick_box solid = springls__empty_box();
+    springls__brick_groups solid = springls__no_groups();
     int n = 0, brick, *list, d;
     uint8_t *wanted;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_wanted, bricks));
@@ -299,7 +299,7 @@ SPRINGLS__FN springls_status springls__bricks_of_voxels(springls_context *ctx, s
         springls__brick_place(g, brick, at);
         SPRINGLS__TRY(springls__count_inside(ctx, value, arg, at, &inside, &total));
         if (inside == total) {
-            springls__box_add(&solid, at, 0);
+            springls__keep_box(g, &solid, at, at, 0);
             wanted[brick] |= SPRINGLS__SOLID;
         }
         for (d = 0; d < 3; d++) at_border = at_border || at[d] == 0 || at[d] + 1 == b[d];

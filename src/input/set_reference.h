@@ -33,7 +33,7 @@ SPRINGLS__FN springls_status springls__take_reference(springls_context *ctx, spr
     size_t own = springls__surface_bytes(&ctx->original), taken = springls__surface_bytes(&other->original);
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_TOP, springls__entry_count(from), springls__entry_count(to)));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, (size_t)from->slot_count, (size_t)to->slot_count));
-    to->table = from->table;
+    springls__take_table(to, &from->table);
     memcpy(to->top, from->top, springls__entry_count(from) * sizeof *from->top);
     memcpy(to->phi, from->phi, (size_t)from->slot_count * SPRINGLS__BRICK_VOXELS * sizeof *from->phi);
     to->slot_count = from->slot_count;

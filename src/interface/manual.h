@@ -421,18 +421,20 @@
      - Forces that should grow or shrink the model have no effect on its volume: the switch is not for active contours.
      - It hides a loss of volume and improves nothing else. It is off in every figure that we report.
      - springls_component.correction is the distance that each needed, springls_stats.volume_correction the largest.
-     - It takes 12 bytes a voxel of active bricks and 4 bytes a brick of the box around the model.
+     - It takes 12 bytes a voxel of active bricks and 4 bytes an entry of the table of bricks (MEMORY).
 
 
    MEMORY
 
    All memory comes from desc.allocator, or malloc, and is allocated only on the thread that called the library. phi and
    omega live in bricks of 8 x 8 x 8 voxels that exist only near the surface, so memory grows with the area of the surface;
-   two tables have one int a brick of the box around the model, and of the one around the original. The size of the grid
-   costs nothing: a small ball takes as much in 4096^3 voxels as in 256^3. A box that is 2000 voxels wide along each axis
-   takes 64 MiB a table, also when all that is in it is two small balls at its corners. Dense inputs need a byte and an int
-   for each brick of the grid while they are set, snapshots a bit. springls_memory_used returns the bytes held. Buffers grow
-   and are reused; springls_reset keeps them, springls_destroy returns them.
+   two tables, of the model and of the original, have one int a brick of the box around a body. The size of the grid costs
+   nothing: a small ball takes as much in 4096^3 voxels as in 256^3, and two of them at opposite corners no more than two
+   near to each other. A body that is 2000 voxels wide along each axis takes 64 MiB a table. A table of several bodies has at
+   worst the sum of their widths along each axis, and never more than the box around all: where some body is at nearly every
+   place along each axis the table is that of the box. Dense inputs need a byte and an int for each brick of the grid while they are set.
+   springls_memory_used returns the bytes held. Buffers grow and are reused; springls_reset keeps them, springls_destroy
+   returns them.
 
    Views (springls_view_*, springls_ids) belong to the context, until the next call that changes the model. A springls_mesh
    belongs to the caller, who frees it by springls_mesh_free. Arrays that are passed in are borrowed during the call.

@@ -101,6 +101,8 @@ SPRINGLS__FN springls_status springls__grids_create(springls_context *ctx)
     ctx->model.group = springls__alone();
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_TOP, 1, 0));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_TOP, 1, 0));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_PLANE, 6 * SPRINGLS__MOST_PLANES, 0));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PLANE, 6 * SPRINGLS__MOST_PLANES, 0));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, SPRINGLS__FIRST_SLOT, 0));
     SPRINGLS__TRY(springls__grid_reserve(ctx, SPRINGLS__FIRST_SLOT));
     springls__grids_clear(ctx);
@@ -120,15 +122,15 @@ SPRINGLS__FN void springls__take_slots(springls__grid *g, int n)
 SPRINGLS__FN springls_status springls__grid_add_bricks(springls_context *ctx, int *list, int count)
 {
     springls__grid *g = &ctx->model.grid;
-    springls__brick_box box = springls__empty_box();
+    springls__brick_groups groups = springls__no_groups();
     int i, n = 0, write, read;
     SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__GRID_BITS));
     qsort(list, (size_t)count, sizeof *list, springls__compare_int);
     for (i = 0; i < count; i++)
         if (springls__slot_of_brick(g, list[i]) < SPRINGLS__FIRST_SLOT && (n == 0 || list[n - 1] != list[i])) list[n++] = list[i];
     if (n == 0) return SPRINGLS_OK;
-    for (i = 0; i < n; i++) springls__box_add_brick(g, &box, list[i], 0);
-    SPRINGLS__TRY(springls__table_cover(ctx, box));
+    for (i = 0; i < n; i++) springls__keep_brick(g, &groups, list[i]);
+    SPRINGLS__TRY(springls__table_cover(ctx, groups));
     SPRINGLS__TRY(springls__grid_reserve(ctx, g->slot_count + n));
     write = g->active_count + n - 1;
     read = g->active_count - 1;
@@ -169,7 +171,7 @@ SPRINGLS__FN springls_status springls__reference_copy(springls_context *ctx)
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, (size_t)g->slot_count, 0));
     reference->far_value = g->far_value;
     reference->slot_count = g->slot_count;
-    reference->table = g->table;
+    springls__take_table(reference, &g->table);
     memcpy(reference->top, g->top, springls__entry_count(g) * sizeof *g->top);
     memcpy(reference->phi, g->phi, (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS * sizeof *g->phi);
     return SPRINGLS_OK;

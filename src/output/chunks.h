@@ -38,7 +38,7 @@ typedef struct springls__lattice_brick { int at[3]; } springls__lattice_brick;
 
 struct springls_chunks {
     springls_chunks_desc desc;
-    springls__grid published;              /* its table, top, slot_brick, free_slots and phi; the rest is not used     */
+    springls__grid published;              /* its table, plane, top, slot_brick, free_slots and phi; the rest is not used     */
     springls__brick_signature *signature;  /* [published slot] when the brick was last meshed                          */
     uint8_t *dirty, *has_mesh;             /* [published entry] 1: mesh it again; 1: its last mesh had triangles       */
     uint32_t *affected;                    /* [list entry] mask of the bricks around it whose mesh a change affects    */
@@ -50,15 +50,16 @@ struct springls_chunks {
     int listed, count;                     /* bricks of list, chunks                                                   */
     bool publishing;       /* some values may be published whose bricks are not dirty yet                              */
     springls__chunks_state state;
-    springls__buffer top_memory, slot_brick_memory, free_slots_memory, phi_memory, signature_memory, dirty_memory;
+    springls__buffer plane_memory, top_memory, slot_brick_memory, free_slots_memory, phi_memory, signature_memory, dirty_memory;
     springls__buffer has_mesh_memory, affected_memory, list_memory, chunk_memory, vertex_memory, corner_memory, left_memory;
 };
 
 SPRINGLS__FN void springls__chunks_free(springls_context *ctx, springls_chunks *c)
 {
-    springls__buffer *const buffers[] = { &c->top_memory, &c->slot_brick_memory, &c->free_slots_memory, &c->phi_memory,
-                                          &c->signature_memory, &c->dirty_memory, &c->has_mesh_memory, &c->affected_memory,
-                                          &c->list_memory, &c->chunk_memory, &c->vertex_memory, &c->corner_memory, &c->left_memory };
+    springls__buffer *const buffers[] = { &c->plane_memory, &c->top_memory, &c->slot_brick_memory, &c->free_slots_memory,
+                                          &c->phi_memory, &c->signature_memory, &c->dirty_memory, &c->has_mesh_memory,
+                                          &c->affected_memory, &c->list_memory, &c->chunk_memory, &c->vertex_memory,
+                                          &c->corner_memory, &c->left_memory };
     size_t i;
     for (i = 0; i < sizeof buffers / sizeof *buffers; i++) springls__buffer_free(ctx, buffers[i]);
     springls__release(ctx, c, sizeof *c);
@@ -125,30 +126,34 @@ SPRINGLS__FN void springls__move_published(springls_chunks *c, const int bricks[
     }
 }
 
-/* Replaces the top table of the published level set and what it has for each entry, after its bricks have moved by `bricks`. Nothing
-   has changed on failure. */
+/* Replaces the top table of the published level set and what it has for each entry, after its bricks have moved by `bricks`.
+   Nothing has changed on failure. */
 SPRINGLS__FN springls_status springls__change_published(springls_context *ctx, springls_chunks *c, const springls__table *to,
                                                         const int bricks[3])
 {
-    static const size_t size[3] = { sizeof(int), 1, 1 };
-    springls__buffer *const memory[3] = { &c->top_memory, &c->dirty_memory, &c->has_mesh_memory };
-    springls__buffer moved[3];
+    static const size_t size[4] = { sizeof(int), 1, 1, sizeof(int) };
+    springls__buffer *const memory[4] = { &c->top_memory, &c->dirty_memory, &c->has_mesh_memory, &c->plane_memory };
+    springls__grid changed = c->published;
+    springls__buffer moved[4];
     springls_status status = SPRINGLS_OK;
     int i;
     memset(moved, 0, sizeof moved);
-    for (i = 0; i < 3 && status == SPRINGLS_OK; i++)
-        status = springls__buffer_grow(ctx, &moved[i], springls__entries_of(to), size[i], 0);
+    for (i = 0; i < 4 && status == SPRINGLS_OK; i++)
+        status = springls__buffer_grow(ctx, &moved[i], i < 3 ? springls__entries_of(to) : 6 * SPRINGLS__MOST_PLANES, size[i], 0);
     if (status != SPRINGLS_OK) {
-        for (i = 0; i < 3; i++) springls__buffer_free(ctx, &moved[i]);
+        for (i = 0; i < 4; i++) springls__buffer_free(ctx, &moved[i]);
         return status;
     }
     if (bricks[0] || bricks[1] || bricks[2]) springls__move_published(c, bricks);
-    for (i = 0; i < 3; i++) {
-        springls__copy_entries(&c->published.table, memory[i]->data, to, moved[i].data, size[i], bricks);
+    changed.plane = (int *)moved[3].data;
+    springls__take_table(&changed, to);
+    for (i = 0; i < 3; i++) springls__copy_entries(&c->published, memory[i]->data, &changed, moved[i].data, size[i], bricks);
+    for (i = 0; i < 4; i++) {
         springls__buffer_free(ctx, memory[i]);
         *memory[i] = moved[i];
     }
     c->published.table = *to;
+    c->published.plane = changed.plane;
     c->published.top = (int *)c->top_memory.data;
     c->dirty = (uint8_t *)c->dirty_memory.data;
     c->has_mesh = (uint8_t *)c->has_mesh_memory.data;
@@ -173,34 +178,34 @@ SPRINGLS__FN void springls__take_back_bricks(springls_chunks *c)
 /* Returns the table that has the bricks of a box, those that are published or have a mesh, and those that were left behind and are
    in the window again, after the published ones have moved by `bricks`. */
 SPRINGLS__FN springls__table springls__table_to_publish(const springls_context *ctx, const springls_chunks *c,
-                                                        springls__brick_box box, const int bricks[3])
+                                                        springls__brick_groups groups, const int bricks[3])
 {
     const springls__grid *g = &c->published;
     int i, place[3], count = (int)springls__entry_count(g);
     for (i = 0; i < count; i++)
-        if (g->top[i] != SPRINGLS__OUTSIDE || c->dirty[i] || c->has_mesh[i]) springls__box_add_entry(g, &box, i, bricks);
+        if (g->top[i] != SPRINGLS__OUTSIDE || c->dirty[i] || c->has_mesh[i]) springls__keep_entry(g, &groups, i, bricks);
     for (i = 0; i < c->left_count; i++)
-        if (springls__place_in_window(g, ctx->window.offset, &c->left[i], place)) springls__box_add(&box, place, 0);
-    return springls__table_for(g, &box);
+        if (springls__place_in_window(g, ctx->window.offset, &c->left[i], place)) springls__keep_box(g, &groups, place, place, 0);
+    return springls__table_of(g, &groups);
 }
 
 /* Moves what is published to where the model's window is now, and makes its top table have the bricks of the model. Nothing has
    changed on failure. */
 SPRINGLS__FN springls_status springls__chunks_follow(springls_context *ctx, springls_chunks *c)
 {
-    springls__brick_box box = springls__empty_box();
+    springls__brick_groups groups = springls__no_groups();
     springls__table to;
     int bricks[3], axis, i, n = c->left_count;
     const int count = (int)springls__entry_count(&c->published);
-    springls__box_add_grid(&ctx->model.grid, &box, springls__unmoved);
-    if (springls__table_covers(&c->published, &box) && memcmp(c->window, ctx->window.offset, sizeof c->window) == 0)
+    springls__keep_grid(&ctx->model.grid, &groups, springls__unmoved);
+    if (springls__table_keeps(&c->published, &groups) && memcmp(c->window, ctx->window.offset, sizeof c->window) == 0)
         return SPRINGLS_OK;
     for (i = 0; i < count; i++) n += c->has_mesh[i];
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->left_memory, (size_t)n + 1, sizeof *c->left,
                                         (size_t)c->left_count * sizeof *c->left));
     c->left = (springls__lattice_brick *)c->left_memory.data;
     for (axis = 0; axis < 3; axis++) bricks[axis] = (ctx->window.offset[axis] - c->window[axis]) / SPRINGLS__BRICK;
-    to = springls__table_to_publish(ctx, c, box, bricks);
+    to = springls__table_to_publish(ctx, c, groups, bricks);
     SPRINGLS__TRY(springls__change_published(ctx, c, &to, bricks));
     memcpy(c->window, ctx->window.offset, sizeof c->window);
     springls__take_back_bricks(c);

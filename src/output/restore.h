@@ -12,12 +12,12 @@ SPRINGLS__FN springls__table springls__table_of_block(const springls__grid *g, c
 {
     const char *numbers = block + layout->at[section + 1];
     springls__inside_walk walk = springls__walk_inside(g, layout, block, section);
-    springls__brick_box box = springls__empty_box();
+    springls__brick_groups groups = springls__no_groups();
     int i;
-    for (i = 0; i < count; i++) springls__box_add_brick(g, &box, springls__int_at(numbers, (size_t)i), 0);
+    for (i = 0; i < count; i++) springls__keep_brick(g, &groups, springls__int_at(numbers, (size_t)i));
     while (springls__next_inside(&walk))
-        for (i = 0; i < walk.length; i++) springls__box_add_brick(g, &box, walk.first + i, 0);
-    return springls__table_for(g, &box);
+        for (i = 0; i < walk.length; i++) springls__keep_brick(g, &groups, walk.first + i);
+    return springls__table_of(g, &groups);
 }
 
 /* Finds the top tables of a block, the model's and, where it has one, that of the reference. */
@@ -76,7 +76,7 @@ SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__table *t
     const char *numbers = block + layout->at[section + 1];
     springls__inside_walk walk = springls__walk_inside(g, layout, block, section);
     int i, entries = (int)springls__entries_of(table);
-    g->table = *table;
+    springls__take_table(g, table);
     for (i = 0; i < entries; i++) g->top[i] = SPRINGLS__OUTSIDE;
     while (springls__next_inside(&walk))
         for (i = 0; i < walk.length; i++) g->top[springls__entry_of_brick(g, walk.first + i)] = SPRINGLS__INSIDE;

@@ -27,7 +27,7 @@ SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     springls__grid_clear(ctx, g);
-    SPRINGLS__TRY(springls__table_cover(ctx, springls__box_of_model(&ctx->model, false)));
+    SPRINGLS__TRY(springls__table_cover(ctx, springls__groups_of_model(&ctx->model, false)));
     entries = (int)springls__entry_count(g);
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_wanted, entries));
     wanted = springls__brick_wanted(&ctx->model);

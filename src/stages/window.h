@@ -71,7 +71,7 @@ SPRINGLS__FN springls_status springls__move_window(springls_context *ctx, const 
 {
     const uint64_t moved = SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(FREE_SLOTS)
                          | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(S) | SPRINGLS__BIT(SYNCED_POSITION);
-    springls__brick_box box = springls__empty_box();
+    springls__brick_groups groups = springls__no_groups();
     springls__table table;
     int voxels[3], offset[3], axis;
     for (axis = 0; axis < 3; axis++) {
@@ -79,8 +79,8 @@ SPRINGLS__FN springls_status springls__move_window(springls_context *ctx, const 
         offset[axis] = ctx->window.offset[axis] + voxels[axis];
     }
     SPRINGLS__TRY(springls__to_host(ctx, moved, moved));
-    springls__box_add_grid(&ctx->model.grid, &box, bricks);
-    table = springls__table_for(&ctx->model.grid, &box);
+    springls__keep_grid(&ctx->model.grid, &groups, bricks);
+    table = springls__table_of(&ctx->model.grid, &groups);
     SPRINGLS__TRY(springls__table_change(ctx, &table, bricks));
     springls__move_bricks(&ctx->model.grid, bricks);
     springls__move_places(ctx, voxels);

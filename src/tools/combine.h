@@ -125,10 +125,10 @@ SPRINGLS__FN float springls__combined_phi(springls_operation operation, float a,
 /* Makes the bricks active that are active in either, and the top table have those of both. */
 SPRINGLS__FN springls_status springls__bricks_of_both(springls_context *ctx, const springls__grid *other)
 {
-    springls__brick_box box = springls__empty_box();
+    springls__brick_groups groups = springls__no_groups();
     int i, *list;
-    springls__box_add_grid(other, &box, springls__unmoved);
-    SPRINGLS__TRY(springls__table_cover(ctx, box));
+    springls__keep_grid(other, &groups, springls__unmoved);
+    SPRINGLS__TRY(springls__table_cover(ctx, groups));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_list, other->active_count));
     list = springls__brick_list(&ctx->model);
     for (i = 0; i < other->active_count; i++) list[i] = other->slot_brick[other->active[i]];
@@ -194,7 +194,7 @@ SPRINGLS__FN void springls__combine_level_sets(springls_context *ctx, springls_o
 /* The bricks of two references together, while they are combined: the top table of the result, and its entries. */
 typedef struct springls__both_references {
     const springls__grid *first, *second;
-    springls__grid grid; /* its size, table and top */
+    springls__grid grid; /* its size, table, planes and top */
 } springls__both_references;
 
 /* Gives the bricks with voxels of either reference new slots, and the constant ones the side of the first. Returns the number of
@@ -239,30 +239,39 @@ SPRINGLS__FN void springls__replace_memory(springls_context *ctx, springls__arra
 SPRINGLS__FN springls_status springls__combine_references(springls_context *ctx, const springls__grid *other)
 {
     springls__grid *g = &ctx->model.reference;
-    springls__brick_box box = springls__empty_box();
+    springls__brick_groups groups = springls__no_groups();
     springls__both_references both;
-    springls__buffer top, phi;
+    springls__buffer top, phi, plane;
+    springls__table table;
     springls_status status;
     memset(&top, 0, sizeof top);
+    memset(&plane, 0, sizeof plane);
     memset(&phi, 0, sizeof phi);
-    springls__box_add_grid(g, &box, springls__unmoved);
-    springls__box_add_grid(other, &box, springls__unmoved);
+    springls__keep_grid(g, &groups, springls__unmoved);
+    springls__keep_grid(other, &groups, springls__unmoved);
+    table = springls__table_of(g, &groups);
     both.first = g;
     both.second = other;
     both.grid = *g;
-    both.grid.table = springls__table_for(g, &box);
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &top, springls__entry_count(&both.grid), sizeof *g->top, 0));
-    both.grid.top = (int *)top.data;
-    both.grid.slot_count = springls__number_references(&both);
-    status = springls__buffer_grow(ctx, &phi, (size_t)both.grid.slot_count * SPRINGLS__BRICK_VOXELS, sizeof(float), 0);
+    status = springls__buffer_grow(ctx, &plane, 6 * SPRINGLS__MOST_PLANES, sizeof *g->plane, 0);
+    if (status == SPRINGLS_OK) status = springls__buffer_grow(ctx, &top, springls__entries_of(&table), sizeof *g->top, 0);
+    if (status == SPRINGLS_OK) {
+        both.grid.plane = (int *)plane.data;
+        both.grid.top = (int *)top.data;
+        springls__take_table(&both.grid, &table);
+        both.grid.slot_count = springls__number_references(&both);
+        status = springls__buffer_grow(ctx, &phi, (size_t)both.grid.slot_count * SPRINGLS__BRICK_VOXELS, sizeof(float), 0);
+    }
     if (status != SPRINGLS_OK) {
         springls__buffer_free(ctx, &top);
+        springls__buffer_free(ctx, &plane);
         return status;
     }
     both.grid.phi = (float *)phi.data;
     springls__merge_references(&both);
-    g->table = both.grid.table;
+    g->table = table;
     g->slot_count = both.grid.slot_count;
+    springls__replace_memory(ctx, SPRINGLS__ARRAY_REFERENCE_PLANE, &plane);
     springls__replace_memory(ctx, SPRINGLS__ARRAY_REFERENCE_TOP, &top);
     springls__replace_memory(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, &phi);
     springls__bind(ctx);

@@ -1,5 +1,5 @@
-/* test_top_table.c - the top table has entries for a box of bricks around the model: what a grid costs, and every bit of a result,
-   do not depend on how large the domain is. */
+/* test_top_table.c - the top table has entries for the bricks near to bodies only: what a grid costs, and every bit of a result, do
+   not depend on how large the domain is, nor on how far bodies are from each other. */
 #include "fixtures.h"
 
 enum { SMALL = 128, HUGE_GRID = 4096 };
@@ -38,21 +38,20 @@ static springls_status run(springls_context *ctx, springls_mode mode, float x, f
     return springls_run(ctx, &step, steps);
 }
 
-/* The slots are those of the table's entries, and the table goes a brick further than all that is not outside. */
+/* The slots are those of the table's entries, and all that is not outside has entries around it, each of one brick. */
 static bool table_is_sound(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.grid;
-    int i, axis, active = 0, place[3];
+    int i, k, axis, active = 0, place[3];
     if (springls__to_host(ctx, SPRINGLS__GRID_BITS, 0) != SPRINGLS_OK) return false;
     for (i = 0; i < (int)springls__entry_count(g); i++) {
         if (springls__entry_of_brick(g, springls__brick_of_entry(g, i)) != i) return false;
         if (g->top[i] == SPRINGLS__OUTSIDE) continue;
         active += g->top[i] >= SPRINGLS__FIRST_SLOT;
-        springls__entry_origin(g, i, place);
-        for (axis = 0; axis < 3; axis++) {
-            if (place[axis] == g->table.lower[axis] && place[axis] > 0) return false;
-            if (place[axis] + 8 >= g->table.upper[axis] && g->table.upper[axis] < g->size[axis]) return false;
-        }
+        springls__brick_place(g, springls__brick_of_entry(g, i), place);
+        for (axis = 0; axis < 3; axis++)
+            for (k = springls__imax(place[axis] - 1, 0); k <= springls__imin(place[axis] + 1, g->bricks[axis] - 1); k++)
+                if (!springls__keeps_place(&g->table.groups, axis, k)) return false;
     }
     for (i = 0; i < g->active_count; i++)
         if (springls__slot_of_brick(g, g->slot_brick[g->active[i]]) != g->active[i]) return false;
@@ -292,6 +291,134 @@ TEST the_ends_of_the_domain_are_closed(void)
     PASS();
 }
 
+/* ---- bodies far apart ---- */
+
+/* A wind that parts two balls along z, by eight voxels a step, or brings them together. */
+static void part_or_meet(void *user, const float *points, int count, float time, float *out)
+{
+    const float speed = 8.0f * (float)*(const int *)user;
+    int i;
+    (void)time;
+    for (i = 0; i < count; i++) {
+        out[3 * i] = out[3 * i + 1] = 0.0f;
+        out[3 * i + 2] = points[3 * i + 2] > 85.0f ? speed : 0.0f;
+    }
+}
+
+typedef struct two_balls { springls_sphere ball[2]; } two_balls;
+
+static void either_ball(void *user, const float *points, int count, float *out)
+{
+    two_balls *balls = (two_balls *)user;
+    float other;
+    int i;
+    springls_implicit_sphere(&balls->ball[0], points, count, out);
+    for (i = 0; i < count; i++) {
+        springls_implicit_sphere(&balls->ball[1], points + 3 * i, 1, &other);
+        if (other < out[i]) out[i] = other;
+    }
+}
+
+/* Two balls at opposite corners of a huge grid take the memory of two balls, also while they move, are meshed, combined, remembered
+   and made again from springls alone. */
+TEST far_bodies_cost_no_more_than_near_ones(void)
+{
+    const size_t limit = (size_t)24 << 20; /* bytes: a table of the whole box would have a GiB */
+    counted_heap counted;
+    springls_desc desc = fixture_desc(HUGE_GRID, NULL);
+    springls_context *ctx, *restored;
+    springls_chunks *chunks;
+    const springls_chunk *changed;
+    springls_measures measures;
+    springls_sphere third = fixture_ball(2000.0f, 60.0f, 4000.0f, 9.0f);
+    two_balls balls;
+    size_t size;
+    char *block;
+    int i, count;
+    balls.ball[0] = fixture_ball(60.0f, 50.0f, 70.0f, 11.0f);
+    balls.ball[1] = fixture_ball(4030.0f, 4020.0f, 4050.0f, 13.0f);
+    desc.allocator = counted_allocator(&counted);
+    ASSERT_OK(springls_create(&desc, &ctx));
+    ASSERT_OK(springls_set_implicit(ctx, either_ball, &balls));
+    ASSERT(table_is_sound(ctx));
+    ASSERT_OK(springls_chunks_create(ctx, NULL, &chunks));
+    for (i = 0; i < 3; i++) {
+        ASSERT_OK(run(ctx, SPRINGLS_MODE_FLUID, -0.75f, 1.5f, 0.5f, 1));
+        ASSERT(table_is_sound(ctx));
+        ASSERT_OK(springls_chunks_update(ctx, chunks, &changed, &count));
+        ASSERT_GT(count, 0);
+    }
+    ASSERT_OK(springls_measure(ctx, &measures));
+    ASSERT_EQ(2, measures.components);
+    ASSERT_EQ(4, measures.euler);
+    ASSERT_OK(springls_snapshot(ctx, SPRINGLS_SNAPSHOT_KIND_ALL, NULL, 0, &size));
+    ASSERT_LT(size, limit / 2);
+    block = (char *)malloc(size);
+    ASSERT_OK(springls_snapshot(ctx, SPRINGLS_SNAPSHOT_KIND_ALL, block, size, &size));
+    restored = fixture_sphere(HUGE_GRID, NULL, 3000.0f, 3000.0f, 3000.0f, 5.0f);
+    ASSERT_OK(springls_restore(restored, block, size));
+    free(block);
+    ASSERT(table_is_sound(restored));
+    ASSERT_EQ(springls_state_hash(ctx), springls_state_hash(restored));
+    ASSERT_OK(springls_combine_implicit(ctx, SPRINGLS_OPERATION_UNION, springls_implicit_sphere, &third));
+    ASSERT(table_is_sound(ctx));
+    ASSERT_OK(springls_unsigned_to_signed(ctx));
+    ASSERT(table_is_sound(ctx));
+    ASSERT_OK(springls_measure(ctx, &measures));
+    ASSERT_EQ(3, measures.components);
+    ASSERT_EQ(6, measures.euler);
+    ASSERT_LT(counted.peak, 2 * limit);
+    ASSERT_LT(springls_memory_used(ctx), limit);
+    springls_chunks_destroy(ctx, chunks);
+    springls_destroy(ctx);
+    springls_destroy(restored);
+    PASS();
+}
+
+/* Makes the top table of a model that of the whole domain: nothing is left out from now on. */
+static springls_status keep_everything(springls_context *ctx)
+{
+    const int first[3] = { 0, 0, 0 };
+    springls__brick_groups all = springls__no_groups();
+    springls__keep_box(&ctx->model.grid, &all, first, ctx->model.grid.bricks, 0);
+    return springls__table_cover(ctx, all);
+}
+
+/* Two balls part and meet again: what is between them is left out of one table and not of the other, and the bits are the same. */
+TEST what_is_left_out_changes_no_bit(springls_mode mode)
+{
+    springls_context *ctx[2];
+    springls_desc desc = fixture_desc(256, NULL);
+    two_balls balls;
+    int i, k, way;
+    balls.ball[0] = fixture_ball(60.0f, 50.0f, 70.0f, 8.0f);
+    balls.ball[1] = fixture_ball(50.0f, 60.0f, 95.0f, 8.0f);
+    for (i = 0; i < 2; i++) {
+        ASSERT_OK(springls_create(&desc, &ctx[i]));
+        ASSERT_OK(springls_set_implicit(ctx[i], either_ball, &balls));
+    }
+    for (way = 1; way >= -1; way -= 2) {
+        for (k = 0; k < 9; k++) {
+            ASSERT_OK(keep_everything(ctx[1])); /* again: some steps begin with an empty table */
+            ASSERT_EQ(32 * 32 * 32, (int)springls__entry_count(&ctx[1]->model.grid));
+            for (i = 0; i < 2; i++) {
+                springls_forces forces = fixture_forces(part_or_meet, &way);
+                springls_step_desc step = fixture_step(&forces, mode, 1.0f);
+                ASSERT_OK(springls_step(ctx[i], &step));
+                ASSERT(table_is_sound(ctx[i]));
+            }
+            ASSERT_EQ(springls_state_hash(ctx[0]), springls_state_hash(ctx[1]));
+        }
+        ASSERT(same_bits(ctx[0], ctx[1]));
+        if (way < 0) continue; /* where they are far apart something is left out */
+        ASSERT_LT(SPRINGLS__BRICK * ctx[0]->model.grid.table.bricks[2],
+                  ctx[0]->model.grid.table.upper[2] - ctx[0]->model.grid.table.lower[2]);
+    }
+    springls_destroy(ctx[0]);
+    springls_destroy(ctx[1]);
+    PASS();
+}
+
 /* ---- what is kept, and windows ---- */
 
 TEST snapshots_restore_the_table(void)
@@ -426,6 +553,9 @@ SUITE(top_table)
     RUN_TEST(chunks_do_not_depend_on_the_domain);
     RUN_TEST(queries_reach_beyond_the_table);
     RUN_TEST(the_ends_of_the_domain_are_closed);
+    RUN_TEST(far_bodies_cost_no_more_than_near_ones);
+    RUN_TESTp(what_is_left_out_changes_no_bit, SPRINGLS_MODE_FLUID);
+    RUN_TESTp(what_is_left_out_changes_no_bit, SPRINGLS_MODE_ELASTIC);
     RUN_TEST(snapshots_restore_the_table);
     RUN_TEST(snapshots_do_not_grow_with_the_domain);
     RUN_TEST(huge_windows_follow);
