@@ -544,17 +544,19 @@
      - Forces that should grow or shrink the model have no effect on its volume: the switch is not for active contours.
      - It hides a loss of volume and improves nothing else. It is off in every figure that we report.
      - springls_component.correction is the distance that each needed, springls_stats.volume_correction the largest.
-     - It takes 12 bytes a voxel of active bricks and 4 bytes a brick of the box around the model.
+     - It takes 12 bytes a voxel of active bricks and 4 bytes an entry of the table of bricks (MEMORY).
 
    MEMORY
 
    All memory comes from desc.allocator, or malloc, and is allocated only on the thread that called the library. phi and
    omega live in bricks of 8 x 8 x 8 voxels that exist only near the surface, so memory grows with the area of the surface;
-   two tables have one int a brick of the box around the model, and of the one around the original. The size of the grid
-   costs nothing: a small ball takes as much in 4096^3 voxels as in 256^3. A box that is 2000 voxels wide along each axis
-   takes 64 MiB a table, also when all that is in it is two small balls at its corners. Dense inputs need a byte and an int
-   for each brick of the grid while they are set, snapshots a bit. springls_memory_used returns the bytes held. Buffers grow
-   and are reused; springls_reset keeps them, springls_destroy returns them.
+   two tables, of the model and of the original, have one int a brick of the box around a body. The size of the grid costs
+   nothing: a small ball takes as much in 4096^3 voxels as in 256^3, and two of them at opposite corners no more than two
+   near to each other. A body that is 2000 voxels wide along each axis takes 64 MiB a table. A table of several bodies has at
+   worst the sum of their widths along each axis, and never more than the box around all: where some body is at nearly every
+   place along each axis the table is that of the box. Dense inputs need a byte and an int for each brick of the grid while they are set.
+   springls_memory_used returns the bytes held. Buffers grow and are reused; springls_reset keeps them, springls_destroy
+   returns them.
 
    Views (springls_view_*, springls_ids) belong to the context, until the next call that changes the model. A springls_mesh
    belongs to the caller, who frees it by springls_mesh_free. Arrays that are passed in are borrowed during the call.
@@ -3180,7 +3182,10 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(CELL, uint32_t, SPRINGLS__CELLS, grid, cell)  /* springls of cell c: cells.ids[cell[c]] .. cells.ids[cell[c + 1] - 1]   */
 
 /* Lists what a grid has. */
-#define SPRINGLS__GRID_ARRAYS(X) X(TOP, int, 1, grid, top) /* entry of the top table -> slot */ SPRINGLS__SLOT_ARRAYS(X)
+#define SPRINGLS__GRID_ARRAYS(X)                                                                                                 \
+    X(TOP, int, 1, grid, top)                       /* entry of the top table -> slot                                         */ \
+    X(PLANE, int, 1, grid, plane)                   /* of the top table: see springls__entry_at                               */ \
+    SPRINGLS__SLOT_ARRAYS(X)
 
 /* Lists what is found for the springls when it is needed: one element a springl, then lists of their own length. */
 #define SPRINGLS__SEARCH_ARRAYS(X)                                                                                               \
@@ -3214,7 +3219,8 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
 /* Lists all arrays. */
 #define SPRINGLS__ARRAYS(X)                                                                                                      \
     SPRINGLS__SPRINGL_ARRAYS(X) SPRINGLS__GRID_ARRAYS(X)                                                                         \
-    X(REFERENCE_TOP, int, 1, reference, top) X(REFERENCE_PHI, float, SPRINGLS__BRICK_VOXELS, reference, phi)                     \
+    X(REFERENCE_TOP, int, 1, reference, top) X(REFERENCE_PLANE, int, 1, reference, plane)                                        \
+    X(REFERENCE_PHI, float, SPRINGLS__BRICK_VOXELS, reference, phi)                                                              \
     SPRINGLS__SEARCH_ARRAYS(X) SPRINGLS__LIST_ARRAYS(X) SPRINGLS__SCRATCH_ARRAYS(X) SPRINGLS__FORCE_ARRAYS(X)                    \
     SPRINGLS__DEVICE_ARRAYS(X)
 
@@ -3256,7 +3262,7 @@ typedef struct springls__record {
 
 /* The sparse grid: bricks of 8x8x8 voxels in a pool of slots, found through a top table. Slots 0 and 1 are constant bricks, far
    outside and far inside, so that every brick of the top table can be read without a test. Bricks are numbered through the whole
-   domain, x fastest; the top table has entries for a box of them only (top_table.h). */
+   domain, x fastest; the top table has entries where there may be something only (top_table.h). */
 #define SPRINGLS__BRICK 8
 #define SPRINGLS__BRICK_VOXELS 512
 #define SPRINGLS__OUTSIDE 0
@@ -3265,12 +3271,20 @@ typedef struct springls__record {
 #define SPRINGLS__CELL 2   /* voxels: width of a cell of springls                          */
 #define SPRINGLS__CELLS 65 /* 64 cells a brick, and where the next brick begins          */
 
-/* The box of bricks that a top table has. All bricks beyond it are outside, and so are its outermost ones, except at the border of
-   the domain: reading beyond it is reading its nearest brick, and what is beside an active brick is in it. */
+/* The bricks that a top table has: a box of them, less what is left out. Bricks at places 4 k to 4 k + 3 along an axis are a
+   group; a group is kept when some brick in it, or beside it, is not outside. Each place in a kept group has a plane of entries,
+   and each run of places between kept groups has one plane for all of them, which is outside. So the planes beside that of an
+   active brick are its neighbors', and bodies far apart cost no more than near to each other. All bricks beyond the box are
+   outside, and so are its outermost ones, except at the border of the domain: reading beyond it is reading its nearest brick. */
+#define SPRINGLS__GROUP_WORDS 4 /* of 32 groups each: the domain has up to 512 bricks along an axis */
+#define SPRINGLS__MOST_PLANES 512
+
+typedef struct springls__brick_groups { uint32_t kept[3][SPRINGLS__GROUP_WORDS]; } springls__brick_groups;
+
 typedef struct springls__table {
     int lower[3], upper[3]; /* the first voxel, and the first one beyond, along each axis           */
-    int bricks[3];
-    int first;              /* what the entry of brick (0, 0, 0) of the domain would be, negated    */
+    int bricks[3];          /* planes                                                               */
+    springls__brick_groups groups;
 } springls__table;
 
 typedef struct springls__grid {
@@ -3508,10 +3522,31 @@ SPRINGLS__MATHS int springls__brick_at(const springls__grid *g, int x, int y, in
     return (x >> 3) + g->bricks[0] * ((y >> 3) + g->bricks[1] * (z >> 3));
 }
 
-/* Returns the entry of a voxel that the top table has. */
+/* Returns the entry of a voxel that the top table has. g->plane has, for each place of a brick along each axis, the plane of
+   entries there, times their stride; then for each plane the first place that it stands for (springls__take_table). */
 SPRINGLS__MATHS int springls__entry_at(const springls__grid *g, int x, int y, int z)
 {
-    return (x >> 3) + g->table.bricks[0] * ((y >> 3) + g->table.bricks[1] * (z >> 3)) - g->table.first;
+    return g->plane[x >> 3] + g->plane[SPRINGLS__MOST_PLANES + (y >> 3)] + g->plane[2 * SPRINGLS__MOST_PLANES + (z >> 3)];
+}
+
+/* Returns the first brick, as a place along an axis, of a plane of the top table. */
+SPRINGLS__MATHS int springls__place_of_plane(const springls__grid *g, int axis, int plane)
+{
+    return g->plane[(3 + axis) * SPRINGLS__MOST_PLANES + plane];
+}
+
+/* Returns whether a place along an axis, counted in bricks, is in a group that is kept. */
+SPRINGLS__MATHS bool springls__keeps_place(const springls__brick_groups *groups, int axis, int place)
+{
+    return (groups->kept[axis][place >> 7] >> ((place >> 2) & 31) & 1u) != 0u;
+}
+
+/* Returns whether the top table has an entry for a brick, at a place counted in bricks, alone. */
+SPRINGLS__MATHS bool springls__has_entry(const springls__grid *g, const int place[3])
+{
+    const springls__brick_groups *groups = &g->table.groups;
+    return springls__keeps_place(groups, 0, place[0]) && springls__keeps_place(groups, 1, place[1])
+        && springls__keeps_place(groups, 2, place[2]);
 }
 
 /* Returns the slot of a voxel that the top table has. */
@@ -3563,13 +3598,13 @@ SPRINGLS__MATHS void springls__brick_origin(const springls__grid *g, int brick, 
     for (axis = 0; axis < 3; axis++) origin[axis] *= SPRINGLS__BRICK;
 }
 
-/* Finds the first voxel of the brick of an entry of the top table. */
+/* Finds the first voxel of the brick of an entry of the top table; of those left out, of the first one. */
 SPRINGLS__MATHS void springls__entry_origin(const springls__grid *g, int entry, int origin[3])
 {
     const springls__table *t = &g->table;
-    origin[0] = t->lower[0] + SPRINGLS__BRICK * (entry % t->bricks[0]);
-    origin[1] = t->lower[1] + SPRINGLS__BRICK * (entry / t->bricks[0] % t->bricks[1]);
-    origin[2] = t->lower[2] + SPRINGLS__BRICK * (entry / (t->bricks[0] * t->bricks[1]));
+    origin[0] = SPRINGLS__BRICK * springls__place_of_plane(g, 0, entry % t->bricks[0]);
+    origin[1] = SPRINGLS__BRICK * springls__place_of_plane(g, 1, entry / t->bricks[0] % t->bricks[1]);
+    origin[2] = SPRINGLS__BRICK * springls__place_of_plane(g, 2, entry / (t->bricks[0] * t->bricks[1]));
 }
 
 /* Returns the brick of an entry. Bricks ascend as entries do. */
@@ -12239,45 +12274,42 @@ SPRINGLS__FN size_t springls__table_size(size_t entries)
 }
 
 /* ======== >>top_table  (src/model/top_table.h) ================================================================= */
-/* top_table.h - the box of bricks that a top table has entries for: it follows the bricks that are not outside, so that memory and
-   time do not depend on the size of the domain. */
+/* top_table.h - which bricks a top table has entries for: it follows the bricks that are not outside, so that memory and time
+   do not depend on the size of the domain, nor on how far bodies are from each other. */
 
 /* A box of bricks of the domain, counted in bricks: lower <= place < upper. */
 typedef struct springls__brick_box { int lower[3], upper[3]; } springls__brick_box;
 
 static const int springls__unmoved[3] = { 0, 0, 0 };
 
-SPRINGLS__FN springls__brick_box springls__empty_box(void)
+SPRINGLS__FN springls__brick_groups springls__no_groups(void)
 {
-    springls__brick_box box;
-    int axis;
-    for (axis = 0; axis < 3; axis++) {
-        box.lower[axis] = INT32_MAX;
-        box.upper[axis] = 0;
-    }
-    return box;
+    springls__brick_groups groups;
+    memset(&groups, 0, sizeof groups);
+    return groups;
 }
 
-/* Makes a box have the bricks within `around` of a place, which is counted in bricks. */
-SPRINGLS__FN void springls__box_add(springls__brick_box *box, const int place[3], int around)
+/* Keeps the groups of the bricks within `around` of those from lower to upper, counted in bricks, and of the ones beside these. */
+SPRINGLS__FN void springls__keep_box(const springls__grid *g, springls__brick_groups *groups, const int lower[3],
+                                     const int upper[3], int around)
 {
-    int axis;
+    int axis, group;
     for (axis = 0; axis < 3; axis++) {
-        box->lower[axis] = springls__imin(box->lower[axis], place[axis] - around);
-        box->upper[axis] = springls__imax(box->upper[axis], place[axis] + around + 1);
+        const int first = springls__imax(lower[axis] - around - 1, 0) >> 2;
+        const int last = springls__imin(upper[axis] + around + 1, g->bricks[axis] - 1) >> 2;
+        for (group = first; group <= last; group++) groups->kept[axis][group >> 5] |= 1u << (group & 31);
     }
 }
 
-SPRINGLS__FN void springls__box_add_brick(const springls__grid *g, springls__brick_box *box, int brick, int around)
+SPRINGLS__FN void springls__keep_brick(const springls__grid *g, springls__brick_groups *groups, int brick)
 {
     int place[3];
     springls__brick_place(g, brick, place);
-    springls__box_add(box, place, around);
+    springls__keep_box(g, groups, place, place, 0);
 }
 
-/* Makes a box have the bricks that a grid has `entry` of a table for, after these have moved by `bricks` through the domain; those
-   that leave it are none of it. */
-SPRINGLS__FN void springls__box_add_entry(const springls__grid *g, springls__brick_box *box, int entry, const int bricks[3])
+/* Keeps the groups of the brick of an entry, after it has moved by `bricks` through the domain, unless it leaves that. */
+SPRINGLS__FN void springls__keep_entry(const springls__grid *g, springls__brick_groups *groups, int entry, const int bricks[3])
 {
     int place[3], axis;
     springls__entry_origin(g, entry, place);
@@ -12285,37 +12317,62 @@ SPRINGLS__FN void springls__box_add_entry(const springls__grid *g, springls__bri
         place[axis] = place[axis] / SPRINGLS__BRICK - bricks[axis];
         if (place[axis] < 0 || place[axis] >= g->bricks[axis]) return;
     }
-    springls__box_add(box, place, 0);
+    springls__keep_box(g, groups, place, place, 0);
 }
 
-/* Makes a box have all bricks of a grid that are not outside, after they have moved. */
-SPRINGLS__FN void springls__box_add_grid(const springls__grid *g, springls__brick_box *box, const int bricks[3])
+/* Keeps the groups of all bricks of a grid that are not outside, after they have moved. */
+SPRINGLS__FN void springls__keep_grid(const springls__grid *g, springls__brick_groups *groups, const int bricks[3])
 {
     int i, count = (int)springls__entry_count(g);
     for (i = 0; i < count; i++)
-        if (g->top[i] != SPRINGLS__OUTSIDE) springls__box_add_entry(g, box, i, bricks);
+        if (g->top[i] != SPRINGLS__OUTSIDE) springls__keep_entry(g, groups, i, bricks);
 }
 
-/* Returns the table for the bricks of a box: with a layer of bricks around them and some more, that it seldom changes, as far as
-   the domain goes. An empty box gets one brick. */
-SPRINGLS__FN springls__table springls__table_for(const springls__grid *g, const springls__brick_box *box)
+/* Returns the plane of the first place from `place` on, given that of the place before it; -1: there is none before it. */
+SPRINGLS__FN int springls__next_plane(const springls__brick_groups *groups, int axis, int first, int place, int plane)
 {
-    const int unit = 4; /* bricks */
+    const bool starts = place == first || springls__keeps_place(groups, axis, place)
+                     || springls__keeps_place(groups, axis, place - 1);
+    return plane + starts;
+}
+
+/* Returns the table that keeps some groups; without any it has one entry, for the first brick. */
+SPRINGLS__FN springls__table springls__table_of(const springls__grid *g, const springls__brick_groups *groups)
+{
     springls__table t;
-    int axis;
+    int axis, place, first, end, plane;
+    t.groups = *groups;
     for (axis = 0; axis < 3; axis++) {
-        int lower = springls__imax(springls__imin(box->lower[axis], box->upper[axis]) - 1, 0) / unit * unit;
-        int upper = springls__imin((box->upper[axis] + unit) / unit * unit, g->bricks[axis]);
-        if (box->lower[axis] >= box->upper[axis]) {
-            lower = 0;
-            upper = 1;
+        for (first = 0; first < g->bricks[axis] && !springls__keeps_place(groups, axis, first);) first++;
+        for (end = g->bricks[axis]; end > first && !springls__keeps_place(groups, axis, end - 1);) end--;
+        if (first == end) {
+            first = 0;
+            end = 1;
         }
-        t.lower[axis] = SPRINGLS__BRICK * lower;
-        t.upper[axis] = springls__imin(SPRINGLS__BRICK * upper, g->size[axis]);
-        t.bricks[axis] = upper - lower;
+        for (place = first, plane = -1; place < end; place++) plane = springls__next_plane(groups, axis, first, place, plane);
+        t.lower[axis] = SPRINGLS__BRICK * first;
+        t.upper[axis] = springls__imin(SPRINGLS__BRICK * end, g->size[axis]);
+        t.bricks[axis] = plane + 1;
     }
-    t.first = (t.lower[0] + t.bricks[0] * (t.lower[1] + t.bricks[1] * t.lower[2])) / SPRINGLS__BRICK;
     return t;
+}
+
+/* Gives a grid a table, and its planes. Places beyond the table have its first or last plane. */
+SPRINGLS__FN void springls__take_table(springls__grid *g, const springls__table *t)
+{
+    int axis, place, stride = 1;
+    g->table = *t;
+    for (axis = 0; axis < 3; axis++) {
+        int *plane_at = g->plane + axis * SPRINGLS__MOST_PLANES, *place_of = plane_at + 3 * SPRINGLS__MOST_PLANES, plane = -1;
+        const int first = t->lower[axis] / SPRINGLS__BRICK, end = (t->upper[axis] + SPRINGLS__BRICK - 1) / SPRINGLS__BRICK;
+        for (place = 0; place < g->bricks[axis]; place++) {
+            const int before = plane;
+            if (place >= first && place < end) plane = springls__next_plane(&t->groups, axis, first, place, plane);
+            if (plane > before) place_of[plane] = place;
+            plane_at[place] = stride * springls__imax(plane, 0);
+        }
+        stride *= t->bricks[axis];
+    }
 }
 
 SPRINGLS__FN size_t springls__entries_of(const springls__table *t)
@@ -12323,99 +12380,107 @@ SPRINGLS__FN size_t springls__entries_of(const springls__table *t)
     return (size_t)t->bricks[0] * (size_t)t->bricks[1] * (size_t)t->bricks[2];
 }
 
-/* Returns whether a table has the bricks of a box and a layer around them, as far as the domain goes. */
-SPRINGLS__FN bool springls__table_covers(const springls__grid *g, const springls__brick_box *box)
+/* Returns whether the table of a grid keeps all of some groups. */
+SPRINGLS__FN bool springls__table_keeps(const springls__grid *g, const springls__brick_groups *groups)
 {
-    int axis;
-    for (axis = 0; axis < 3; axis++) {
-        if (box->lower[axis] >= box->upper[axis]) return true;
-        if (g->table.lower[axis] > SPRINGLS__BRICK * springls__imax(box->lower[axis] - 1, 0)) return false;
-        if (g->table.upper[axis] < springls__imin(SPRINGLS__BRICK * (box->upper[axis] + 1), g->size[axis])) return false;
-    }
+    int axis, i;
+    for (axis = 0; axis < 3; axis++)
+        for (i = 0; i < SPRINGLS__GROUP_WORDS; i++)
+            if (groups->kept[axis][i] & ~g->table.groups.kept[axis][i]) return false;
     return true;
 }
 
-/* Copies the entries of one table, `size` bytes each, to their places in another, whose bricks it has at places that are smaller
-   by `bricks`; the rest become zeros (SPRINGLS__OUTSIDE). */
-SPRINGLS__FN void springls__copy_entries(const springls__table *from, const void *old, const springls__table *to, void *out,
+/* Copies what one grid has for each entry, `size` bytes, to the entries of another of the same domain, whose bricks it has at
+   places that are smaller by `bricks`; the rest become zeros (SPRINGLS__OUTSIDE). */
+SPRINGLS__FN void springls__copy_entries(const springls__grid *from, const void *old, const springls__grid *to, void *out,
                                          size_t size, const int bricks[3])
 {
-    int lower[3], upper[3], first[3], axis, y, z;
-    memset(out, 0, springls__entries_of(to) * size);
-    for (axis = 0; axis < 3; axis++) { /* of `to`, in entries along each axis */
-        first[axis] = (to->lower[axis] - from->lower[axis]) / SPRINGLS__BRICK + bricks[axis];
-        lower[axis] = springls__imax(-first[axis], 0);
-        upper[axis] = springls__imin(from->bricks[axis] - first[axis], to->bricks[axis]);
-        if (lower[axis] >= upper[axis]) return;
-    }
-    for (z = lower[2]; z < upper[2]; z++)
-        for (y = lower[1]; y < upper[1]; y++) {
-            size_t row = (size_t)(y + first[1]) + (size_t)from->bricks[1] * (size_t)(z + first[2]);
-            size_t at = (size_t)(lower[0] + first[0]) + (size_t)from->bricks[0] * row;
-            size_t out_at = (size_t)lower[0] + (size_t)to->bricks[0] * ((size_t)y + (size_t)to->bricks[1] * (size_t)z);
-            memcpy((char *)out + out_at * size, (const char *)old + at * size, (size_t)(upper[0] - lower[0]) * size);
+    int i, count = (int)springls__entry_count(to), place[3], axis;
+    memset(out, 0, (size_t)count * size);
+    for (i = 0; i < count; i++) {
+        bool there = true;
+        springls__entry_origin(to, i, place);
+        for (axis = 0; axis < 3; axis++) {
+            place[axis] = place[axis] / SPRINGLS__BRICK + bricks[axis];
+            there = there && place[axis] >= 0 && place[axis] < from->bricks[axis];
         }
+        if (!there || !springls__has_entry(from, place)) continue;
+        memcpy((char *)out + (size_t)i * size,
+               (const char *)old + (size_t)springls__entry_at(from, 8 * place[0], 8 * place[1], 8 * place[2]) * size, size);
+    }
 }
 
 /* Replaces the table of the model's grid by another, and moves its bricks to places that are smaller by `bricks`. Nothing has
    changed on failure. */
 SPRINGLS__FN springls_status springls__table_change(springls_context *ctx, const springls__table *to, const int bricks[3])
 {
-    springls__grid *g = &ctx->model.grid;
+    springls__grid *g = &ctx->model.grid, from;
+    const size_t entries = springls__entry_count(g), planes = 6 * SPRINGLS__MOST_PLANES;
     springls__buffer old;
     springls_status status;
     memset(&old, 0, sizeof old);
-    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(TOP)));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &old, springls__entry_count(g), sizeof *g->top, 0));
-    memcpy(old.data, g->top, springls__entry_count(g) * sizeof *g->top);
-    status = springls__grow(ctx, SPRINGLS__ARRAY_TOP, springls__entries_of(to), 0);
+    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PLANE)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &old, entries + planes, sizeof(int), 0));
+    from = *g;
+    from.top = (int *)old.data;
+    from.plane = from.top + entries;
+    memcpy(from.top, g->top, entries * sizeof(int));
+    memcpy(from.plane, g->plane, planes * sizeof(int));
+    status = springls__grow(ctx, SPRINGLS__ARRAY_TOP, springls__entries_of(to), entries);
     if (status == SPRINGLS_OK) {
-        springls__copy_entries(&g->table, old.data, to, g->top, sizeof *g->top, bricks);
-        g->table = *to;
+        springls__take_table(g, to);
+        springls__copy_entries(&from, from.top, g, g->top, sizeof *g->top, bricks);
         ctx->labels_fresh = false; /* they have numbers of entries */
     }
     springls__buffer_free(ctx, &old);
     return status;
 }
 
-/* Makes the top table have the bricks of a box and a layer around them; bricks that it has for no reason any more may go. */
-SPRINGLS__FN springls_status springls__table_cover(springls_context *ctx, springls__brick_box box)
+/* Makes the top table keep some groups; those that it keeps for no reason any more may go. */
+SPRINGLS__FN springls_status springls__table_cover(springls_context *ctx, springls__brick_groups groups)
 {
     springls__grid *g = &ctx->model.grid;
     springls__table to;
-    if (springls__table_covers(g, &box)) return SPRINGLS_OK;
+    if (springls__table_keeps(g, &groups)) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(TOP), 0));
-    springls__box_add_grid(g, &box, springls__unmoved);
-    to = springls__table_for(g, &box);
+    springls__keep_grid(g, &groups, springls__unmoved);
+    to = springls__table_of(g, &groups);
     return springls__table_change(ctx, &to, springls__unmoved);
 }
 
 /* Makes the top table of a grid the smallest one, all outside. */
 SPRINGLS__FN void springls__table_clear(springls__grid *g)
 {
-    const springls__brick_box none = springls__empty_box();
-    g->table = springls__table_for(g, &none);
+    const springls__brick_groups none = springls__no_groups();
+    const springls__table smallest = springls__table_of(g, &none);
+    springls__take_table(g, &smallest);
     g->top[0] = SPRINGLS__OUTSIDE;
 }
 
-/* Finds the box of the bricks that springls may need, and of those around the active ones. */
-SPRINGLS__FN springls__brick_box springls__box_of_model(const springls__model *model, bool active)
+/* Returns the groups of the bricks that springls may need, and of those around the active ones. */
+SPRINGLS__FN springls__brick_groups springls__groups_of_model(const springls__model *model, bool active)
 {
     const springls__grid *g = &model->grid;
     const float margin = model->params.band_half_width + 1.0f;
-    springls__brick_box box = springls__empty_box();
-    springls__v3 place[3];
-    int i, k, voxel[3];
+    springls__brick_groups groups = springls__no_groups();
+    springls__v3 p, lower, upper;
+    int i, axis, first[3], last[3];
     for (i = 0; i < model->set.count; i++) {
-        place[2] = model->set.s[i].p;
-        springls__box_around(model->set.s[i], margin, &place[0], &place[1]);
-        for (k = 0; k < 3; k++) {
-            springls__origin_of_place(g, place[k], voxel);
-            springls__box_add_brick(g, &box, springls__brick_at(g, voxel[0], voxel[1], voxel[2]), 0);
+        p = model->set.s[i].p;
+        springls__box_around(model->set.s[i], margin, &lower, &upper);
+        springls__origin_of_place(g, springls__min3(p, lower), first);
+        springls__origin_of_place(g, springls__max3(p, upper), last);
+        for (axis = 0; axis < 3; axis++) {
+            first[axis] /= SPRINGLS__BRICK;
+            last[axis] /= SPRINGLS__BRICK;
         }
+        springls__keep_box(g, &groups, first, last, 0);
     }
-    for (i = 0; i < g->active_count && active; i++) springls__box_add_brick(g, &box, g->slot_brick[g->active[i]], 1);
-    return box;
+    for (i = 0; i < g->active_count && active; i++) {
+        springls__brick_place(g, g->slot_brick[g->active[i]], first);
+        springls__keep_box(g, &groups, first, first, 1);
+    }
+    return groups;
 }
 
 /* ======== >>grid  (src/model/grid.h) =========================================================================== */
@@ -12514,6 +12579,8 @@ SPRINGLS__FN springls_status springls__grids_create(springls_context *ctx)
     ctx->model.group = springls__alone();
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_TOP, 1, 0));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_TOP, 1, 0));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_PLANE, 6 * SPRINGLS__MOST_PLANES, 0));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PLANE, 6 * SPRINGLS__MOST_PLANES, 0));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, SPRINGLS__FIRST_SLOT, 0));
     SPRINGLS__TRY(springls__grid_reserve(ctx, SPRINGLS__FIRST_SLOT));
     springls__grids_clear(ctx);
@@ -12533,15 +12600,15 @@ SPRINGLS__FN void springls__take_slots(springls__grid *g, int n)
 SPRINGLS__FN springls_status springls__grid_add_bricks(springls_context *ctx, int *list, int count)
 {
     springls__grid *g = &ctx->model.grid;
-    springls__brick_box box = springls__empty_box();
+    springls__brick_groups groups = springls__no_groups();
     int i, n = 0, write, read;
     SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__GRID_BITS));
     qsort(list, (size_t)count, sizeof *list, springls__compare_int);
     for (i = 0; i < count; i++)
         if (springls__slot_of_brick(g, list[i]) < SPRINGLS__FIRST_SLOT && (n == 0 || list[n - 1] != list[i])) list[n++] = list[i];
     if (n == 0) return SPRINGLS_OK;
-    for (i = 0; i < n; i++) springls__box_add_brick(g, &box, list[i], 0);
-    SPRINGLS__TRY(springls__table_cover(ctx, box));
+    for (i = 0; i < n; i++) springls__keep_brick(g, &groups, list[i]);
+    SPRINGLS__TRY(springls__table_cover(ctx, groups));
     SPRINGLS__TRY(springls__grid_reserve(ctx, g->slot_count + n));
     write = g->active_count + n - 1;
     read = g->active_count - 1;
@@ -12582,7 +12649,7 @@ SPRINGLS__FN springls_status springls__reference_copy(springls_context *ctx)
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, (size_t)g->slot_count, 0));
     reference->far_value = g->far_value;
     reference->slot_count = g->slot_count;
-    reference->table = g->table;
+    springls__take_table(reference, &g->table);
     memcpy(reference->top, g->top, springls__entry_count(g) * sizeof *g->top);
     memcpy(reference->phi, g->phi, (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS * sizeof *g->phi);
     return SPRINGLS_OK;
@@ -16031,7 +16098,7 @@ SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     springls__grid_clear(ctx, g);
-    SPRINGLS__TRY(springls__table_cover(ctx, springls__box_of_model(&ctx->model, false)));
+    SPRINGLS__TRY(springls__table_cover(ctx, springls__groups_of_model(&ctx->model, false)));
     entries = (int)springls__entry_count(g);
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_wanted, entries));
     wanted = springls__brick_wanted(&ctx->model);
@@ -17246,7 +17313,7 @@ SPRINGLS__FN springls_status springls__move_window(springls_context *ctx, const 
 {
     const uint64_t moved = SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(FREE_SLOTS)
                          | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(S) | SPRINGLS__BIT(SYNCED_POSITION);
-    springls__brick_box box = springls__empty_box();
+    springls__brick_groups groups = springls__no_groups();
     springls__table table;
     int voxels[3], offset[3], axis;
     for (axis = 0; axis < 3; axis++) {
@@ -17254,8 +17321,8 @@ SPRINGLS__FN springls_status springls__move_window(springls_context *ctx, const 
         offset[axis] = ctx->window.offset[axis] + voxels[axis];
     }
     SPRINGLS__TRY(springls__to_host(ctx, moved, moved));
-    springls__box_add_grid(&ctx->model.grid, &box, bricks);
-    table = springls__table_for(&ctx->model.grid, &box);
+    springls__keep_grid(&ctx->model.grid, &groups, bricks);
+    table = springls__table_of(&ctx->model.grid, &groups);
     SPRINGLS__TRY(springls__table_change(ctx, &table, bricks));
     springls__move_bricks(&ctx->model.grid, bricks);
     springls__move_places(ctx, voxels);
@@ -18804,7 +18871,7 @@ SPRINGLS__FN springls_status springls__look_at_block(springls_context *ctx, spri
     springls__grid *g = &ctx->model.grid;
     const float half_diagonal = 6.1f; /* of a brick, voxels, rounded up */
     const float near_band = ctx->model.params.band_half_width + 1.0f + half_diagonal;
-    springls__brick_box inside = springls__empty_box();
+    springls__brick_groups inside = springls__no_groups();
     int count = 1, place[3], i, brick;
     for (i = 0; i < 3; i++) count *= job->block.upper[i] - job->block.lower[i];
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_centers, count));
@@ -18817,7 +18884,7 @@ SPRINGLS__FN springls_status springls__look_at_block(springls_context *ctx, spri
         springls__place_in_block(&job->block, i, place);
         brick = springls__brick_at(g, 8 * place[0], 8 * place[1], 8 * place[2]);
         if (d != d) return springls__fail(ctx, SPRINGLS_NON_FINITE, "the signed distance is NaN at brick %d", brick);
-        if (d < 0.0f) springls__box_add(&inside, place, 0);
+        if (d < 0.0f) springls__keep_box(g, &inside, place, place, 0);
         if (springls__fabs(d) <= near_band) springls__brick_list(&ctx->model)[job->listed++] = brick;
     }
     SPRINGLS__TRY(springls__table_cover(ctx, inside));
@@ -18940,7 +19007,7 @@ SPRINGLS__FN springls_status springls__bricks_of_voxels(springls_context *ctx, s
 {
     springls__grid *g = &ctx->model.grid;
     const int *b = g->bricks, bricks = b[0] * b[1] * b[2];
-    springls__brick_box solid = springls__empty_box();
+    springls__brick_groups solid = springls__no_groups();
     int n = 0, brick, *list, d;
     uint8_t *wanted;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_wanted, bricks));
@@ -18954,7 +19021,7 @@ SPRINGLS__FN springls_status springls__bricks_of_voxels(springls_context *ctx, s
         springls__brick_place(g, brick, at);
         SPRINGLS__TRY(springls__count_inside(ctx, value, arg, at, &inside, &total));
         if (inside == total) {
-            springls__box_add(&solid, at, 0);
+            springls__keep_box(g, &solid, at, at, 0);
             wanted[brick] |= SPRINGLS__SOLID;
         }
         for (d = 0; d < 3; d++) at_border = at_border || at[d] == 0 || at[d] + 1 == b[d];
@@ -20337,7 +20404,7 @@ SPRINGLS__FN springls_status springls__take_reference(springls_context *ctx, spr
     size_t own = springls__surface_bytes(&ctx->original), taken = springls__surface_bytes(&other->original);
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_TOP, springls__entry_count(from), springls__entry_count(to)));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, (size_t)from->slot_count, (size_t)to->slot_count));
-    to->table = from->table;
+    springls__take_table(to, &from->table);
     memcpy(to->top, from->top, springls__entry_count(from) * sizeof *from->top);
     memcpy(to->phi, from->phi, (size_t)from->slot_count * SPRINGLS__BRICK_VOXELS * sizeof *from->phi);
     to->slot_count = from->slot_count;
@@ -20972,7 +21039,7 @@ typedef struct springls__lattice_brick { int at[3]; } springls__lattice_brick;
 
 struct springls_chunks {
     springls_chunks_desc desc;
-    springls__grid published;              /* its table, top, slot_brick, free_slots and phi; the rest is not used     */
+    springls__grid published;              /* its table, plane, top, slot_brick, free_slots and phi; the rest is not used     */
     springls__brick_signature *signature;  /* [published slot] when the brick was last meshed                          */
     uint8_t *dirty, *has_mesh;             /* [published entry] 1: mesh it again; 1: its last mesh had triangles       */
     uint32_t *affected;                    /* [list entry] mask of the bricks around it whose mesh a change affects    */
@@ -20984,15 +21051,16 @@ struct springls_chunks {
     int listed, count;                     /* bricks of list, chunks                                                   */
     bool publishing;       /* some values may be published whose bricks are not dirty yet                              */
     springls__chunks_state state;
-    springls__buffer top_memory, slot_brick_memory, free_slots_memory, phi_memory, signature_memory, dirty_memory;
+    springls__buffer plane_memory, top_memory, slot_brick_memory, free_slots_memory, phi_memory, signature_memory, dirty_memory;
     springls__buffer has_mesh_memory, affected_memory, list_memory, chunk_memory, vertex_memory, corner_memory, left_memory;
 };
 
 SPRINGLS__FN void springls__chunks_free(springls_context *ctx, springls_chunks *c)
 {
-    springls__buffer *const buffers[] = { &c->top_memory, &c->slot_brick_memory, &c->free_slots_memory, &c->phi_memory,
-                                          &c->signature_memory, &c->dirty_memory, &c->has_mesh_memory, &c->affected_memory,
-                                          &c->list_memory, &c->chunk_memory, &c->vertex_memory, &c->corner_memory, &c->left_memory };
+    springls__buffer *const buffers[] = { &c->plane_memory, &c->top_memory, &c->slot_brick_memory, &c->free_slots_memory,
+                                          &c->phi_memory, &c->signature_memory, &c->dirty_memory, &c->has_mesh_memory,
+                                          &c->affected_memory, &c->list_memory, &c->chunk_memory, &c->vertex_memory,
+                                          &c->corner_memory, &c->left_memory };
     size_t i;
     for (i = 0; i < sizeof buffers / sizeof *buffers; i++) springls__buffer_free(ctx, buffers[i]);
     springls__release(ctx, c, sizeof *c);
@@ -21059,30 +21127,34 @@ SPRINGLS__FN void springls__move_published(springls_chunks *c, const int bricks[
     }
 }
 
-/* Replaces the top table of the published level set and what it has for each entry, after its bricks have moved by `bricks`. Nothing
-   has changed on failure. */
+/* Replaces the top table of the published level set and what it has for each entry, after its bricks have moved by `bricks`.
+   Nothing has changed on failure. */
 SPRINGLS__FN springls_status springls__change_published(springls_context *ctx, springls_chunks *c, const springls__table *to,
                                                         const int bricks[3])
 {
-    static const size_t size[3] = { sizeof(int), 1, 1 };
-    springls__buffer *const memory[3] = { &c->top_memory, &c->dirty_memory, &c->has_mesh_memory };
-    springls__buffer moved[3];
+    static const size_t size[4] = { sizeof(int), 1, 1, sizeof(int) };
+    springls__buffer *const memory[4] = { &c->top_memory, &c->dirty_memory, &c->has_mesh_memory, &c->plane_memory };
+    springls__grid changed = c->published;
+    springls__buffer moved[4];
     springls_status status = SPRINGLS_OK;
     int i;
     memset(moved, 0, sizeof moved);
-    for (i = 0; i < 3 && status == SPRINGLS_OK; i++)
-        status = springls__buffer_grow(ctx, &moved[i], springls__entries_of(to), size[i], 0);
+    for (i = 0; i < 4 && status == SPRINGLS_OK; i++)
+        status = springls__buffer_grow(ctx, &moved[i], i < 3 ? springls__entries_of(to) : 6 * SPRINGLS__MOST_PLANES, size[i], 0);
     if (status != SPRINGLS_OK) {
-        for (i = 0; i < 3; i++) springls__buffer_free(ctx, &moved[i]);
+        for (i = 0; i < 4; i++) springls__buffer_free(ctx, &moved[i]);
         return status;
     }
     if (bricks[0] || bricks[1] || bricks[2]) springls__move_published(c, bricks);
-    for (i = 0; i < 3; i++) {
-        springls__copy_entries(&c->published.table, memory[i]->data, to, moved[i].data, size[i], bricks);
+    changed.plane = (int *)moved[3].data;
+    springls__take_table(&changed, to);
+    for (i = 0; i < 3; i++) springls__copy_entries(&c->published, memory[i]->data, &changed, moved[i].data, size[i], bricks);
+    for (i = 0; i < 4; i++) {
         springls__buffer_free(ctx, memory[i]);
         *memory[i] = moved[i];
     }
     c->published.table = *to;
+    c->published.plane = changed.plane;
     c->published.top = (int *)c->top_memory.data;
     c->dirty = (uint8_t *)c->dirty_memory.data;
     c->has_mesh = (uint8_t *)c->has_mesh_memory.data;
@@ -21107,34 +21179,34 @@ SPRINGLS__FN void springls__take_back_bricks(springls_chunks *c)
 /* Returns the table that has the bricks of a box, those that are published or have a mesh, and those that were left behind and are
    in the window again, after the published ones have moved by `bricks`. */
 SPRINGLS__FN springls__table springls__table_to_publish(const springls_context *ctx, const springls_chunks *c,
-                                                        springls__brick_box box, const int bricks[3])
+                                                        springls__brick_groups groups, const int bricks[3])
 {
     const springls__grid *g = &c->published;
     int i, place[3], count = (int)springls__entry_count(g);
     for (i = 0; i < count; i++)
-        if (g->top[i] != SPRINGLS__OUTSIDE || c->dirty[i] || c->has_mesh[i]) springls__box_add_entry(g, &box, i, bricks);
+        if (g->top[i] != SPRINGLS__OUTSIDE || c->dirty[i] || c->has_mesh[i]) springls__keep_entry(g, &groups, i, bricks);
     for (i = 0; i < c->left_count; i++)
-        if (springls__place_in_window(g, ctx->window.offset, &c->left[i], place)) springls__box_add(&box, place, 0);
-    return springls__table_for(g, &box);
+        if (springls__place_in_window(g, ctx->window.offset, &c->left[i], place)) springls__keep_box(g, &groups, place, place, 0);
+    return springls__table_of(g, &groups);
 }
 
 /* Moves what is published to where the model's window is now, and makes its top table have the bricks of the model. Nothing has
    changed on failure. */
 SPRINGLS__FN springls_status springls__chunks_follow(springls_context *ctx, springls_chunks *c)
 {
-    springls__brick_box box = springls__empty_box();
+    springls__brick_groups groups = springls__no_groups();
     springls__table to;
     int bricks[3], axis, i, n = c->left_count;
     const int count = (int)springls__entry_count(&c->published);
-    springls__box_add_grid(&ctx->model.grid, &box, springls__unmoved);
-    if (springls__table_covers(&c->published, &box) && memcmp(c->window, ctx->window.offset, sizeof c->window) == 0)
+    springls__keep_grid(&ctx->model.grid, &groups, springls__unmoved);
+    if (springls__table_keeps(&c->published, &groups) && memcmp(c->window, ctx->window.offset, sizeof c->window) == 0)
         return SPRINGLS_OK;
     for (i = 0; i < count; i++) n += c->has_mesh[i];
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->left_memory, (size_t)n + 1, sizeof *c->left,
                                         (size_t)c->left_count * sizeof *c->left));
     c->left = (springls__lattice_brick *)c->left_memory.data;
     for (axis = 0; axis < 3; axis++) bricks[axis] = (ctx->window.offset[axis] - c->window[axis]) / SPRINGLS__BRICK;
-    to = springls__table_to_publish(ctx, c, box, bricks);
+    to = springls__table_to_publish(ctx, c, groups, bricks);
     SPRINGLS__TRY(springls__change_published(ctx, c, &to, bricks));
     memcpy(c->window, ctx->window.offset, sizeof c->window);
     springls__take_back_bricks(c);
@@ -24895,12 +24967,12 @@ SPRINGLS__FN springls__table springls__table_of_block(const springls__grid *g, c
 {
     const char *numbers = block + layout->at[section + 1];
     springls__inside_walk walk = springls__walk_inside(g, layout, block, section);
-    springls__brick_box box = springls__empty_box();
+    springls__brick_groups groups = springls__no_groups();
     int i;
-    for (i = 0; i < count; i++) springls__box_add_brick(g, &box, springls__int_at(numbers, (size_t)i), 0);
+    for (i = 0; i < count; i++) springls__keep_brick(g, &groups, springls__int_at(numbers, (size_t)i));
     while (springls__next_inside(&walk))
-        for (i = 0; i < walk.length; i++) springls__box_add_brick(g, &box, walk.first + i, 0);
-    return springls__table_for(g, &box);
+        for (i = 0; i < walk.length; i++) springls__keep_brick(g, &groups, walk.first + i);
+    return springls__table_of(g, &groups);
 }
 
 /* Finds the top tables of a block, the model's and, where it has one, that of the reference. */
@@ -24959,7 +25031,7 @@ SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__table *t
     const char *numbers = block + layout->at[section + 1];
     springls__inside_walk walk = springls__walk_inside(g, layout, block, section);
     int i, entries = (int)springls__entries_of(table);
-    g->table = *table;
+    springls__take_table(g, table);
     for (i = 0; i < entries; i++) g->top[i] = SPRINGLS__OUTSIDE;
     while (springls__next_inside(&walk))
         for (i = 0; i < walk.length; i++) g->top[springls__entry_of_brick(g, walk.first + i)] = SPRINGLS__INSIDE;
@@ -25260,7 +25332,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 940 \"springls.h\"\n",
+    "#line 942 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -25368,7 +25440,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1961 \"springls.h\"\n",
+    "#line 1963 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -25467,7 +25539,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 2061 \"springls.h\"\n",
+    "#line 2063 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -25560,7 +25632,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 2155 \"springls.h\"\n",
+    "#line 2157 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -25636,7 +25708,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2232 \"springls.h\"\n",
+    "#line 2234 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -25657,7 +25729,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2254 \"springls.h\"\n",
+    "#line 2256 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25672,7 +25744,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2270 \"springls.h\"\n",
+    "#line 2272 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -25796,7 +25868,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2394 \"springls.h\"\n",
+    "#line 2396 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -25822,7 +25894,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2421 \"springls.h\"\n",
+    "#line 2423 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -26022,7 +26094,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2622 \"springls.h\"\n",
+    "#line 2624 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26037,7 +26109,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2637 \"springls.h\"\n",
+    "#line 2639 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -26161,14 +26233,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2761 \"springls.h\"\n",
+    "#line 2763 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2769 \"springls.h\"\n",
+    "#line 2771 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -26180,7 +26252,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2781 \"springls.h\"\n",
+    "#line 2783 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26195,7 +26267,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2797 \"springls.h\"\n",
+    "#line 2799 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -26239,7 +26311,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2841 \"springls.h\"\n",
+    "#line 2843 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26254,7 +26326,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2856 \"springls.h\"\n",
+    "#line 2858 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -26298,7 +26370,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2900 \"springls.h\"\n",
+    "#line 2902 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -26377,7 +26449,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2979 \"springls.h\"\n",
+    "#line 2981 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26392,7 +26464,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2995 \"springls.h\"\n",
+    "#line 2997 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -26459,7 +26531,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3062 \"springls.h\"\n",
+    "#line 3064 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26474,7 +26546,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3077 \"springls.h\"\n",
+    "#line 3079 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -26541,7 +26613,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3145 \"springls.h\"\n",
+    "#line 3147 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -26580,7 +26652,10 @@ static const char *const springls__kernel_lines[] = {
     "    X(CELL, uint32_t, SPRINGLS__CELLS, grid, cell)  /* springls of cell c: cells.ids[cell[c]] .. cells.ids[cell[c + 1] - 1]   */\n",
     "\n",
     "/* Lists what a grid has. */\n",
-    "#define SPRINGLS__GRID_ARRAYS(X) X(TOP, int, 1, grid, top) /* entry of the top table -> slot */ SPRINGLS__SLOT_ARRAYS(X)\n",
+    "#define SPRINGLS__GRID_ARRAYS(X)                                                                                                 \\\n",
+    "    X(TOP, int, 1, grid, top)                       /* entry of the top table -> slot                                         */ \\\n",
+    "    X(PLANE, int, 1, grid, plane)                   /* of the top table: see springls__entry_at                               */ \\\n",
+    "    SPRINGLS__SLOT_ARRAYS(X)\n",
     "\n",
     "/* Lists what is found for the springls when it is needed: one element a springl, then lists of their own length. */\n",
     "#define SPRINGLS__SEARCH_ARRAYS(X)                                                                                               \\\n",
@@ -26614,7 +26689,8 @@ static const char *const springls__kernel_lines[] = {
     "/* Lists all arrays. */\n",
     "#define SPRINGLS__ARRAYS(X)                                                                                                      \\\n",
     "    SPRINGLS__SPRINGL_ARRAYS(X) SPRINGLS__GRID_ARRAYS(X)                                                                         \\\n",
-    "    X(REFERENCE_TOP, int, 1, reference, top) X(REFERENCE_PHI, float, SPRINGLS__BRICK_VOXELS, reference, phi)                     \\\n",
+    "    X(REFERENCE_TOP, int, 1, reference, top) X(REFERENCE_PLANE, int, 1, reference, plane)                                        \\\n",
+    "    X(REFERENCE_PHI, float, SPRINGLS__BRICK_VOXELS, reference, phi)                                                              \\\n",
     "    SPRINGLS__SEARCH_ARRAYS(X) SPRINGLS__LIST_ARRAYS(X) SPRINGLS__SCRATCH_ARRAYS(X) SPRINGLS__FORCE_ARRAYS(X)                    \\\n",
     "    SPRINGLS__DEVICE_ARRAYS(X)\n",
     "\n",
@@ -26656,7 +26732,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* The sparse grid: bricks of 8x8x8 voxels in a pool of slots, found through a top table. Slots 0 and 1 are constant bricks, far\n",
     "   outside and far inside, so that every brick of the top table can be read without a test. Bricks are numbered through the whole\n",
-    "   domain, x fastest; the top table has entries for a box of them only (top_table.h). */\n",
+    "   domain, x fastest; the top table has entries where there may be something only (top_table.h). */\n",
     "#define SPRINGLS__BRICK 8\n",
     "#define SPRINGLS__BRICK_VOXELS 512\n",
     "#define SPRINGLS__OUTSIDE 0\n",
@@ -26665,12 +26741,20 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__CELL 2   /* voxels: width of a cell of springls                          */\n",
     "#define SPRINGLS__CELLS 65 /* 64 cells a brick, and where the next brick begins          */\n",
     "\n",
-    "/* The box of bricks that a top table has. All bricks beyond it are outside, and so are its outermost ones, except at the border of\n",
-    "   the domain: reading beyond it is reading its nearest brick, and what is beside an active brick is in it. */\n",
+    "/* The bricks that a top table has: a box of them, less what is left out. Bricks at places 4 k to 4 k + 3 along an axis are a\n",
+    "   group; a group is kept when some brick in it, or beside it, is not outside. Each place in a kept group has a plane of entries,\n",
+    "   and each run of places between kept groups has one plane for all of them, which is outside. So the planes beside that of an\n",
+    "   active brick are its neighbors', and bodies far apart cost no more than near to each other. All bricks beyond the box are\n",
+    "   outside, and so are its outermost ones, except at the border of the domain: reading beyond it is reading its nearest brick. */\n",
+    "#define SPRINGLS__GROUP_WORDS 4 /* of 32 groups each: the domain has up to 512 bricks along an axis */\n",
+    "#define SPRINGLS__MOST_PLANES 512\n",
+    "\n",
+    "typedef struct springls__brick_groups { uint32_t kept[3][SPRINGLS__GROUP_WORDS]; } springls__brick_groups;\n",
+    "\n",
     "typedef struct springls__table {\n",
     "    int lower[3], upper[3]; /* the first voxel, and the first one beyond, along each axis           */\n",
-    "    int bricks[3];\n",
-    "    int first;              /* what the entry of brick (0, 0, 0) of the domain would be, negated    */\n",
+    "    int bricks[3];          /* planes                                                               */\n",
+    "    springls__brick_groups groups;\n",
     "} springls__table;\n",
     "\n",
     "typedef struct springls__grid {\n",
@@ -26893,7 +26977,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3498 \"springls.h\"\n",
+    "#line 3512 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -26907,10 +26991,31 @@ static const char *const springls__kernel_lines[] = {
     "    return (x >> 3) + g->bricks[0] * ((y >> 3) + g->bricks[1] * (z >> 3));\n",
     "}\n",
     "\n",
-    "/* Returns the entry of a voxel that the top table has. */\n",
+    "/* Returns the entry of a voxel that the top table has. g->plane has, for each place of a brick along each axis, the plane of\n",
+    "   entries there, times their stride; then for each plane the first place that it stands for (springls__take_table). */\n",
     "SPRINGLS__MATHS int springls__entry_at(const springls__grid *g, int x, int y, int z)\n",
     "{\n",
-    "    return (x >> 3) + g->table.bricks[0] * ((y >> 3) + g->table.bricks[1] * (z >> 3)) - g->table.first;\n",
+    "    return g->plane[x >> 3] + g->plane[SPRINGLS__MOST_PLANES + (y >> 3)] + g->plane[2 * SPRINGLS__MOST_PLANES + (z >> 3)];\n",
+    "}\n",
+    "\n",
+    "/* Returns the first brick, as a place along an axis, of a plane of the top table. */\n",
+    "SPRINGLS__MATHS int springls__place_of_plane(const springls__grid *g, int axis, int plane)\n",
+    "{\n",
+    "    return g->plane[(3 + axis) * SPRINGLS__MOST_PLANES + plane];\n",
+    "}\n",
+    "\n",
+    "/* Returns whether a place along an axis, counted in bricks, is in a group that is kept. */\n",
+    "SPRINGLS__MATHS bool springls__keeps_place(const springls__brick_groups *groups, int axis, int place)\n",
+    "{\n",
+    "    return (groups->kept[axis][place >> 7] >> ((place >> 2) & 31) & 1u) != 0u;\n",
+    "}\n",
+    "\n",
+    "/* Returns whether the top table has an entry for a brick, at a place counted in bricks, alone. */\n",
+    "SPRINGLS__MATHS bool springls__has_entry(const springls__grid *g, const int place[3])\n",
+    "{\n",
+    "    const springls__brick_groups *groups = &g->table.groups;\n",
+    "    return springls__keeps_place(groups, 0, place[0]) && springls__keeps_place(groups, 1, place[1])\n",
+    "        && springls__keeps_place(groups, 2, place[2]);\n",
     "}\n",
     "\n",
     "/* Returns the slot of a voxel that the top table has. */\n",
@@ -26962,13 +27067,13 @@ static const char *const springls__kernel_lines[] = {
     "    for (axis = 0; axis < 3; axis++) origin[axis] *= SPRINGLS__BRICK;\n",
     "}\n",
     "\n",
-    "/* Finds the first voxel of the brick of an entry of the top table. */\n",
+    "/* Finds the first voxel of the brick of an entry of the top table; of those left out, of the first one. */\n",
     "SPRINGLS__MATHS void springls__entry_origin(const springls__grid *g, int entry, int origin[3])\n",
     "{\n",
     "    const springls__table *t = &g->table;\n",
-    "    origin[0] = t->lower[0] + SPRINGLS__BRICK * (entry % t->bricks[0]);\n",
-    "    origin[1] = t->lower[1] + SPRINGLS__BRICK * (entry / t->bricks[0] % t->bricks[1]);\n",
-    "    origin[2] = t->lower[2] + SPRINGLS__BRICK * (entry / (t->bricks[0] * t->bricks[1]));\n",
+    "    origin[0] = SPRINGLS__BRICK * springls__place_of_plane(g, 0, entry % t->bricks[0]);\n",
+    "    origin[1] = SPRINGLS__BRICK * springls__place_of_plane(g, 1, entry / t->bricks[0] % t->bricks[1]);\n",
+    "    origin[2] = SPRINGLS__BRICK * springls__place_of_plane(g, 2, entry / (t->bricks[0] * t->bricks[1]));\n",
     "}\n",
     "\n",
     "/* Returns the brick of an entry. Bricks ascend as entries do. */\n",
@@ -27498,7 +27603,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4104 \"springls.h\"\n",
+    "#line 4139 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -27689,7 +27794,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4296 \"springls.h\"\n",
+    "#line 4331 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -27698,7 +27803,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__FIT_VALUES 4 /* height, and the three coordinates of a      */\n",
     "#define SPRINGLS__FIT_RADIUS 2.5f /* voxels */\n",
     "\n",
-    "#line 4305 \"springls.h\"\n",
+    "#line 4340 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27713,7 +27818,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4321 \"springls.h\"\n",
+    "#line 4356 \"springls.h\"\n",
     "/* fit_body.h - the quadratic fit of fit.h, for one place and for several at once. */\n",
     "\n",
     "typedef struct SPRINGLS__W(fit) {\n",
@@ -27953,7 +28058,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok & (off2 <= 1.0f) & (facing >= 0.3f);\n",
     "    return result;\n",
     "}\n",
-    "#line 4561 \"springls.h\"\n",
+    "#line 4596 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27968,7 +28073,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4576 \"springls.h\"\n",
+    "#line 4611 \"springls.h\"\n",
     "/* fit_body.h - the quadratic fit of fit.h, for one place and for several at once. */\n",
     "\n",
     "typedef struct SPRINGLS__W(fit) {\n",
@@ -28208,7 +28313,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok & (off2 <= 1.0f) & (facing >= 0.3f);\n",
     "    return result;\n",
     "}\n",
-    "#line 4816 \"springls.h\"\n",
+    "#line 4851 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls__v3 n, springls__v3 a0)\n",
     "{\n",
@@ -28217,7 +28322,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Returns how many terms a number of neighbors is enough for: a quadratic's with ten or more, a plane's with four or more. */\n",
     "SPRINGLS__MATHS int springls__fit_terms(float count) { return count >= 10.0f ? 6 : count >= 4.0f ? 3 : 0; }\n",
-    "#line 4826 \"springls.h\"\n",
+    "#line 4861 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -28336,7 +28441,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 4946 \"springls.h\"\n",
+    "#line 4981 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -28486,7 +28591,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;\n",
     "}\n",
     "\n",
-    "#line 5096 \"springls.h\"\n",
+    "#line 5131 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28501,7 +28606,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5112 \"springls.h\"\n",
+    "#line 5147 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -28832,7 +28937,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5443 \"springls.h\"\n",
+    "#line 5478 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28847,7 +28952,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5458 \"springls.h\"\n",
+    "#line 5493 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -29178,7 +29283,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5789 \"springls.h\"\n",
+    "#line 5824 \"springls.h\"\n",
     "\n",
     "/* Finds what becomes of springl i by the forces of the rule. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -29195,7 +29300,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 6389 \"springls.h\"\n",
+    "#line 6424 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -29221,7 +29326,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6416 \"springls.h\"\n",
+    "#line 6451 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -29310,7 +29415,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6506 \"springls.h\"\n",
+    "#line 6541 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -29450,7 +29555,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6647 \"springls.h\"\n",
+    "#line 6682 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -29550,7 +29655,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6748 \"springls.h\"\n",
+    "#line 6783 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -29771,7 +29876,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6970 \"springls.h\"\n",
+    "#line 7005 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -29801,7 +29906,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7000 \"springls.h\"\n",
+    "#line 7035 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29816,7 +29921,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7016 \"springls.h\"\n",
+    "#line 7051 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -29985,7 +30090,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7185 \"springls.h\"\n",
+    "#line 7220 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30000,7 +30105,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7200 \"springls.h\"\n",
+    "#line 7235 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -30169,7 +30274,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7369 \"springls.h\"\n",
+    "#line 7404 \"springls.h\"\n",
     "\n",
     "/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -30221,7 +30326,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7422 \"springls.h\"\n",
+    "#line 7457 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -30236,7 +30341,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 7437 \"springls.h\"\n",
+    "#line 7472 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30251,7 +30356,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7453 \"springls.h\"\n",
+    "#line 7488 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -30262,7 +30367,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 7464 \"springls.h\"\n",
+    "#line 7499 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30277,7 +30382,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7479 \"springls.h\"\n",
+    "#line 7514 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -30288,7 +30393,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 7490 \"springls.h\"\n",
+    "#line 7525 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -30407,7 +30512,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7610 \"springls.h\"\n",
+    "#line 7645 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -30960,7 +31065,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8164 \"springls.h\"\n",
+    "#line 8199 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -31057,7 +31162,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8262 \"springls.h\"\n",
+    "#line 8297 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -31181,7 +31286,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8387 \"springls.h\"\n",
+    "#line 8422 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -31401,7 +31506,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8608 \"springls.h\"\n",
+    "#line 8643 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -31477,7 +31582,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8685 \"springls.h\"\n",
+    "#line 8720 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -31619,7 +31724,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 8828 \"springls.h\"\n",
+    "#line 8863 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -31808,7 +31913,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9018 \"springls.h\"\n",
+    "#line 9053 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -31935,7 +32040,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9146 \"springls.h\"\n",
+    "#line 9181 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -31968,7 +32073,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (others == 0) return 0;\n",
     "    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;\n",
     "}\n",
-    "#line 9180 \"springls.h\"\n",
+    "#line 9215 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -32454,7 +32559,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9667 \"springls.h\"\n",
+    "#line 9702 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -32606,7 +32711,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 9820 \"springls.h\"\n",
+    "#line 9855 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -32690,7 +32795,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 9905 \"springls.h\"\n",
+    "#line 9940 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -32787,7 +32892,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10003 \"springls.h\"\n",
+    "#line 10038 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -33324,7 +33429,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10541 \"springls.h\"\n",
+    "#line 10576 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -33400,7 +33505,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10618 \"springls.h\"\n",
+    "#line 10653 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -33636,7 +33741,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 10855 \"springls.h\"\n",
+    "#line 10890 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -33669,7 +33774,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 10889 \"springls.h\"\n",
+    "#line 10924 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -33694,7 +33799,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 10915 \"springls.h\"\n",
+    "#line 10950 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -33944,7 +34049,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11166 \"springls.h\"\n",
+    "#line 11201 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -34044,7 +34149,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 34048 \"springls.h\"\n",
+    "#line 34153 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -34245,7 +34350,9 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__mark(const springls__model *model, const int origin[3])\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
-    "    if (!springls__table_contains(g, origin[0], origin[1], origin[2])) SPRINGLS__NEXT(model->work.counts + 3);\n",
+    "    int place[3], axis;\n",
+    "    for (axis = 0; axis < 3; axis++) place[axis] = origin[axis] / SPRINGLS__BRICK;\n",
+    "    if (!springls__has_entry(g, place)) SPRINGLS__NEXT(model->work.counts + 3);\n",
     "    else atomic_or((volatile __global uint *)(model->work.brick_flag + springls__entry_at(g, origin[0], origin[1], origin[2])), 1u);\n",
     "}\n",
     "\n",
@@ -34299,15 +34406,17 @@ static const char *const springls__kernel_lines[] = {
     "            for (at[0] = lo[0]; at[0] <= hi[0]; at[0] += SPRINGLS__BRICK) springls__mark(model, at);\n",
     "}\n",
     "\n",
-    "/* Returns whether the brick of an entry is at an end of the top table that is none of the domain. */\n",
+    "/* Returns whether a brick beside that of an entry has none. */\n",
     "SPRINGLS__MATHS bool springls__at_table_end(const springls__grid *g, int entry)\n",
     "{\n",
-    "    int origin[3], axis;\n",
+    "    int place[3], axis;\n",
     "    bool at_end = false;\n",
-    "    springls__entry_origin(g, entry, origin);\n",
-    "    for (axis = 0; axis < 3; axis++)\n",
-    "        at_end = at_end || (origin[axis] == g->table.lower[axis] && origin[axis] > 0)\n",
-    "                 || (origin[axis] + SPRINGLS__BRICK >= g->table.upper[axis] && g->table.upper[axis] < g->size[axis]);\n",
+    "    springls__entry_origin(g, entry, place);\n",
+    "    for (axis = 0; axis < 3; axis++) {\n",
+    "        place[axis] /= SPRINGLS__BRICK;\n",
+    "        at_end = at_end || !springls__keeps_place(&g->table.groups, axis, springls__imax(place[axis] - 1, 0))\n",
+    "                 || !springls__keeps_place(&g->table.groups, axis, springls__imin(place[axis] + 1, g->bricks[axis] - 1));\n",
+    "    }\n",
     "    return at_end;\n",
     "}\n",
     "\n",
@@ -34813,10 +34922,10 @@ SPRINGLS__FN float springls__combined_phi(springls_operation operation, float a,
 /* Makes the bricks active that are active in either, and the top table have those of both. */
 SPRINGLS__FN springls_status springls__bricks_of_both(springls_context *ctx, const springls__grid *other)
 {
-    springls__brick_box box = springls__empty_box();
+    springls__brick_groups groups = springls__no_groups();
     int i, *list;
-    springls__box_add_grid(other, &box, springls__unmoved);
-    SPRINGLS__TRY(springls__table_cover(ctx, box));
+    springls__keep_grid(other, &groups, springls__unmoved);
+    SPRINGLS__TRY(springls__table_cover(ctx, groups));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_list, other->active_count));
     list = springls__brick_list(&ctx->model);
     for (i = 0; i < other->active_count; i++) list[i] = other->slot_brick[other->active[i]];
@@ -34882,7 +34991,7 @@ SPRINGLS__FN void springls__combine_level_sets(springls_context *ctx, springls_o
 /* The bricks of two references together, while they are combined: the top table of the result, and its entries. */
 typedef struct springls__both_references {
     const springls__grid *first, *second;
-    springls__grid grid; /* its size, table and top */
+    springls__grid grid; /* its size, table, planes and top */
 } springls__both_references;
 
 /* Gives the bricks with voxels of either reference new slots, and the constant ones the side of the first. Returns the number of
@@ -34927,30 +35036,39 @@ SPRINGLS__FN void springls__replace_memory(springls_context *ctx, springls__arra
 SPRINGLS__FN springls_status springls__combine_references(springls_context *ctx, const springls__grid *other)
 {
     springls__grid *g = &ctx->model.reference;
-    springls__brick_box box = springls__empty_box();
+    springls__brick_groups groups = springls__no_groups();
     springls__both_references both;
-    springls__buffer top, phi;
+    springls__buffer top, phi, plane;
+    springls__table table;
     springls_status status;
     memset(&top, 0, sizeof top);
+    memset(&plane, 0, sizeof plane);
     memset(&phi, 0, sizeof phi);
-    springls__box_add_grid(g, &box, springls__unmoved);
-    springls__box_add_grid(other, &box, springls__unmoved);
+    springls__keep_grid(g, &groups, springls__unmoved);
+    springls__keep_grid(other, &groups, springls__unmoved);
+    table = springls__table_of(g, &groups);
     both.first = g;
     both.second = other;
     both.grid = *g;
-    both.grid.table = springls__table_for(g, &box);
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &top, springls__entry_count(&both.grid), sizeof *g->top, 0));
-    both.grid.top = (int *)top.data;
-    both.grid.slot_count = springls__number_references(&both);
-    status = springls__buffer_grow(ctx, &phi, (size_t)both.grid.slot_count * SPRINGLS__BRICK_VOXELS, sizeof(float), 0);
+    status = springls__buffer_grow(ctx, &plane, 6 * SPRINGLS__MOST_PLANES, sizeof *g->plane, 0);
+    if (status == SPRINGLS_OK) status = springls__buffer_grow(ctx, &top, springls__entries_of(&table), sizeof *g->top, 0);
+    if (status == SPRINGLS_OK) {
+        both.grid.plane = (int *)plane.data;
+        both.grid.top = (int *)top.data;
+        springls__take_table(&both.grid, &table);
+        both.grid.slot_count = springls__number_references(&both);
+        status = springls__buffer_grow(ctx, &phi, (size_t)both.grid.slot_count * SPRINGLS__BRICK_VOXELS, sizeof(float), 0);
+    }
     if (status != SPRINGLS_OK) {
         springls__buffer_free(ctx, &top);
+        springls__buffer_free(ctx, &plane);
         return status;
     }
     both.grid.phi = (float *)phi.data;
     springls__merge_references(&both);
-    g->table = both.grid.table;
+    g->table = table;
     g->slot_count = both.grid.slot_count;
+    springls__replace_memory(ctx, SPRINGLS__ARRAY_REFERENCE_PLANE, &plane);
     springls__replace_memory(ctx, SPRINGLS__ARRAY_REFERENCE_TOP, &top);
     springls__replace_memory(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, &phi);
     springls__bind(ctx);
