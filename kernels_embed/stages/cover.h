@@ -39,8 +39,53 @@ typedef struct springls__share {
     float x, y;             /* centroid, voxel                                                  */
     float longer, askew;    /* elongation along x, and along the diagonal: at most 1            */
     float cosine, sine;     /* third harmonic about the centroid: the corners                   */
-    float bend;             /* height of the surface over the tangent plane by distance^2, 1/voxel */
 } springls__share;
+
+/* The surface about a particle, as a height over its tangent plane at x, y: slope_x x + slope_y y + bend (x^2 + y^2). */
+typedef struct springls__sheet { float slope_x, slope_y, bend; } springls__sheet;
+
+/* Sums over the neighbours of a springl, at x, y with the height h, by cosine^2 / r^2: of products, with r^2 = x^2 + y^2. */
+typedef struct springls__sheet_sums { float xx, xy, yy, xr, yr, rr, xh, yh, rh; } springls__sheet_sums;
+
+SPRINGLS__MATHS void springls__sheet_add(springls__sheet_sums *sum, float x, float y, float h, float cosine2)
+{
+    float r2 = springls__max(x * x + y * y, 1e-6f), w = cosine2 / r2;
+    sum->xx += w * x * x;
+    sum->xy += w * x * y;
+    sum->yy += w * y * y;
+    sum->xr += cosine2 * x;
+    sum->yr += cosine2 * y;
+    sum->rr += cosine2 * r2;
+    sum->xh += w * x * h;
+    sum->yh += w * y * h;
+    sum->rh += cosine2 * h;
+}
+
+/* Returns the sheet of least squares; level: true where it has no slopes. They are bounded: where neighbours are few, as at the rim
+   of a sheet, they tell little. */
+SPRINGLS__MATHS springls__sheet springls__fitted_sheet(springls__sheet_sums sum, bool level)
+{
+    const float flat = 0.5f, steepest = 0.15f; /* flat: a slope of few neighbours is less */
+    springls__sheet sheet;
+    float inverse = 1.0f / (sum.rr + 1e-6f), xx, xy, yy, xh, yh, scale, steep2;
+    sheet.slope_x = sheet.slope_y = 0.0f;
+    if (!level) {
+        xx = sum.xx - sum.xr * sum.xr * inverse + flat;
+        xy = sum.xy - sum.xr * sum.yr * inverse;
+        yy = sum.yy - sum.yr * sum.yr * inverse + flat;
+        xh = sum.xh - sum.xr * sum.rh * inverse;
+        yh = sum.yh - sum.yr * sum.rh * inverse;
+        scale = 1.0f / (xx * yy - xy * xy);
+        sheet.slope_x = (yy * xh - xy * yh) * scale;
+        sheet.slope_y = (xx * yh - xy * xh) * scale;
+        steep2 = sheet.slope_x * sheet.slope_x + sheet.slope_y * sheet.slope_y;
+        scale = steep2 > steepest * steepest ? steepest / springls__sqrt(steep2) : 1.0f;
+        sheet.slope_x *= scale;
+        sheet.slope_y *= scale;
+    }
+    sheet.bend = (sum.rh - sheet.slope_x * sum.xr - sheet.slope_y * sum.yr) * inverse;
+    return sheet;
+}
 
 /* A springl's cell in six directions of half a turn, 30 degrees apart, and in the opposite ones: 1 / distance to the nearest
    side, 1 / voxel. Two of eight do not count. */
@@ -87,7 +132,7 @@ SPRINGLS__VEC_MATHS float springls__sum_directions(springls__cell_power power, i
     return ((product[0] + product[1]) + (product[2] + product[3])) + (product[4] + product[5]);
 }
 
-/* Returns the moments of a cell, about its centroid; its bend is left to the caller. With z = x + i y, the mean of z^k is the
+/* Returns the moments of a cell, about its centroid. With z = x + i y, the mean of z^k is the
    sum of width^(k + 2) e^(i k a) over the directions a, times 30 degrees / (k + 2) / area. */
 SPRINGLS__VEC_MATHS springls__share springls__share_of_cell(springls__cell_sides sides)
 {
@@ -118,26 +163,27 @@ SPRINGLS__VEC_MATHS springls__share springls__share_of_cell(springls__cell_sides
     share.sine = mean / 5.0f * springls__sum_directions(fifth, 6) - 3.0f * (x * xy + y * xx) - y * (3.0f * x * x - y * y);
     share.cosine *= scale;
     share.sine *= scale;
-    share.bend = 0.0f;
     return share;
 }
 
 /* Measures the part of the tangent plane of springl i, with tangents u and v, that is nearer to it than to its neighbors: its
-   Voronoi cell. Those on the other side of a thin sheet do not count; those beyond a crease do, but not in the bend. */
-SPRINGLS__MATHS springls__share springls__share_of(const springls__model *model, int i, springls__v3 u, springls__v3 v)
+   Voronoi cell. Those on the other side of a thin sheet do not count; those beyond a crease do, but not in the bend. Fits the
+   sheet to them, too: at a sharp edge it has no slopes, since each side has its own. */
+SPRINGLS__MATHS springls__share springls__share_of(const springls__model *model, int i, springls__v3 u, springls__v3 v,
+                                                   springls__sheet *sheet)
 {
     const float opposite2 = 0.09f, widest = 0.75f; /* cosine^2; voxel */
     SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
     springls__v3 p = model->set.s[i].p, n = springls__cross(u, v);
     springls__cell_sides sides;
-    springls__share share;
-    float heights = 0.0f, squares = 1e-6f;
+    springls__sheet_sums sums = { 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f };
+    bool level = springls__at_edge(model, i);
     int k, j;
     for (j = 0; j < 8 / SPRINGLS__LANES; j++) sides.ahead[j] = sides.behind[j] = springls__vec_broadcast(1.0f / widest);
     for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++) {
         SPRINGLS__GLOBAL const springls__springl *o;
         springls__v3 d, area2;
-        float facing, cosine2, height, d2;
+        float facing, cosine2, x, y, d2;
         if (codes[k] < 0) { /* skips the rest of a vertex's list */
             k |= SPRINGLS__MAX_NEIGHBORS - 1;
             continue;
@@ -149,16 +195,14 @@ SPRINGLS__MATHS springls__share springls__share_of(const springls__model *model,
         if (facing < 0.0f && cosine2 >= opposite2) continue;
         d = springls__sub(o->p, p);
         d2 = springls__max(springls__length2(d), 1e-6f);
-        if (facing > 0.0f) {
-            height = springls__dot(d, n);
-            heights += cosine2 * height;
-            squares += cosine2 * (d2 - height * height);
-        }
-        sides = springls__cut_cell(sides, springls__dot(d, u) * (2.0f / d2), springls__dot(d, v) * (2.0f / d2));
+        x = springls__dot(d, u);
+        y = springls__dot(d, v);
+        if (facing > 0.0f) springls__sheet_add(&sums, x, y, springls__dot(d, n), cosine2);
+        level = level || springls__at_edge(model, codes[k] / 3);
+        sides = springls__cut_cell(sides, x * (2.0f / d2), y * (2.0f / d2));
     }
-    share = springls__share_of_cell(sides);
-    share.bend = heights / squares;
-    return share;
+    *sheet = springls__fitted_sheet(sums, level);
+    return springls__share_of_cell(sides);
 }
 
 /* Returns u, turned towards v by a third of the angle of (c, s), to two degrees. */
@@ -192,13 +236,13 @@ SPRINGLS__MATHS springls__tri springls__with_edges_below(springls__tri t, spring
 /* Returns the triangle of a share, with tangents u and v, that faces n and is most like one whose first arm is u. Its centre is
    as far below the surface's corners as above its particle. */
 SPRINGLS__MATHS springls__tri springls__triangle_of_share(springls__v3 p, springls__v3 n, springls__v3 u, springls__v3 v,
-                                                          springls__share share, float longest_edge)
+                                                          springls__share share, float bend, float longest_edge)
 {
     const float overlap = 1.04f; /* area of the triangle over that of the share */
     const float steady = 0.2f;  /* keeps triangles from turning where their shares have no corners */
     const float highest = 0.1f;  /* voxel */
     float area = overlap * share.area, corner2 = SPRINGLS__RADIUS2_BY_AREA * area;
-    float height = springls__clamp(0.5f * share.bend * corner2, -highest, highest);
+    float height = springls__clamp(0.5f * bend * corner2, -highest, highest);
     springls__v3 centre = springls__mad(springls__mad(springls__mad(p, u, share.x), v, share.y), n, height);
     springls__tri t = springls__equilateral(centre, n, springls__turn_by_third(u, v, share.cosine + steady, share.sine), area);
     t.a = springls__stretched(t.a, centre, u, v, share);
@@ -212,6 +256,8 @@ SPRINGLS__MATHS void springls__cover_element(const springls__model *model, sprin
 {
     const float longest = 0.985f * model->params.split_edge; /* else it would be split for its shape */
     springls__springl s = model->set.s[i];
+    springls__share share;
+    springls__sheet sheet;
     springls__v3 n, u, v;
     if (springls__is_asleep(model, i)) {
         springls__keep_asleep(model, args, i);
@@ -221,7 +267,11 @@ SPRINGLS__MATHS void springls__cover_element(const springls__model *model, sprin
         n = springls__facing(model, s);
         u = springls__first_arm(s, n);
         v = springls__cross(n, u);
-        s = springls__springl_make(springls__triangle_of_share(s.p, n, u, v, springls__share_of(model, i, u, v), longest), s.p);
+        share = springls__share_of(model, i, u, v, &sheet);
+        n = springls__normalize(springls__mad(springls__mad(n, u, -sheet.slope_x), v, -sheet.slope_y));
+        u = springls__normalize(springls__mad(u, n, -springls__dot(u, n)));
+        v = springls__cross(n, u);
+        s = springls__springl_make(springls__triangle_of_share(s.p, n, u, v, share, sheet.bend, longest), s.p);
     }
     springls__relaxed_springls(model)[i] = s;
 }

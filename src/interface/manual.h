@@ -268,13 +268,14 @@
    With cover = 1 springls cover the surface once: relax ends by giving every springl the triangle of its share of the surface,
    1.04 times as large. The share is the part of its tangent plane that is nearer to its particle than to those of its
    neighbours: its Voronoi cell. The triangle has the centroid and the elongation of the cell, and its corners where the cell
-   has them, in the gaps between neighbours. Where the surface is bent its plane lies halfway between the particle and the
-   surface at the corners, at most 0.1 voxel from the particle. So the particle is near the middle of its triangle and not in
-   it; the normal is that of the triangle. kappa_int has no effect; the springs turn a triangle, and do not size it. While they
-   turn it, it is equilateral about its particle with arms of 0.45 voxel: longer ones would round creases off. Springls of the
-   keep mask keep their triangles. On resampling steps, and in every step of SPRINGLS_MODE_ELASTIC, shares are measured at the
-   end, when springls have come and gone; in between triangles flow with the surface. A triangle's edges stay below split_edge:
-   where springls are further apart, fill_gaps adds some.
+   has them, in the gaps between neighbours. A paraboloid is fitted to the neighbours' particles: the triangle is turned by its
+   slopes, by 0.15 at most, and not beside sharp edges, and where the surface is bent its plane lies halfway between the
+   particle and the surface at the corners, at most 0.1 voxel from the particle. So the particle is near the middle of its
+   triangle and not in it; the normal is that of the triangle. kappa_int has no effect; the springs turn a triangle, and do not
+   size it. While they turn it, it is equilateral about its particle with arms of 0.45 voxel: longer ones would round creases
+   off. Springls of the keep mask keep their triangles. On resampling steps, and in every step of SPRINGLS_MODE_ELASTIC, shares
+   are measured at the end, when springls have come and gone; in between triangles flow with the surface. A triangle's edges
+   stay below split_edge: where springls are further apart, fill_gaps adds some.
 
    springls_measures.coverage is the springls' area over the zero level's, about 1.06 from the first resampling on (without
    cover about 0.3). Of the zero level 87 to 91 % lie within a tenth of a voxel of a springl that faces the same way, and
@@ -522,7 +523,9 @@
 
      - The grid has 4 to 4096 voxels a side and does not grow. The model is closed at the border of the grid.
      - Sheets thinner than about a voxel have no watertight zero level, though the default set keeps their springls (see
-       DATA FLOW). Filaments of that thickness break.
+       DATA FLOW). Filaments of that thickness break. A sheet that runs askew with the unit normal n has voxels inside without
+       a gap between them only if it is |n.x| + |n.y| + |n.z| voxels thick, at most 1.73: one of 1.2 may have hundreds of
+       handles from springls_set_implicit on. Choose the grid so that what matters is two voxels thick.
      - A vertex has at most 8 neighbour edges (section 4.8).
      - Everything inside is float32, in voxel units.
      - OpenCL has a header of its own, springls_cl.h. springls_kernel_source() has the kernels' text for other hosts.

@@ -184,12 +184,13 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
 /* ---- smooth ---- */
 
 /* Returns how far along tangents curvature is measured in the next step, voxels: the further the smoother the surface is, so that
-   steps may be longer. It is limited by the smallest radius of curvature, and by the band where phi is a distance. Radii so small
-   that they should have vanished by now are errors of single springls, and do not shorten steps. */
+   steps may be longer. It is limited by the smallest radius of curvature, and by how far beside the surface phi is a distance: a
+   voxel from it phi is 0.02 too large. Radii so small that they should have vanished by now are errors of single springls, and do
+   not shorten steps. */
 SPRINGLS__FN float springls__smoothing_span(float largest_curvature, float elapsed, float last)
 {
     float radius = 1.0f / springls__max(largest_curvature, 1e-3f);
-    float span = springls__min(radius, springls__sqrt(2.0f * radius));
+    float span = springls__min(radius, springls__sqrt(1.5f * radius));
     span = springls__min(springls__max(span, 0.15f * springls__sqrt(elapsed)), 1.4f * last);
     return springls__max(span, SPRINGLS__CURVATURE_SPAN);
 }

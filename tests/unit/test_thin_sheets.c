@@ -139,7 +139,8 @@ static void toward_velocity(void *user, const float *x, const float *a, int coun
     for (i = 0; i < count; i++) out[12 * i + 3] = a[3 * i] > s->center ? s->speed : -s->speed;
 }
 
-/* Two spheres are pushed into each other: apart as long as there is a voxel between them, then one part without a wall inside. */
+/* Two spheres are pushed into each other: apart as long as there is a voxel between them, then one part. A wall inside goes,
+   and does not come back: in the seam contract removes springls and fill_gaps adds some, for a few resamplings. */
 TEST spheres_merge(void)
 {
     dumbbell shape = { 23.5f, 6.7f, 4.8f, 0.0f };
@@ -156,9 +157,12 @@ TEST spheres_merge(void)
     ASSERT_EQ(2, m.components); /* at time 0.1 the gap is 1.4 voxels */
     for (; i < 32; i++) ASSERT_OK(springls_step(ctx, &step));
     flow.speed = 0.0f;
-    for (; i < 42; i++) ASSERT_OK(springls_step(ctx, &step));
-    ASSERT_EQ(1, bodies(ctx));
-    ASSERT_EQ(0, deep_springls(ctx, 1.0f));
+    for (; i < 52; i++) ASSERT_OK(springls_step(ctx, &step));
+    for (; i < 72; i++) {
+        ASSERT_OK(springls_step(ctx, &step));
+        ASSERT_EQ(1, bodies(ctx));
+        ASSERT_EQ(0, deep_springls(ctx, 1.0f));
+    }
     springls_destroy(ctx);
     PASS();
 }
