@@ -399,13 +399,14 @@
    With cover = 1 springls cover the surface once: relax ends by giving every springl the triangle of its share of the surface,
    1.04 times as large. The share is the part of its tangent plane that is nearer to its particle than to those of its
    neighbours: its Voronoi cell. The triangle has the centroid and the elongation of the cell, and its corners where the cell
-   has them, in the gaps between neighbours. Where the surface is bent its plane lies halfway between the particle and the
-   surface at the corners, at most 0.1 voxel from the particle. So the particle is near the middle of its triangle and not in
-   it; the normal is that of the triangle. kappa_int has no effect; the springs turn a triangle, and do not size it. While they
-   turn it, it is equilateral about its particle with arms of 0.45 voxel: longer ones would round creases off. Springls of the
-   keep mask keep their triangles. On resampling steps, and in every step of SPRINGLS_MODE_ELASTIC, shares are measured at the
-   end, when springls have come and gone; in between triangles flow with the surface. A triangle's edges stay below split_edge:
-   where springls are further apart, fill_gaps adds some.
+   has them, in the gaps between neighbours. A paraboloid is fitted to the neighbours' particles: the triangle is turned by its
+   slopes, by 0.15 at most, and not beside sharp edges, and where the surface is bent its plane lies halfway between the
+   particle and the surface at the corners, at most 0.1 voxel from the particle. So the particle is near the middle of its
+   triangle and not in it; the normal is that of the triangle. kappa_int has no effect; the springs turn a triangle, and do not
+   size it. While they turn it, it is equilateral about its particle with arms of 0.45 voxel: longer ones would round creases
+   off. Springls of the keep mask keep their triangles. On resampling steps, and in every step of SPRINGLS_MODE_ELASTIC, shares
+   are measured at the end, when springls have come and gone; in between triangles flow with the surface. A triangle's edges
+   stay below split_edge: where springls are further apart, fill_gaps adds some.
 
    springls_measures.coverage is the springls' area over the zero level's, about 1.06 from the first resampling on (without
    cover about 0.3). Of the zero level 87 to 91 % lie within a tenth of a voxel of a springl that faces the same way, and
@@ -638,7 +639,9 @@
 
      - The grid has 4 to 4096 voxels a side and does not grow. The model is closed at the border of the grid.
      - Sheets thinner than about a voxel have no watertight zero level, though the default set keeps their springls (see
-       DATA FLOW). Filaments of that thickness break.
+       DATA FLOW). Filaments of that thickness break. A sheet that runs askew with the unit normal n has voxels inside without
+       a gap between them only if it is |n.x| + |n.y| + |n.z| voxels thick, at most 1.73: one of 1.2 may have hundreds of
+       handles from springls_set_implicit on. Choose the grid so that what matters is two voxels thick.
      - A vertex has at most 8 neighbour edges (section 4.8).
      - Everything inside is float32, in voxel units.
      - OpenCL has a header of its own, springls_cl.h. springls_kernel_source() has the kernels' text for other hosts.
@@ -8452,8 +8455,53 @@ typedef struct springls__share {
     float x, y;             /* centroid, voxel                                                  */
     float longer, askew;    /* elongation along x, and along the diagonal: at most 1            */
     float cosine, sine;     /* third harmonic about the centroid: the corners                   */
-    float bend;             /* height of the surface over the tangent plane by distance^2, 1/voxel */
 } springls__share;
+
+/* The surface about a particle, as a height over its tangent plane at x, y: slope_x x + slope_y y + bend (x^2 + y^2). */
+typedef struct springls__sheet { float slope_x, slope_y, bend; } springls__sheet;
+
+/* Sums over the neighbours of a springl, at x, y with the height h, by cosine^2 / r^2: of products, with r^2 = x^2 + y^2. */
+typedef struct springls__sheet_sums { float xx, xy, yy, xr, yr, rr, xh, yh, rh; } springls__sheet_sums;
+
+SPRINGLS__MATHS void springls__sheet_add(springls__sheet_sums *sum, float x, float y, float h, float cosine2)
+{
+    float r2 = springls__max(x * x + y * y, 1e-6f), w = cosine2 / r2;
+    sum->xx += w * x * x;
+    sum->xy += w * x * y;
+    sum->yy += w * y * y;
+    sum->xr += cosine2 * x;
+    sum->yr += cosine2 * y;
+    sum->rr += cosine2 * r2;
+    sum->xh += w * x * h;
+    sum->yh += w * y * h;
+    sum->rh += cosine2 * h;
+}
+
+/* Returns the sheet of least squares; level: true where it has no slopes. They are bounded: where neighbours are few, as at the rim
+   of a sheet, they tell little. */
+SPRINGLS__MATHS springls__sheet springls__fitted_sheet(springls__sheet_sums sum, bool level)
+{
+    const float flat = 0.5f, steepest = 0.15f; /* flat: a slope of few neighbours is less */
+    springls__sheet sheet;
+    float inverse = 1.0f / (sum.rr + 1e-6f), xx, xy, yy, xh, yh, scale, steep2;
+    sheet.slope_x = sheet.slope_y = 0.0f;
+    if (!level) {
+        xx = sum.xx - sum.xr * sum.xr * inverse + flat;
+        xy = sum.xy - sum.xr * sum.yr * inverse;
+        yy = sum.yy - sum.yr * sum.yr * inverse + flat;
+        xh = sum.xh - sum.xr * sum.rh * inverse;
+        yh = sum.yh - sum.yr * sum.rh * inverse;
+        scale = 1.0f / (xx * yy - xy * xy);
+        sheet.slope_x = (yy * xh - xy * yh) * scale;
+        sheet.slope_y = (xx * yh - xy * xh) * scale;
+        steep2 = sheet.slope_x * sheet.slope_x + sheet.slope_y * sheet.slope_y;
+        scale = steep2 > steepest * steepest ? steepest / springls__sqrt(steep2) : 1.0f;
+        sheet.slope_x *= scale;
+        sheet.slope_y *= scale;
+    }
+    sheet.bend = (sum.rh - sheet.slope_x * sum.xr - sheet.slope_y * sum.yr) * inverse;
+    return sheet;
+}
 
 /* A springl's cell in six directions of half a turn, 30 degrees apart, and in the opposite ones: 1 / distance to the nearest
    side, 1 / voxel. Two of eight do not count. */
@@ -8500,7 +8548,7 @@ SPRINGLS__VEC_MATHS float springls__sum_directions(springls__cell_power power, i
     return ((product[0] + product[1]) + (product[2] + product[3])) + (product[4] + product[5]);
 }
 
-/* Returns the moments of a cell, about its centroid; its bend is left to the caller. With z = x + i y, the mean of z^k is the
+/* Returns the moments of a cell, about its centroid. With z = x + i y, the mean of z^k is the
    sum of width^(k + 2) e^(i k a) over the directions a, times 30 degrees / (k + 2) / area. */
 SPRINGLS__VEC_MATHS springls__share springls__share_of_cell(springls__cell_sides sides)
 {
@@ -8531,26 +8579,27 @@ SPRINGLS__VEC_MATHS springls__share springls__share_of_cell(springls__cell_sides
     share.sine = mean / 5.0f * springls__sum_directions(fifth, 6) - 3.0f * (x * xy + y * xx) - y * (3.0f * x * x - y * y);
     share.cosine *= scale;
     share.sine *= scale;
-    share.bend = 0.0f;
     return share;
 }
 
 /* Measures the part of the tangent plane of springl i, with tangents u and v, that is nearer to it than to its neighbors: its
-   Voronoi cell. Those on the other side of a thin sheet do not count; those beyond a crease do, but not in the bend. */
-SPRINGLS__MATHS springls__share springls__share_of(const springls__model *model, int i, springls__v3 u, springls__v3 v)
+   Voronoi cell. Those on the other side of a thin sheet do not count; those beyond a crease do, but not in the bend. Fits the
+   sheet to them, too: at a sharp edge it has no slopes, since each side has its own. */
+SPRINGLS__MATHS springls__share springls__share_of(const springls__model *model, int i, springls__v3 u, springls__v3 v,
+                                                   springls__sheet *sheet)
 {
     const float opposite2 = 0.09f, widest = 0.75f; /* cosine^2; voxel */
     SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
     springls__v3 p = model->set.s[i].p, n = springls__cross(u, v);
     springls__cell_sides sides;
-    springls__share share;
-    float heights = 0.0f, squares = 1e-6f;
+    springls__sheet_sums sums = { 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f };
+    bool level = springls__at_edge(model, i);
     int k, j;
     for (j = 0; j < 8 / SPRINGLS__LANES; j++) sides.ahead[j] = sides.behind[j] = springls__vec_broadcast(1.0f / widest);
     for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++) {
         SPRINGLS__GLOBAL const springls__springl *o;
         springls__v3 d, area2;
-        float facing, cosine2, height, d2;
+        float facing, cosine2, x, y, d2;
         if (codes[k] < 0) { /* skips the rest of a vertex's list */
             k |= SPRINGLS__MAX_NEIGHBORS - 1;
             continue;
@@ -8562,16 +8611,14 @@ SPRINGLS__MATHS springls__share springls__share_of(const springls__model *model,
         if (facing < 0.0f && cosine2 >= opposite2) continue;
         d = springls__sub(o->p, p);
         d2 = springls__max(springls__length2(d), 1e-6f);
-        if (facing > 0.0f) {
-            height = springls__dot(d, n);
-            heights += cosine2 * height;
-            squares += cosine2 * (d2 - height * height);
-        }
-        sides = springls__cut_cell(sides, springls__dot(d, u) * (2.0f / d2), springls__dot(d, v) * (2.0f / d2));
+        x = springls__dot(d, u);
+        y = springls__dot(d, v);
+        if (facing > 0.0f) springls__sheet_add(&sums, x, y, springls__dot(d, n), cosine2);
+        level = level || springls__at_edge(model, codes[k] / 3);
+        sides = springls__cut_cell(sides, x * (2.0f / d2), y * (2.0f / d2));
     }
-    share = springls__share_of_cell(sides);
-    share.bend = heights / squares;
-    return share;
+    *sheet = springls__fitted_sheet(sums, level);
+    return springls__share_of_cell(sides);
 }
 
 /* Returns u, turned towards v by a third of the angle of (c, s), to two degrees. */
@@ -8605,13 +8652,13 @@ SPRINGLS__MATHS springls__tri springls__with_edges_below(springls__tri t, spring
 /* Returns the triangle of a share, with tangents u and v, that faces n and is most like one whose first arm is u. Its centre is
    as far below the surface's corners as above its particle. */
 SPRINGLS__MATHS springls__tri springls__triangle_of_share(springls__v3 p, springls__v3 n, springls__v3 u, springls__v3 v,
-                                                          springls__share share, float longest_edge)
+                                                          springls__share share, float bend, float longest_edge)
 {
     const float overlap = 1.04f; /* area of the triangle over that of the share */
     const float steady = 0.2f;  /* keeps triangles from turning where their shares have no corners */
     const float highest = 0.1f;  /* voxel */
     float area = overlap * share.area, corner2 = SPRINGLS__RADIUS2_BY_AREA * area;
-    float height = springls__clamp(0.5f * share.bend * corner2, -highest, highest);
+    float height = springls__clamp(0.5f * bend * corner2, -highest, highest);
     springls__v3 centre = springls__mad(springls__mad(springls__mad(p, u, share.x), v, share.y), n, height);
     springls__tri t = springls__equilateral(centre, n, springls__turn_by_third(u, v, share.cosine + steady, share.sine), area);
     t.a = springls__stretched(t.a, centre, u, v, share);
@@ -8625,6 +8672,8 @@ SPRINGLS__MATHS void springls__cover_element(const springls__model *model, sprin
 {
     const float longest = 0.985f * model->params.split_edge; /* else it would be split for its shape */
     springls__springl s = model->set.s[i];
+    springls__share share;
+    springls__sheet sheet;
     springls__v3 n, u, v;
     if (springls__is_asleep(model, i)) {
         springls__keep_asleep(model, args, i);
@@ -8634,7 +8683,11 @@ SPRINGLS__MATHS void springls__cover_element(const springls__model *model, sprin
         n = springls__facing(model, s);
         u = springls__first_arm(s, n);
         v = springls__cross(n, u);
-        s = springls__springl_make(springls__triangle_of_share(s.p, n, u, v, springls__share_of(model, i, u, v), longest), s.p);
+        share = springls__share_of(model, i, u, v, &sheet);
+        n = springls__normalize(springls__mad(springls__mad(n, u, -sheet.slope_x), v, -sheet.slope_y));
+        u = springls__normalize(springls__mad(u, n, -springls__dot(u, n)));
+        v = springls__cross(n, u);
+        s = springls__springl_make(springls__triangle_of_share(s.p, n, u, v, share, sheet.bend, longest), s.p);
     }
     springls__relaxed_springls(model)[i] = s;
 }
@@ -25332,7 +25385,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 942 \"springls.h\"\n",
+    "#line 945 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -25440,7 +25493,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1963 \"springls.h\"\n",
+    "#line 1966 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -25539,7 +25592,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 2063 \"springls.h\"\n",
+    "#line 2066 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -25632,7 +25685,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 2157 \"springls.h\"\n",
+    "#line 2160 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -25708,7 +25761,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2234 \"springls.h\"\n",
+    "#line 2237 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -25729,7 +25782,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2256 \"springls.h\"\n",
+    "#line 2259 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25744,7 +25797,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2272 \"springls.h\"\n",
+    "#line 2275 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -25868,7 +25921,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2396 \"springls.h\"\n",
+    "#line 2399 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -25894,7 +25947,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2423 \"springls.h\"\n",
+    "#line 2426 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -26094,7 +26147,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2624 \"springls.h\"\n",
+    "#line 2627 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26109,7 +26162,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2639 \"springls.h\"\n",
+    "#line 2642 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -26233,14 +26286,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2763 \"springls.h\"\n",
+    "#line 2766 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2771 \"springls.h\"\n",
+    "#line 2774 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -26252,7 +26305,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2783 \"springls.h\"\n",
+    "#line 2786 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26267,7 +26320,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2799 \"springls.h\"\n",
+    "#line 2802 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -26311,7 +26364,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2843 \"springls.h\"\n",
+    "#line 2846 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26326,7 +26379,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2858 \"springls.h\"\n",
+    "#line 2861 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -26370,7 +26423,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2902 \"springls.h\"\n",
+    "#line 2905 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -26449,7 +26502,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2981 \"springls.h\"\n",
+    "#line 2984 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26464,7 +26517,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2997 \"springls.h\"\n",
+    "#line 3000 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -26531,7 +26584,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3064 \"springls.h\"\n",
+    "#line 3067 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26546,7 +26599,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3079 \"springls.h\"\n",
+    "#line 3082 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -26613,7 +26666,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3147 \"springls.h\"\n",
+    "#line 3150 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -26977,7 +27030,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3512 \"springls.h\"\n",
+    "#line 3515 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -27603,7 +27656,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4139 \"springls.h\"\n",
+    "#line 4142 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -27794,7 +27847,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4331 \"springls.h\"\n",
+    "#line 4334 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -27803,7 +27856,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__FIT_VALUES 4 /* height, and the three coordinates of a      */\n",
     "#define SPRINGLS__FIT_RADIUS 2.5f /* voxels */\n",
     "\n",
-    "#line 4340 \"springls.h\"\n",
+    "#line 4343 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27818,7 +27871,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4356 \"springls.h\"\n",
+    "#line 4359 \"springls.h\"\n",
     "/* fit_body.h - the quadratic fit of fit.h, for one place and for several at once. */\n",
     "\n",
     "typedef struct SPRINGLS__W(fit) {\n",
@@ -28058,7 +28111,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok & (off2 <= 1.0f) & (facing >= 0.3f);\n",
     "    return result;\n",
     "}\n",
-    "#line 4596 \"springls.h\"\n",
+    "#line 4599 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28073,7 +28126,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4611 \"springls.h\"\n",
+    "#line 4614 \"springls.h\"\n",
     "/* fit_body.h - the quadratic fit of fit.h, for one place and for several at once. */\n",
     "\n",
     "typedef struct SPRINGLS__W(fit) {\n",
@@ -28313,7 +28366,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok & (off2 <= 1.0f) & (facing >= 0.3f);\n",
     "    return result;\n",
     "}\n",
-    "#line 4851 \"springls.h\"\n",
+    "#line 4854 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls__v3 n, springls__v3 a0)\n",
     "{\n",
@@ -28322,7 +28375,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Returns how many terms a number of neighbors is enough for: a quadratic's with ten or more, a plane's with four or more. */\n",
     "SPRINGLS__MATHS int springls__fit_terms(float count) { return count >= 10.0f ? 6 : count >= 4.0f ? 3 : 0; }\n",
-    "#line 4861 \"springls.h\"\n",
+    "#line 4864 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -28441,7 +28494,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 4981 \"springls.h\"\n",
+    "#line 4984 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -28591,7 +28644,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;\n",
     "}\n",
     "\n",
-    "#line 5131 \"springls.h\"\n",
+    "#line 5134 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28606,7 +28659,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5147 \"springls.h\"\n",
+    "#line 5150 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -28937,7 +28990,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5478 \"springls.h\"\n",
+    "#line 5481 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28952,7 +29005,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5493 \"springls.h\"\n",
+    "#line 5496 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -29283,7 +29336,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5824 \"springls.h\"\n",
+    "#line 5827 \"springls.h\"\n",
     "\n",
     "/* Finds what becomes of springl i by the forces of the rule. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -29300,7 +29353,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 6424 \"springls.h\"\n",
+    "#line 6427 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -29326,7 +29379,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6451 \"springls.h\"\n",
+    "#line 6454 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -29415,7 +29468,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6541 \"springls.h\"\n",
+    "#line 6544 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -29555,7 +29608,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6682 \"springls.h\"\n",
+    "#line 6685 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -29655,7 +29708,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6783 \"springls.h\"\n",
+    "#line 6786 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -29876,7 +29929,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7005 \"springls.h\"\n",
+    "#line 7008 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -29906,7 +29959,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7035 \"springls.h\"\n",
+    "#line 7038 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29921,7 +29974,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7051 \"springls.h\"\n",
+    "#line 7054 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -30090,7 +30143,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7220 \"springls.h\"\n",
+    "#line 7223 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30105,7 +30158,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7235 \"springls.h\"\n",
+    "#line 7238 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -30274,7 +30327,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7404 \"springls.h\"\n",
+    "#line 7407 \"springls.h\"\n",
     "\n",
     "/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -30326,7 +30379,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7457 \"springls.h\"\n",
+    "#line 7460 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -30341,7 +30394,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
     "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
     "\n",
-    "#line 7472 \"springls.h\"\n",
+    "#line 7475 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30356,7 +30409,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7488 \"springls.h\"\n",
+    "#line 7491 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -30367,7 +30420,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 7499 \"springls.h\"\n",
+    "#line 7502 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30382,7 +30435,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7514 \"springls.h\"\n",
+    "#line 7517 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
@@ -30393,7 +30446,7 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 7525 \"springls.h\"\n",
+    "#line 7528 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -30512,7 +30565,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7645 \"springls.h\"\n",
+    "#line 7648 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -31065,7 +31118,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8199 \"springls.h\"\n",
+    "#line 8202 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -31162,7 +31215,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8297 \"springls.h\"\n",
+    "#line 8300 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -31286,7 +31339,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8422 \"springls.h\"\n",
+    "#line 8425 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -31320,8 +31373,53 @@ static const char *const springls__kernel_lines[] = {
     "    float x, y;             /* centroid, voxel                                                  */\n",
     "    float longer, askew;    /* elongation along x, and along the diagonal: at most 1            */\n",
     "    float cosine, sine;     /* third harmonic about the centroid: the corners                   */\n",
-    "    float bend;             /* height of the surface over the tangent plane by distance^2, 1/voxel */\n",
     "} springls__share;\n",
+    "\n",
+    "/* The surface about a particle, as a height over its tangent plane at x, y: slope_x x + slope_y y + bend (x^2 + y^2). */\n",
+    "typedef struct springls__sheet { float slope_x, slope_y, bend; } springls__sheet;\n",
+    "\n",
+    "/* Sums over the neighbours of a springl, at x, y with the height h, by cosine^2 / r^2: of products, with r^2 = x^2 + y^2. */\n",
+    "typedef struct springls__sheet_sums { float xx, xy, yy, xr, yr, rr, xh, yh, rh; } springls__sheet_sums;\n",
+    "\n",
+    "SPRINGLS__MATHS void springls__sheet_add(springls__sheet_sums *sum, float x, float y, float h, float cosine2)\n",
+    "{\n",
+    "    float r2 = springls__max(x * x + y * y, 1e-6f), w = cosine2 / r2;\n",
+    "    sum->xx += w * x * x;\n",
+    "    sum->xy += w * x * y;\n",
+    "    sum->yy += w * y * y;\n",
+    "    sum->xr += cosine2 * x;\n",
+    "    sum->yr += cosine2 * y;\n",
+    "    sum->rr += cosine2 * r2;\n",
+    "    sum->xh += w * x * h;\n",
+    "    sum->yh += w * y * h;\n",
+    "    sum->rh += cosine2 * h;\n",
+    "}\n",
+    "\n",
+    "/* Returns the sheet of least squares; level: true where it has no slopes. They are bounded: where neighbours are few, as at the rim\n",
+    "   of a sheet, they tell little. */\n",
+    "SPRINGLS__MATHS springls__sheet springls__fitted_sheet(springls__sheet_sums sum, bool level)\n",
+    "{\n",
+    "    const float flat = 0.5f, steepest = 0.15f; /* flat: a slope of few neighbours is less */\n",
+    "    springls__sheet sheet;\n",
+    "    float inverse = 1.0f / (sum.rr + 1e-6f), xx, xy, yy, xh, yh, scale, steep2;\n",
+    "    sheet.slope_x = sheet.slope_y = 0.0f;\n",
+    "    if (!level) {\n",
+    "        xx = sum.xx - sum.xr * sum.xr * inverse + flat;\n",
+    "        xy = sum.xy - sum.xr * sum.yr * inverse;\n",
+    "        yy = sum.yy - sum.yr * sum.yr * inverse + flat;\n",
+    "        xh = sum.xh - sum.xr * sum.rh * inverse;\n",
+    "        yh = sum.yh - sum.yr * sum.rh * inverse;\n",
+    "        scale = 1.0f / (xx * yy - xy * xy);\n",
+    "        sheet.slope_x = (yy * xh - xy * yh) * scale;\n",
+    "        sheet.slope_y = (xx * yh - xy * xh) * scale;\n",
+    "        steep2 = sheet.slope_x * sheet.slope_x + sheet.slope_y * sheet.slope_y;\n",
+    "        scale = steep2 > steepest * steepest ? steepest / springls__sqrt(steep2) : 1.0f;\n",
+    "        sheet.slope_x *= scale;\n",
+    "        sheet.slope_y *= scale;\n",
+    "    }\n",
+    "    sheet.bend = (sum.rh - sheet.slope_x * sum.xr - sheet.slope_y * sum.yr) * inverse;\n",
+    "    return sheet;\n",
+    "}\n",
     "\n",
     "/* A springl's cell in six directions of half a turn, 30 degrees apart, and in the opposite ones: 1 / distance to the nearest\n",
     "   side, 1 / voxel. Two of eight do not count. */\n",
@@ -31368,7 +31466,7 @@ static const char *const springls__kernel_lines[] = {
     "    return ((product[0] + product[1]) + (product[2] + product[3])) + (product[4] + product[5]);\n",
     "}\n",
     "\n",
-    "/* Returns the moments of a cell, about its centroid; its bend is left to the caller. With z = x + i y, the mean of z^k is the\n",
+    "/* Returns the moments of a cell, about its centroid. With z = x + i y, the mean of z^k is the\n",
     "   sum of width^(k + 2) e^(i k a) over the directions a, times 30 degrees / (k + 2) / area. */\n",
     "SPRINGLS__VEC_MATHS springls__share springls__share_of_cell(springls__cell_sides sides)\n",
     "{\n",
@@ -31399,26 +31497,27 @@ static const char *const springls__kernel_lines[] = {
     "    share.sine = mean / 5.0f * springls__sum_directions(fifth, 6) - 3.0f * (x * xy + y * xx) - y * (3.0f * x * x - y * y);\n",
     "    share.cosine *= scale;\n",
     "    share.sine *= scale;\n",
-    "    share.bend = 0.0f;\n",
     "    return share;\n",
     "}\n",
     "\n",
     "/* Measures the part of the tangent plane of springl i, with tangents u and v, that is nearer to it than to its neighbors: its\n",
-    "   Voronoi cell. Those on the other side of a thin sheet do not count; those beyond a crease do, but not in the bend. */\n",
-    "SPRINGLS__MATHS springls__share springls__share_of(const springls__model *model, int i, springls__v3 u, springls__v3 v)\n",
+    "   Voronoi cell. Those on the other side of a thin sheet do not count; those beyond a crease do, but not in the bend. Fits the\n",
+    "   sheet to them, too: at a sharp edge it has no slopes, since each side has its own. */\n",
+    "SPRINGLS__MATHS springls__share springls__share_of(const springls__model *model, int i, springls__v3 u, springls__v3 v,\n",
+    "                                                   springls__sheet *sheet)\n",
     "{\n",
     "    const float opposite2 = 0.09f, widest = 0.75f; /* cosine^2; voxel */\n",
     "    SPRINGLS__GLOBAL const int *codes = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;\n",
     "    springls__v3 p = model->set.s[i].p, n = springls__cross(u, v);\n",
     "    springls__cell_sides sides;\n",
-    "    springls__share share;\n",
-    "    float heights = 0.0f, squares = 1e-6f;\n",
+    "    springls__sheet_sums sums = { 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f, 0.0f };\n",
+    "    bool level = springls__at_edge(model, i);\n",
     "    int k, j;\n",
     "    for (j = 0; j < 8 / SPRINGLS__LANES; j++) sides.ahead[j] = sides.behind[j] = springls__vec_broadcast(1.0f / widest);\n",
     "    for (k = 0; k < SPRINGLS__NEIGHBOR_ROW; k++) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *o;\n",
     "        springls__v3 d, area2;\n",
-    "        float facing, cosine2, height, d2;\n",
+    "        float facing, cosine2, x, y, d2;\n",
     "        if (codes[k] < 0) { /* skips the rest of a vertex's list */\n",
     "            k |= SPRINGLS__MAX_NEIGHBORS - 1;\n",
     "            continue;\n",
@@ -31430,16 +31529,14 @@ static const char *const springls__kernel_lines[] = {
     "        if (facing < 0.0f && cosine2 >= opposite2) continue;\n",
     "        d = springls__sub(o->p, p);\n",
     "        d2 = springls__max(springls__length2(d), 1e-6f);\n",
-    "        if (facing > 0.0f) {\n",
-    "            height = springls__dot(d, n);\n",
-    "            heights += cosine2 * height;\n",
-    "            squares += cosine2 * (d2 - height * height);\n",
-    "        }\n",
-    "        sides = springls__cut_cell(sides, springls__dot(d, u) * (2.0f / d2), springls__dot(d, v) * (2.0f / d2));\n",
+    "        x = springls__dot(d, u);\n",
+    "        y = springls__dot(d, v);\n",
+    "        if (facing > 0.0f) springls__sheet_add(&sums, x, y, springls__dot(d, n), cosine2);\n",
+    "        level = level || springls__at_edge(model, codes[k] / 3);\n",
+    "        sides = springls__cut_cell(sides, x * (2.0f / d2), y * (2.0f / d2));\n",
     "    }\n",
-    "    share = springls__share_of_cell(sides);\n",
-    "    share.bend = heights / squares;\n",
-    "    return share;\n",
+    "    *sheet = springls__fitted_sheet(sums, level);\n",
+    "    return springls__share_of_cell(sides);\n",
     "}\n",
     "\n",
     "/* Returns u, turned towards v by a third of the angle of (c, s), to two degrees. */\n",
@@ -31473,13 +31570,13 @@ static const char *const springls__kernel_lines[] = {
     "/* Returns the triangle of a share, with tangents u and v, that faces n and is most like one whose first arm is u. Its centre is\n",
     "   as far below the surface's corners as above its particle. */\n",
     "SPRINGLS__MATHS springls__tri springls__triangle_of_share(springls__v3 p, springls__v3 n, springls__v3 u, springls__v3 v,\n",
-    "                                                          springls__share share, float longest_edge)\n",
+    "                                                          springls__share share, float bend, float longest_edge)\n",
     "{\n",
     "    const float overlap = 1.04f; /* area of the triangle over that of the share */\n",
     "    const float steady = 0.2f;  /* keeps triangles from turning where their shares have no corners */\n",
     "    const float highest = 0.1f;  /* voxel */\n",
     "    float area = overlap * share.area, corner2 = SPRINGLS__RADIUS2_BY_AREA * area;\n",
-    "    float height = springls__clamp(0.5f * share.bend * corner2, -highest, highest);\n",
+    "    float height = springls__clamp(0.5f * bend * corner2, -highest, highest);\n",
     "    springls__v3 centre = springls__mad(springls__mad(springls__mad(p, u, share.x), v, share.y), n, height);\n",
     "    springls__tri t = springls__equilateral(centre, n, springls__turn_by_third(u, v, share.cosine + steady, share.sine), area);\n",
     "    t.a = springls__stretched(t.a, centre, u, v, share);\n",
@@ -31493,6 +31590,8 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    const float longest = 0.985f * model->params.split_edge; /* else it would be split for its shape */\n",
     "    springls__springl s = model->set.s[i];\n",
+    "    springls__share share;\n",
+    "    springls__sheet sheet;\n",
     "    springls__v3 n, u, v;\n",
     "    if (springls__is_asleep(model, i)) {\n",
     "        springls__keep_asleep(model, args, i);\n",
@@ -31502,11 +31601,15 @@ static const char *const springls__kernel_lines[] = {
     "        n = springls__facing(model, s);\n",
     "        u = springls__first_arm(s, n);\n",
     "        v = springls__cross(n, u);\n",
-    "        s = springls__springl_make(springls__triangle_of_share(s.p, n, u, v, springls__share_of(model, i, u, v), longest), s.p);\n",
+    "        share = springls__share_of(model, i, u, v, &sheet);\n",
+    "        n = springls__normalize(springls__mad(springls__mad(n, u, -sheet.slope_x), v, -sheet.slope_y));\n",
+    "        u = springls__normalize(springls__mad(u, n, -springls__dot(u, n)));\n",
+    "        v = springls__cross(n, u);\n",
+    "        s = springls__springl_make(springls__triangle_of_share(s.p, n, u, v, share, sheet.bend, longest), s.p);\n",
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8643 \"springls.h\"\n",
+    "#line 8696 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -31582,7 +31685,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8720 \"springls.h\"\n",
+    "#line 8773 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -31724,7 +31827,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 8863 \"springls.h\"\n",
+    "#line 8916 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -31913,7 +32016,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9053 \"springls.h\"\n",
+    "#line 9106 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -32040,7 +32143,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9181 \"springls.h\"\n",
+    "#line 9234 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -32073,7 +32176,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (others == 0) return 0;\n",
     "    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;\n",
     "}\n",
-    "#line 9215 \"springls.h\"\n",
+    "#line 9268 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -32559,7 +32662,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9702 \"springls.h\"\n",
+    "#line 9755 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -32711,7 +32814,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 9855 \"springls.h\"\n",
+    "#line 9908 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -32795,7 +32898,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 9940 \"springls.h\"\n",
+    "#line 9993 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -32892,7 +32995,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10038 \"springls.h\"\n",
+    "#line 10091 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -33429,7 +33532,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10576 \"springls.h\"\n",
+    "#line 10629 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -33505,7 +33608,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10653 \"springls.h\"\n",
+    "#line 10706 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -33741,7 +33844,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 10890 \"springls.h\"\n",
+    "#line 10943 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -33774,7 +33877,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 10924 \"springls.h\"\n",
+    "#line 10977 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -33799,7 +33902,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 10950 \"springls.h\"\n",
+    "#line 11003 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -34049,7 +34152,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11201 \"springls.h\"\n",
+    "#line 11254 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -34149,7 +34252,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 34153 \"springls.h\"\n",
+    "#line 34256 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -35573,12 +35676,13 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
 /* ---- smooth ---- */
 
 /* Returns how far along tangents curvature is measured in the next step, voxels: the further the smoother the surface is, so that
-   steps may be longer. It is limited by the smallest radius of curvature, and by the band where phi is a distance. Radii so small
-   that they should have vanished by now are errors of single springls, and do not shorten steps. */
+   steps may be longer. It is limited by the smallest radius of curvature, and by how far beside the surface phi is a distance: a
+   voxel from it phi is 0.02 too large. Radii so small that they should have vanished by now are errors of single springls, and do
+   not shorten steps. */
 SPRINGLS__FN float springls__smoothing_span(float largest_curvature, float elapsed, float last)
 {
     float radius = 1.0f / springls__max(largest_curvature, 1e-3f);
-    float span = springls__min(radius, springls__sqrt(2.0f * radius));
+    float span = springls__min(radius, springls__sqrt(1.5f * radius));
     span = springls__min(springls__max(span, 0.15f * springls__sqrt(elapsed)), 1.4f * last);
     return springls__max(span, SPRINGLS__CURVATURE_SPAN);
 }
