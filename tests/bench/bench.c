@@ -2,10 +2,11 @@
  * to hold and to run on two threads. One process at a time.
  *
  *   GRID=64 make bench      another grid than 128^3
- *   FULL=1 make bench       LeVeque's test on 512^3 as well: minutes
+ *   FULL=1 make bench       LeVeque's test on 512^3 and 1024^3 as well: hours
  *   CC=clang make bench     the compiler of the compile-time rows
  *   ONLY=opencl, ONLY=frames, ONLY=queries   that table alone
- *   ONLY=cover              how well springls cover the surface, alone (make coverage); HEAD_SCAN, HEAD_LEVEL: of the brain
+ *   HEAD_SCAN, HEAD_LEVEL   the image that segment's row is about, and its level; without them the row is left out
+ *   ONLY=cover              how well springls cover the surface, alone (make coverage)
  *
  * Prints tables; build/bench/bench.json has the same numbers and every program's own JSON. */
 #define _POSIX_C_SOURCE 200809L
@@ -60,7 +61,8 @@ static void problem_row(struct table *table, const struct run *run, const char *
         table_row(table, "%s|failed", method);
         return;
     }
-    table_row(table, "%s|%s|%s|%s|%s|%s|%s|%s|%s|%s", method, cell("%.1f s", seconds), cell("%.1f s", run->cpu),
+    table_row(table, "%s|%s|%s|%s|%s|%s|%s|%s|%s|%s|%s", method, cell("%.1f s", seconds),
+              cell("%.0f", run_number(run, "steps") / seconds), cell("%.1f s", run->cpu),
               cell2("%.2f x / %.2f x", run_number(openvdb, "seconds_total") / seconds, openvdb->cpu / run->cpu),
               run_cell(run, "%+.2f %%", "volume_change_percent"), run_cell(run, "%+.2f %%", "volume_error_percent"),
               cell2("%.3f / %.2f", run_number(run, "surface_mean"), run_number(run, "surface_max")),
@@ -68,30 +70,31 @@ static void problem_row(struct table *table, const struct run *run, const char *
               run_cell(run, "%.0f", "components"), run_cell(run, "%.0f MiB", "peak_rss_mib"));
 }
 
-/* The three methods one after the other on one problem. Its runs are the list's last three afterwards. */
-static void compare_on(struct bench *bench, const char *problem, const char *length)
+/* The methods, from the `first_method` on, one after the other on one problem. Their runs are the list's last ones afterwards. */
+static void compare_on(struct bench *bench, const char *problem, int grid, const char *length, int first_method)
 {
     static struct table table;
     const char *option = strcmp(problem, "leveque") == 0 ? "--period" : "--revolutions";
-    struct run *first = &bench->runs[bench->run_count];
-    for (int m = 0; m < METHODS; ++m) {
+    const int first_run = bench->run_count;
+    for (int m = first_method; m < METHODS; ++m) {
         static const char *const names[METHODS] = {"paper", "default", "openvdb"};
         char name[RUN_NAME];
         snprintf(name, sizeof name, "%s_%s", problem, names[m]);
-        struct run *run = new_run(bench, name, bench->grid);
+        struct run *run = new_run(bench, name, grid);
         if (m < 2) {
-            run_command(run, "build/%s --grid %d --params %s %s %s --threads 1 --quiet --json -", problem, bench->grid,
+            run_command(run, "build/%s --grid %d --params %s %s %s --threads 1 --quiet --json -", problem, grid,
                         names[m], option, length);
         } else {
-            run_command(run, "build/bench/openvdb_advection %s %d %s", problem, bench->grid, length);
+            run_command(run, "build/bench/openvdb_advection %s %d %s", problem, grid, length);
         }
         execute(run);
     }
     table_begin(&table);
-    table_row(&table, "%s %d^3, %s %s|time|processor|OpenVDB's time / processor to this|volume change|volume error|surface mean / max|"
-                      "tracking mean / max|parts|peak memory", problem, bench->grid, option + 2, length);
-    for (int m = 0; m < METHODS; ++m) {
-        problem_row(&table, first + m, method_names[m], first + 2);
+    table_row(&table, "%s %d^3, %s %s|time|steps a second|processor|OpenVDB's time / processor to this|volume change|volume error|"
+                      "surface mean / max|"
+                      "tracking mean / max|parts|peak memory", problem, grid, option + 2, length);
+    for (int m = first_method; m < METHODS; ++m) {
+        problem_row(&table, &bench->runs[first_run + m - first_method], method_names[m], &bench->runs[bench->run_count - 1]);
     }
     table_print(&table, stdout);
     printf("\n");
@@ -108,15 +111,25 @@ struct problem {
 
 static const struct problem problems[] = {
     {64, "2.5", false}, {64, "4", false},   {100, "1.6", false}, {128, "2.5", false}, {128, "3", false},
-    {200, "1.6", false}, {256, "2.5", false}, {512, "2.5", true},
+    {200, "1.6", false}, {256, "2.5", false}, {512, "2.5", true}, {1024, "2.5", true},
 };
+
+/* A step's time grows as the grid's side to this power, which is 2 where each springl costs the same; NAN: a run is missing. */
+static double exponent(const struct run *small, const struct run *large)
+{
+    const double a = run_number(small, "seconds_total") / run_number(small, "steps");
+    const double b = run_number(large, "seconds_total") / run_number(large, "steps");
+    return log(b / a) / log(run_number(large, "grid") / run_number(small, "grid"));
+}
 
 static void default_problems(struct bench *bench, bool full)
 {
     static struct table table;
+    const struct run *last = NULL; /* of period 2.5 */
+    char exponents[TABLE_CELL] = "";
     table_begin(&table);
     table_row(&table, "leveque, default parameters, 2 threads|deformation mean / max|tracking mean / max|halfway mean / max|surface mean / max|"
-                      "volume change|parts, Euler|springls|steps|time|peak memory");
+                      "volume change|parts, Euler|springls|steps|time|ms a step|peak memory");
     for (size_t i = 0; i < sizeof problems / sizeof *problems; ++i) {
         const struct problem *p = &problems[i];
         if (p->full && !full) {
@@ -126,14 +139,24 @@ static void default_problems(struct bench *bench, bool full)
         run_command(run, "build/leveque --grid %d --period %s --params default --threads 2 --quiet --json -", p->grid, p->period);
         execute(run);
 #define PAIR(name) cell2("%.4f / %.2f", run_number(run, name "_mean"), run_number(run, name "_max"))
-        table_row(&table, "%d^3, period %s|%s|%s|%s|%s|%s|%s|%s|%s|%s|%s", p->grid, p->period, PAIR("deformation"), PAIR("tracking"),
-                  PAIR("halfway"), PAIR("surface"), run_cell(run, "%+.3f %%", "volume_change_percent"),
+        table_row(&table, "%d^3, period %s|%s|%s|%s|%s|%s|%s|%s|%s|%s|%s|%s", p->grid, p->period, PAIR("deformation"),
+                  PAIR("tracking"), PAIR("halfway"), PAIR("surface"), run_cell(run, "%+.3f %%", "volume_change_percent"),
                   cell2("%.0f, %.0f", run_number(run, "components"), run_number(run, "euler")), run_cell(run, "%.0f", "springls_mean"),
-                  run_cell(run, "%.0f", "steps"), run_cell(run, "%.1f s", "seconds_total"), run_cell(run, "%.0f MiB", "peak_rss_mib"));
+                  run_cell(run, "%.0f", "steps"), run_cell(run, "%.1f s", "seconds_total"),
+                  cell("%.2f", 1e3 * run_number(run, "seconds_total") / run_number(run, "steps")),
+                  run_cell(run, "%.0f MiB", "peak_rss_mib"));
 #undef PAIR
+        if (strcmp(p->period, "2.5") == 0) {
+            const size_t used = strlen(exponents);
+            if (last) {
+                snprintf(exponents + used, sizeof exponents - used, "%s%s to %d^3", used ? ", " : "",
+                         cell("%.2f", exponent(last, run)), p->grid);
+            }
+            last = run;
+        }
     }
     table_print(&table, stdout);
-    printf("\n");
+    printf("A step's time grows as the grid's side to the power (period 2.5) %s.\n\n", exponents);
     fflush(stdout);
 }
 
@@ -259,20 +282,22 @@ static void memory(struct bench *bench)
 static void threads(struct bench *bench, const struct run *one)
 {
     static struct table table;
-    struct run *two = new_run(bench, "leveque_default_two_threads", bench->grid);
-    run_command(two, "build/leveque --grid %d --params default --period 2.5 --threads 2 --quiet --json -", bench->grid);
+    const int grid = (int)run_number(one, "grid");
+    struct run *two = new_run(bench, "leveque_default_two_threads", grid);
+    run_command(two, "build/leveque --grid %d --params default --period 2.5 --threads 2 --quiet --json -", grid);
     execute(two);
     char hash_one[32], hash_two[32];
     run_text(one, "state_hash", hash_one, sizeof hash_one);
     run_text(two, "state_hash", hash_two, sizeof hash_two);
     const double seconds_one = run_number(one, "seconds_total"), seconds_two = run_number(two, "seconds_total");
     table_begin(&table);
-    table_row(&table, "leveque %d^3, default parameters|time|speed-up|result", bench->grid);
+    table_row(&table, "leveque %d^3, default parameters|time|speed-up|result", grid);
     table_row(&table, "%s thread|%s||%s", run_cell(one, "%.0f", "threads"), cell("%.1f s", seconds_one), hash_one);
     table_row(&table, "%s threads|%s|%s|%s", run_cell(two, "%.0f", "threads"), cell("%.1f s", seconds_two),
               cell("%.2f x", seconds_one / seconds_two),
               hash_one[0] && strcmp(hash_one, hash_two) == 0 ? "the same bits" : "DIFFERENT");
     table_print(&table, stdout);
+    printf("\n");
     fflush(stdout);
 }
 
@@ -352,6 +377,36 @@ static void frames(struct bench *bench)
         printf("\n");
         fflush(stdout);
     }
+}
+
+/* ---- segment ---- */
+
+/* A step of an active contour in an image: of pressure, so that every step is whole. */
+static void segment(struct bench *bench)
+{
+    const char *scan = getenv("HEAD_SCAN"), *level = getenv("HEAD_LEVEL");
+    static struct table table;
+    if (!scan || !level) {
+        return;
+    }
+    char word[1024];
+    run_word(scan, word, sizeof word);
+    table_begin(&table);
+    table_row(&table, "segment, the packaged brain|threads|springls, mean|steps|time|ms a step|ns a springl|"
+                      "processor, whole command");
+    for (int threads = 1; threads <= 2; ++threads) {
+        struct run *run = new_run(bench, "segment", threads);
+        run_command(run, "build/segment %s --level %s --grid 128 --threads %d --quiet --json -", word, level, threads);
+        execute(run);
+        const double seconds = run_number(run, "seconds"), steps = run_number(run, "steps");
+        table_row(&table, "grid 128|%d|%s|%s|%s|%s|%s|%s", threads, run_cell(run, "%.0f", "springls_mean"),
+                  run_cell(run, "%.0f", "steps"),
+                  cell("%.1f s", seconds), cell("%.1f", 1e3 * seconds / steps),
+                  cell("%.0f", 1e9 * seconds / steps / run_number(run, "springls_mean")), cell("%.1f s", run->cpu));
+    }
+    table_print(&table, stdout);
+    printf("\n");
+    fflush(stdout);
 }
 
 /* ---- queries ---- */
@@ -476,8 +531,8 @@ int main(void)
     static struct bench bench;
     int failures = 0;
     bench.grid = getenv("GRID") && getenv("GRID")[0] ? atoi(getenv("GRID")) : 128;
-    if (bench.grid < 16 || bench.grid > 1024) {
-        fprintf(stderr, "bench: GRID must be between 16 and 1024\n");
+    if (bench.grid < 16 || bench.grid > 512) {
+        fprintf(stderr, "bench: GRID must be between 16 and 512\n");
         return 2;
     }
     printf("One thread each unless said otherwise; lengths in voxels. Time is the wall's, processor time that of the whole\n"
@@ -508,12 +563,15 @@ int main(void)
     compile_times(&bench);
     memory(&bench);
     const int leveque = bench.run_count;
-    compare_on(&bench, "leveque", "2.5");
-    compare_on(&bench, "zalesak", "1");
+    compare_on(&bench, "leveque", bench.grid, "2.5", 0);
+    compare_on(&bench, "zalesak", bench.grid, "1", 0);
     stages(&bench.runs[leveque + 1]);
     threads(&bench, &bench.runs[leveque + 1]);
-    printf("\n");
+    const int twice = bench.run_count;
+    compare_on(&bench, "leveque", 2 * bench.grid, "2.5", 1);
+    threads(&bench, &bench.runs[twice]);
     frames(&bench);
+    segment(&bench);
     queries(&bench, bench.grid);
     opencl(&bench, bench.grid);
     opencl(&bench, 2 * bench.grid);

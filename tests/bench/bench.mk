@@ -47,7 +47,7 @@ build/bench/openvdb_advection: tests/bench/openvdb_advection.cc $(call folder_ar
 	$(SAY)$(CXX) -std=c++17 -O3 $(EXACT) $(MACHINE) -fopenmp $(BENCH_FLAGS) -MMD -MP -MF $@.d -o $@ $(filter %.cc %.a,$^) \
 	  -Wl,--copy-dt-needed-entries $(call folder_libs,base) -lopenvdb -ltbb
 
-BENCH_PROGRAMS := build/leveque build/zalesak build/morph $(addprefix build/bench/,bench memory frames queries openvdb_advection)
+BENCH_PROGRAMS := $(addprefix build/,leveque zalesak morph segment) $(addprefix build/bench/,bench memory frames queries openvdb_advection)
 # OpenVDB's rows are left out where it is not installed.
 PAPER_PROGRAMS  = build/leveque build/zalesak build/morph $(IMAGING_PROGRAMS) $(addprefix build/bench/,paper turns segmentation $(if $(wildcard /usr/include/openvdb/openvdb.h),openvdb_advection))
 
@@ -55,9 +55,9 @@ measurements: deps-examples   ## build every program that measures
 	@$(MAKE) --no-print-directory $(addprefix build/bench/,bench segmentation imaging paper ablation accuracy motions $(BENCH_FILES) \
 	  $(if $(wildcard /usr/include/openvdb/openvdb.h),openvdb_advection))
 
-bench: deps-bench   ## beside OpenVDB: time, errors, memory, threads, OpenCL, compile time, frames, queries (GRID=128; ONLY=opencl, =frames, =queries)
+bench: deps-bench   ## beside OpenVDB: time, errors, memory, threads, OpenCL, compile time, frames, segment, queries (GRID=128; FULL=1; ONLY=opencl, =frames, =queries)
 	@$(MAKE) --no-print-directory $(BENCH_PROGRAMS)
-	@CC="$(CC)" build/bench/bench
+	@CC="$(CC)" HEAD_SCAN='$(HEAD_SCAN)' HEAD_LEVEL='$(HEAD_LEVEL)' build/bench/bench
 
 paper: deps-examples   ## docs/results.md: the paper's tables and figures, theirs and ours (PAPER=help; PAPER="table3 fig14"; FULL=1; KEEP=1; JOBS=1)
 	@$(MAKE) --no-print-directory $(if $(filter help page,$(PAPER)),build/bench/paper,$(PAPER_PROGRAMS))
