@@ -3,6 +3,7 @@
 #define SPRINGLS__KERNEL_STAGES_PROJECT_BRICK_H
 
 #include "../model/cell_list.h"
+#include "../model/fit.h"
 #include "../model/grid.h"
 #include "../model/model.h"
 #include "../model/neighborhood.h"
@@ -268,15 +269,32 @@ SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, con
                 springls__reached_rows(oriented[k], origin, model->group, take, sums, opposed);
 }
 
-SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const springls__near_ranges *near_by)
+/* The box of the places that springls at an edge may be near; empty where there are none. */
+typedef struct springls__edge_box { springls__v3 lower, upper; } springls__edge_box;
+
+SPRINGLS__MATHS springls__edge_box springls__edge_box_of(const springls__model *model, const springls__near_ranges *near_by)
 {
+    const float radius = SPRINGLS__PROJECT_RADIUS;
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
+    springls__edge_box box;
     int r, k;
-    if (!model->params.keep_edges || model->set.at_edges == 0) return false;
+    box.lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX);
+    box.upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
+    if (!model->params.keep_edges || model->set.at_edges == 0) return box;
     for (r = 0; r < near_by->count; r++)
-        for (k = near_by->first[r]; k < near_by->end[r]; k++)
-            if (oriented[k].edge) return true;
-    return false;
+        for (k = near_by->first[r]; k < near_by->end[r]; k++) {
+            springls__v3 p = oriented[k].p;
+            if (!oriented[k].edge) continue;
+            box.lower = springls__min3(box.lower, springls__v3_make(p.x - radius, p.y - radius, p.z - radius));
+            box.upper = springls__max3(box.upper, springls__v3_make(p.x + radius, p.y + radius, p.z + radius));
+        }
+    return box;
+}
+
+SPRINGLS__MATHS bool springls__in_edge_box(springls__edge_box box, springls__v3 x)
+{
+    return x.x >= box.lower.x && x.y >= box.lower.y && x.z >= box.lower.z && x.x <= box.upper.x && x.y <= box.upper.y
+           && x.z <= box.upper.z;
 }
 
 /* Returns a weight that falls from 1 at x to 0 at PROJECT_RADIUS and on to less. */
@@ -350,7 +368,8 @@ SPRINGLS__MATHS springls__v3 springls__voxel_place(const int origin[3], int v)
    a sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */
 SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,
                                               const springls__wide_tile *tile, const int origin[3], int v,
-                                              springls__moments sum, springls__arguments args, bool at_edge, float phi)
+                                              springls__moments sum, springls__arguments args, springls__edge_box edges,
+                                              float phi)
 {
     const float width = 1.2f; /* no voxel beyond it is next to the zero level */
     springls__v3 at = springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6));
@@ -360,7 +379,7 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
     if (args.project.carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));
     if (!model->params.project_level_set) return phi;
     edge.weight = edge.distance = 0.0f;
-    if (at_edge && springls__fabs(phi) < width) edge = springls__height_at_edge(model, near_by, v, x);
+    if (springls__fabs(phi) < width && springls__in_edge_box(edges, x)) edge = springls__height_at_edge(model, near_by, v, x);
     if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance))
         return springls__on_known_side(edge.distance, phi);
     f = springls__moments_distance(sum);
@@ -422,9 +441,10 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL uint8_t *side_unknown = springls__has_unknown_side(model) + i;
     SPRINGLS__GLOBAL uint8_t *opposed = springls__has_opposed(model) + i;
-    bool carry = args.project.carry != 0, some, at_edge;
+    bool carry = args.project.carry != 0, some;
     springls__wide_tile tile;
     springls__near_ranges near_by;
+    springls__edge_box edges;
     int row, v, o[3];
     tile.value = memory + SPRINGLS__SUMS_FLOATS;
     springls__slot_origin(g, g->active[i], o);
@@ -437,7 +457,7 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     near_by = springls__near_brick(model, o);
     some = near_by.count > 0;
     springls__load_wide_tile(g, g->phi, o, model->group, carry && some, &tile);
-    at_edge = some && springls__near_edge(model, &near_by);
+    edges = springls__edge_box_of(model, &near_by);
     if (some) springls__brick_sums_take(model, &near_by, o, sums, opposed);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         SPRINGLS__LOCAL const float *of_row = sums + springls__sums_of_row(row);
@@ -449,7 +469,7 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
             out[v] = phi[v];
             if (some && of_row[8 * SPRINGLS__SUM_WEIGHT + (v & 7)] > SPRINGLS__MIN_WEIGHT) {
                 out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(of_row, v & 7), args,
-                                                 at_edge, phi[v]);
+                                                 edges, phi[v]);
             } else if (carry && springls__may_be_passed(model, phi[v], args.project.max_displacement)) {
                 out[v] = springls__passed_phi(model, springls__voxel_place(o, v), phi[v], args.project.max_displacement);
                 if (springls__fabs(out[v]) > g->far_value) *side_unknown = 1;
