@@ -9525,15 +9525,32 @@ SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, con
                 springls__reached_rows(oriented[k], origin, model->group, take, sums, opposed);
 }
 
-SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const springls__near_ranges *near_by)
+/* The box of the places that springls at an edge may be near; empty where there are none. */
+typedef struct springls__edge_box { springls__v3 lower, upper; } springls__edge_box;
+
+SPRINGLS__MATHS springls__edge_box springls__edge_box_of(const springls__model *model, const springls__near_ranges *near_by)
 {
+    const float radius = SPRINGLS__PROJECT_RADIUS;
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
+    springls__edge_box box;
     int r, k;
-    if (!model->params.keep_edges || model->set.at_edges == 0) return false;
+    box.lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX);
+    box.upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
+    if (!model->params.keep_edges || model->set.at_edges == 0) return box;
     for (r = 0; r < near_by->count; r++)
-        for (k = near_by->first[r]; k < near_by->end[r]; k++)
-            if (oriented[k].edge) return true;
-    return false;
+        for (k = near_by->first[r]; k < near_by->end[r]; k++) {
+            springls__v3 p = oriented[k].p;
+            if (!oriented[k].edge) continue;
+            box.lower = springls__min3(box.lower, springls__v3_make(p.x - radius, p.y - radius, p.z - radius));
+            box.upper = springls__max3(box.upper, springls__v3_make(p.x + radius, p.y + radius, p.z + radius));
+        }
+    return box;
+}
+
+SPRINGLS__MATHS bool springls__in_edge_box(springls__edge_box box, springls__v3 x)
+{
+    return x.x >= box.lower.x && x.y >= box.lower.y && x.z >= box.lower.z && x.x <= box.upper.x && x.y <= box.upper.y
+           && x.z <= box.upper.z;
 }
 
 /* Returns a weight that falls from 1 at x to 0 at PROJECT_RADIUS and on to less. */
@@ -9607,7 +9624,8 @@ SPRINGLS__MATHS springls__v3 springls__voxel_place(const int origin[3], int v)
    a sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */
 SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,
                                               const springls__wide_tile *tile, const int origin[3], int v,
-                                              springls__moments sum, springls__arguments args, bool at_edge, float phi)
+                                              springls__moments sum, springls__arguments args, springls__edge_box edges,
+                                              float phi)
 {
     const float width = 1.2f; /* no voxel beyond it is next to the zero level */
     springls__v3 at = springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6));
@@ -9617,7 +9635,7 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
     if (args.project.carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));
     if (!model->params.project_level_set) return phi;
     edge.weight = edge.distance = 0.0f;
-    if (at_edge && springls__fabs(phi) < width) edge = springls__height_at_edge(model, near_by, v, x);
+    if (springls__fabs(phi) < width && springls__in_edge_box(edges, x)) edge = springls__height_at_edge(model, near_by, v, x);
     if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance))
         return springls__on_known_side(edge.distance, phi);
     f = springls__moments_distance(sum);
@@ -9679,9 +9697,10 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL uint8_t *side_unknown = springls__has_unknown_side(model) + i;
     SPRINGLS__GLOBAL uint8_t *opposed = springls__has_opposed(model) + i;
-    bool carry = args.project.carry != 0, some, at_edge;
+    bool carry = args.project.carry != 0, some;
     springls__wide_tile tile;
     springls__near_ranges near_by;
+    springls__edge_box edges;
     int row, v, o[3];
     tile.value = memory + SPRINGLS__SUMS_FLOATS;
     springls__slot_origin(g, g->active[i], o);
@@ -9694,7 +9713,7 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     near_by = springls__near_brick(model, o);
     some = near_by.count > 0;
     springls__load_wide_tile(g, g->phi, o, model->group, carry && some, &tile);
-    at_edge = some && springls__near_edge(model, &near_by);
+    edges = springls__edge_box_of(model, &near_by);
     if (some) springls__brick_sums_take(model, &near_by, o, sums, opposed);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         SPRINGLS__LOCAL const float *of_row = sums + springls__sums_of_row(row);
@@ -9706,7 +9725,7 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
             out[v] = phi[v];
             if (some && of_row[8 * SPRINGLS__SUM_WEIGHT + (v & 7)] > SPRINGLS__MIN_WEIGHT) {
                 out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(of_row, v & 7), args,
-                                                 at_edge, phi[v]);
+                                                 edges, phi[v]);
             } else if (carry && springls__may_be_passed(model, phi[v], args.project.max_displacement)) {
                 out[v] = springls__passed_phi(model, springls__voxel_place(o, v), phi[v], args.project.max_displacement);
                 if (springls__fabs(out[v]) > g->far_value) *side_unknown = 1;
@@ -32437,15 +32456,32 @@ static const char *const springls__kernel_lines[] = {
     "                springls__reached_rows(oriented[k], origin, model->group, take, sums, opposed);\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS bool springls__near_edge(const springls__model *model, const springls__near_ranges *near_by)\n",
+    "/* The box of the places that springls at an edge may be near; empty where there are none. */\n",
+    "typedef struct springls__edge_box { springls__v3 lower, upper; } springls__edge_box;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__edge_box springls__edge_box_of(const springls__model *model, const springls__near_ranges *near_by)\n",
     "{\n",
+    "    const float radius = SPRINGLS__PROJECT_RADIUS;\n",
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
+    "    springls__edge_box box;\n",
     "    int r, k;\n",
-    "    if (!model->params.keep_edges || model->set.at_edges == 0) return false;\n",
+    "    box.lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX);\n",
+    "    box.upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);\n",
+    "    if (!model->params.keep_edges || model->set.at_edges == 0) return box;\n",
     "    for (r = 0; r < near_by->count; r++)\n",
-    "        for (k = near_by->first[r]; k < near_by->end[r]; k++)\n",
-    "            if (oriented[k].edge) return true;\n",
-    "    return false;\n",
+    "        for (k = near_by->first[r]; k < near_by->end[r]; k++) {\n",
+    "            springls__v3 p = oriented[k].p;\n",
+    "            if (!oriented[k].edge) continue;\n",
+    "            box.lower = springls__min3(box.lower, springls__v3_make(p.x - radius, p.y - radius, p.z - radius));\n",
+    "            box.upper = springls__max3(box.upper, springls__v3_make(p.x + radius, p.y + radius, p.z + radius));\n",
+    "        }\n",
+    "    return box;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS bool springls__in_edge_box(springls__edge_box box, springls__v3 x)\n",
+    "{\n",
+    "    return x.x >= box.lower.x && x.y >= box.lower.y && x.z >= box.lower.z && x.x <= box.upper.x && x.y <= box.upper.y\n",
+    "           && x.z <= box.upper.z;\n",
     "}\n",
     "\n",
     "/* Returns a weight that falls from 1 at x to 0 at PROJECT_RADIUS and on to less. */\n",
@@ -32519,7 +32555,8 @@ static const char *const springls__kernel_lines[] = {
     "   a sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */\n",
     "SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,\n",
     "                                              const springls__wide_tile *tile, const int origin[3], int v,\n",
-    "                                              springls__moments sum, springls__arguments args, bool at_edge, float phi)\n",
+    "                                              springls__moments sum, springls__arguments args, springls__edge_box edges,\n",
+    "                                              float phi)\n",
     "{\n",
     "    const float width = 1.2f; /* no voxel beyond it is next to the zero level */\n",
     "    springls__v3 at = springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6));\n",
@@ -32529,7 +32566,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.project.carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));\n",
     "    if (!model->params.project_level_set) return phi;\n",
     "    edge.weight = edge.distance = 0.0f;\n",
-    "    if (at_edge && springls__fabs(phi) < width) edge = springls__height_at_edge(model, near_by, v, x);\n",
+    "    if (springls__fabs(phi) < width && springls__in_edge_box(edges, x)) edge = springls__height_at_edge(model, near_by, v, x);\n",
     "    if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance))\n",
     "        return springls__on_known_side(edge.distance, phi);\n",
     "    f = springls__moments_distance(sum);\n",
@@ -32591,9 +32628,10 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL uint8_t *side_unknown = springls__has_unknown_side(model) + i;\n",
     "    SPRINGLS__GLOBAL uint8_t *opposed = springls__has_opposed(model) + i;\n",
-    "    bool carry = args.project.carry != 0, some, at_edge;\n",
+    "    bool carry = args.project.carry != 0, some;\n",
     "    springls__wide_tile tile;\n",
     "    springls__near_ranges near_by;\n",
+    "    springls__edge_box edges;\n",
     "    int row, v, o[3];\n",
     "    tile.value = memory + SPRINGLS__SUMS_FLOATS;\n",
     "    springls__slot_origin(g, g->active[i], o);\n",
@@ -32606,7 +32644,7 @@ static const char *const springls__kernel_lines[] = {
     "    near_by = springls__near_brick(model, o);\n",
     "    some = near_by.count > 0;\n",
     "    springls__load_wide_tile(g, g->phi, o, model->group, carry && some, &tile);\n",
-    "    at_edge = some && springls__near_edge(model, &near_by);\n",
+    "    edges = springls__edge_box_of(model, &near_by);\n",
     "    if (some) springls__brick_sums_take(model, &near_by, o, sums, opposed);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
     "        SPRINGLS__LOCAL const float *of_row = sums + springls__sums_of_row(row);\n",
@@ -32618,7 +32656,7 @@ static const char *const springls__kernel_lines[] = {
     "            out[v] = phi[v];\n",
     "            if (some && of_row[8 * SPRINGLS__SUM_WEIGHT + (v & 7)] > SPRINGLS__MIN_WEIGHT) {\n",
     "                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(of_row, v & 7), args,\n",
-    "                                                 at_edge, phi[v]);\n",
+    "                                                 edges, phi[v]);\n",
     "            } else if (carry && springls__may_be_passed(model, phi[v], args.project.max_displacement)) {\n",
     "                out[v] = springls__passed_phi(model, springls__voxel_place(o, v), phi[v], args.project.max_displacement);\n",
     "                if (springls__fabs(out[v]) > g->far_value) *side_unknown = 1;\n",
@@ -32662,7 +32700,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9755 \"springls.h\"\n",
+    "#line 9774 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -32814,7 +32852,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 9908 \"springls.h\"\n",
+    "#line 9927 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -32898,7 +32936,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 9993 \"springls.h\"\n",
+    "#line 10012 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -32995,7 +33033,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10091 \"springls.h\"\n",
+    "#line 10110 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -33532,7 +33570,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10629 \"springls.h\"\n",
+    "#line 10648 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -33608,7 +33646,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10706 \"springls.h\"\n",
+    "#line 10725 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -33844,7 +33882,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 10943 \"springls.h\"\n",
+    "#line 10962 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -33877,7 +33915,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 10977 \"springls.h\"\n",
+    "#line 10996 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -33902,7 +33940,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11003 \"springls.h\"\n",
+    "#line 11022 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -34152,7 +34190,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11254 \"springls.h\"\n",
+    "#line 11273 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -34252,7 +34290,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 34256 \"springls.h\"\n",
+    "#line 34294 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
