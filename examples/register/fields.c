@@ -1,6 +1,8 @@
 /* fields.c - the two images, and the fields between them: found, or read from a file. */
 #include "register/run.h"
 
+#include "imaging/overlap.h"
+
 #include <stdarg.h>
 #include <stdlib.h>
 
@@ -37,6 +39,22 @@ static bool labels_fit(const struct run *run, bool of_moving, const char *path)
     return fit;
 }
 
+/* The same of a label map that is to be compared: two empty objects would overlap perfectly. */
+static bool labels_compare(const struct run *run, bool of_moving, const char *path)
+{
+    struct volume labels;
+    if (!path) {
+        return true;
+    }
+    bool good = register_read_labels(run, of_moving, path, &labels);
+    if (good && overlap_labels(labels.data, labels.data, volume_voxels(&labels), (float)run->label).both == 0) {
+        good = run->label < 0 ? register_fail("%s: no voxel has a label", path)
+                              : register_fail("%s: no voxel has the label %d", path, run->label);
+    }
+    volume_free(&labels);
+    return good;
+}
+
 bool register_read(struct run *run)
 {
     char error[VOLUME_TEXT];
@@ -44,7 +62,7 @@ bool register_read(struct run *run)
         || !volume_read_one(run->moving_path, run->moving_frame, "--moving-frame", &run->moving, error)) {
         return register_fail("%s", error);
     }
-    return labels_fit(run, false, run->fixed_labels_path) && labels_fit(run, true, run->moving_labels_path)
+    return labels_compare(run, false, run->fixed_labels_path) && labels_compare(run, true, run->moving_labels_path)
            && labels_fit(run, true, run->warp.labels) && labels_fit(run, false, run->inverse_warp.labels);
 }
 

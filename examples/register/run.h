@@ -48,7 +48,7 @@ bool register_fail(const char *format, ...)
     ;
 bool register_no_memory(void);
 
-/* Reads the two images; label maps that do not fit them are refused here, before the work. */
+/* Reads the two images; label maps that do not fit them or have not the label are refused here, before the work. */
 bool register_read(struct run *run);
 /* Reads a label map of the moving image, or of the fixed one. */
 bool register_read_labels(const struct run *run, bool of_moving, const char *path, struct volume *labels);
