@@ -643,7 +643,8 @@ static void paint_handle(struct volume *volume, const float center[3], const dou
         register_apply(back, x, x);
         vec3_sub(x, center, r);
         const float body = sqrtf(r[0] * r[0] / 2.2f + r[1] * r[1] + 1.5f * r[2] * r[2]) - 8.0f;
-        const float handle = sqrtf((r[0] - 8.0f) * (r[0] - 8.0f) + (r[1] - 7.0f) * (r[1] - 7.0f) + (r[2] - 3.0f) * (r[2] - 3.0f)) - 4.0f;
+        const float handle =
+            sqrtf((r[0] - 8.0f) * (r[0] - 8.0f) + (r[1] - 7.0f) * (r[1] - 7.0f) + (r[2] - 3.0f) * (r[2] - 3.0f)) - 4.0f;
         volume->data[n] = 900.0f / (1.0f + expf(fminf(body, handle)));
         volume->minimum = fminf(volume->minimum, volume->data[n]);
         volume->maximum = fmaxf(volume->maximum, volume->data[n]);

@@ -79,7 +79,8 @@ static double mesh_volume(void)
     double v = 0.0;
     int t;
     for (t = 0; t < triangles; t++) {
-        const float *a = position + 3 * triangle[3 * t], *b = position + 3 * triangle[3 * t + 1], *c = position + 3 * triangle[3 * t + 2];
+        const float *a = position + 3 * triangle[3 * t], *b = position + 3 * triangle[3 * t + 1],
+                    *c = position + 3 * triangle[3 * t + 2];
         v += (double)a[0] * ((double)b[1] * (double)c[2] - (double)b[2] * (double)c[1])
              + (double)a[1] * ((double)b[2] * (double)c[0] - (double)b[0] * (double)c[2])
              + (double)a[2] * ((double)b[0] * (double)c[1] - (double)b[1] * (double)c[0]);
@@ -201,7 +202,9 @@ TEST inside_out_is_turned(void)
     ASSERT_EQ(SPRINGLS_OK, set_mesh(&desc));
     ASSERT(report.closed && report.flipped && report.volume < 0.0);
     ASSERT(strstr(warning, "inside out") != NULL);
-    ASSERT_GT(springls__dot(springls__springl_normal(ctx->model.set.s[0]), springls__sub(ctx->model.set.s[0].p, springls__v3_make(20, 20, 20))), 0.0f);
+    ASSERT_GT(springls__dot(springls__springl_normal(ctx->model.set.s[0]),
+                            springls__sub(ctx->model.set.s[0].p, springls__v3_make(20, 20, 20))),
+              0.0f);
     phi = level_set();
     ASSERT_LT(sphere_error(phi, 20, 12.0, 3.0), 0.06);
     free(phi);
@@ -243,7 +246,9 @@ TEST mirrored_grid(void)
     add_sphere(19, 20, 20, 12.0, 80, 40, 1.0);
     ASSERT_EQ(SPRINGLS_OK, set_mesh(&desc));
     ASSERT(report.closed && !report.flipped && report.volume > 0.0);
-    ASSERT_GT(springls__dot(springls__springl_normal(ctx->model.set.s[9]), springls__sub(ctx->model.set.s[9].p, springls__v3_make(20, 20, 20))), 0.0f);
+    ASSERT_GT(springls__dot(springls__springl_normal(ctx->model.set.s[9]),
+                            springls__sub(ctx->model.set.s[9].p, springls__v3_make(20, 20, 20))),
+              0.0f);
     phi = level_set();
     ASSERT_LT(sphere_error(phi, 20, 12.0, 3.0), 0.06);
     free(phi);
@@ -580,7 +585,8 @@ TEST holes_do_not_leak(float r)
     for (z = 0; z < 48; z++)
         for (y = 0; y < 48; y++)
             for (x = 0; x < 48; x++) {
-                float dx = (float)x - 24.0f, dy = (float)y - 24.0f, dz = (float)z - 24.0f, d = sqrtf(dx * dx + dy * dy + dz * dz) - 15.0f;
+                float dx = (float)x - 24.0f, dy = (float)y - 24.0f, dz = (float)z - 24.0f,
+                      d = sqrtf(dx * dx + dy * dy + dz * dz) - 15.0f;
                 if (d < -0.5f * r - 0.5f) ASSERT_LT(phi[x + 48 * (y + 48 * z)], 0.0f);
                 if (d > 0.5f * r + 0.5f) ASSERT_GT(phi[x + 48 * (y + 48 * z)], 0.0f);
             }
@@ -600,7 +606,9 @@ TEST turned_faces_are_repaired(void)
     ASSERT_EQ(SPRINGLS_OK, set_mesh(&desc));
     ASSERT(!report.closed && report.misoriented_edges > 100 && !report.flipped);
     for (t = 0; t < triangles; t++)
-        ASSERT(springls__dot(springls__springl_normal(ctx->model.set.s[t]), springls__sub(ctx->model.set.s[t].p, springls__v3_make(20, 20, 20))) > 0.0f);
+        ASSERT(springls__dot(springls__springl_normal(ctx->model.set.s[t]),
+                             springls__sub(ctx->model.set.s[t].p, springls__v3_make(20, 20, 20)))
+               > 0.0f);
     phi = level_set();
     ASSERT_LT(sphere_error(phi, 20, 12.0, 3.0), 0.06);
     free(phi);
@@ -955,9 +963,10 @@ static void fit_to(int n)
 
 TEST mesh_files(void)
 {
-    static const char *const names[] = { "armadillo.off", "beetle.obj", "bones.off", "bull.off", "cow.obj", "elephant-with-holes.off",
-                                         "femur.off", "knot1.off", "man.off", "mech-holes-shark.off", "rocker-arm.obj", "spot.obj",
-                                         "stanford-bunny.obj", "teapot.obj" };
+    static const char *const names[] = {
+        "armadillo.off",           "beetle.obj", "bones.off",          "bull.off",  "cow.obj",
+        "elephant-with-holes.off", "femur.off",  "knot1.off",          "man.off",   "mech-holes-shark.off",
+        "rocker-arm.obj",          "spot.obj",   "stanford-bunny.obj", "teapot.obj"};
     const char *data = getenv("SPRINGLS_DATA");
     size_t i, read = 0;
     if (!data || !data[0]) SKIPm("SPRINGLS_DATA is not set");

@@ -253,7 +253,8 @@ TEST lies_are_refused(int frame)
     ASSERT_OK(steps(&s, 2));
     ASSERT_OK(take(s.ctx, kind, &b));
     bytes = (char *)b.bytes;
-    end = SPRINGLS__HEAD_BYTES + 2 * SPRINGLS__SECTION_HEAD_BYTES + (SPRINGLS__NUMBERS + SPRINGLS__PARAMS_NAMED) * SPRINGLS__NAMED_BYTES;
+    end = SPRINGLS__HEAD_BYTES + 2 * SPRINGLS__SECTION_HEAD_BYTES
+        + (SPRINGLS__NUMBERS + SPRINGLS__PARAMS_NAMED) * SPRINGLS__NAMED_BYTES;
     for (i = SPRINGLS__HEAD_BYTES; i + 4 <= b.size; i += i < end + 400 ? 4 : 4 * (b.size / 4 / 300)) {
         if (i > 64 && i < end && i % 16 < 8 && i % 20) continue; /* most of the names */
         for (w = 0; w < (i < end ? 7u : 4u); w++) {
@@ -299,7 +300,7 @@ static char *section_of(char *bytes, size_t size, const char *tag)
 /* Runs of bricks inside that are empty, overlap, leave the domain, or take bricks that have voxels: refused. */
 TEST runs_of_bricks_are_checked(void)
 {
-    static const int32_t wrong[][2] = { { -1, 1 }, { 0, 0 }, { 0, -5 }, { 0, INT32_MAX }, { INT32_MAX, 2 }, { 300, 1 }, { 0, 511 } };
+    static const int32_t wrong[][2] = {{-1, 1}, {0, 0}, {0, -5}, {0, INT32_MAX}, {INT32_MAX, 2}, {300, 1}, {0, 511}};
     springls_context *ctx = fixture_sphere(64, NULL, 32.0f, 32.0f, 32.0f, 26.0f);
     uint64_t before = springls_state_hash(ctx);
     char *runs;
