@@ -39,6 +39,7 @@ test_bad_files_USES = surface imaging
 test_common_USES    = surface imaging
 test_contour_USES   = $(segment_USES)
 test_csg_USES       = $(csg_USES)
+test_fields_USES    = $(register_USES)
 test_imaging_USES   = base
 test_morph_USES     = $(morph_USES)
 test_register_USES  = $(register_USES)
