@@ -474,7 +474,10 @@ FIXTURE void fixture_random_soup(springls_context *ctx, int count, float low, fl
     for (i = 0; i < count; i++) {
         springls__v3 c = fixture_point(low, high), q[3];
         do {
-            for (m = 0; m < 3; m++) q[m] = springls__mad(c, fixture_direction(), size * fixture_between(0.4f, 1.0f));
+            for (m = 0; m < 3; m++) {
+                const float arm = size * fixture_between(0.4f, 1.0f); /* first: arguments have no order */
+                q[m] = springls__mad(c, fixture_direction(), arm);
+            }
         } while (springls__length(springls__cross(springls__sub(q[1], q[0]), springls__sub(q[2], q[0]))) < 0.4f * size * size);
         fixture_add(ctx, q[0], q[1], q[2]);
     }

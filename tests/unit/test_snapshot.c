@@ -714,6 +714,54 @@ TEST enumerations_are_checked(void)
     PASS();
 }
 
+/* What has happened to components is listed by the model that goes on as by the one that was saved. */
+TEST events_are_kept(void)
+{
+    springls_params p = springls_default_params();
+    const springls_sphere balls[] = { fixture_ball(7.0f, 11.5f, 11.5f, 3.5f), fixture_ball(17.0f, 11.5f, 11.5f, 3.5f),
+                                      fixture_ball(12.0f, 11.5f, 11.5f, 3.0f) };
+    springls_context *ctx[2];
+    const springls_event *events;
+    springls_event kept[4];
+    uint32_t before[4];
+    size_t size;
+    void *saved;
+    int i, k, count[2];
+    p.components = 1;
+    for (i = 0; i < 2; i++) ctx[i] = fixture_context(SIZE, &p);
+    ASSERT_OK(springls_set_implicit(ctx[0], springls_implicit_sphere, (void *)(uintptr_t)&balls[0]));
+    for (i = 1; i < 3; i++) {
+        ASSERT_OK(springls_events(ctx[0], &events, &count[0]));
+        ASSERT_OK(springls_combine_implicit(ctx[0], SPRINGLS_OPERATION_UNION, springls_implicit_sphere,
+                                            (void *)(uintptr_t)&balls[i]));
+        ASSERT_OK(springls_events(ctx[0], &events, &count[0]));
+    }
+    ASSERT_EQ(2, count[0]);
+    ASSERT_EQ(SPRINGLS_EVENT_KIND_BIRTH, events[0].kind);
+    ASSERT_EQ(SPRINGLS_EVENT_KIND_MERGE, events[1].kind);
+    for (k = 0; k < count[0]; k++) {
+        kept[k] = events[k];
+        before[k] = events[k].before_count ? events[k].before[0].id : 0u;
+    }
+    ASSERT_OK(springls_snapshot(ctx[0], SPRINGLS_SNAPSHOT_KIND_ALL, NULL, 0, &size));
+    saved = malloc(size);
+    ASSERT_OK(springls_snapshot(ctx[0], SPRINGLS_SNAPSHOT_KIND_ALL, saved, size, &size));
+    ASSERT_OK(springls_restore(ctx[1], saved, size));
+    ASSERT_OK(springls_events(ctx[1], &events, &count[1]));
+    ASSERT_EQ(count[0], count[1]);
+    for (k = 0; k < count[1]; k++) {
+        ASSERT_EQ(kept[k].kind, events[k].kind);
+        ASSERT_EQ(kept[k].step, events[k].step);
+        ASSERT_MEM_EQ(kept[k].place, events[k].place, sizeof kept[k].place);
+        ASSERT_EQ(kept[k].before_count, events[k].before_count);
+        ASSERT_EQ(kept[k].after_count, events[k].after_count);
+        if (before[k]) ASSERT_EQ(before[k], events[k].before[0].id);
+    }
+    free(saved);
+    for (i = 0; i < 2; i++) springls_destroy(ctx[i]);
+    PASS();
+}
+
 GREATEST_MAIN_DEFS();
 
 int main(int argc, char **argv)
@@ -739,5 +787,6 @@ int main(int argc, char **argv)
     RUN_TEST(unknown_parts_are_named);
     RUN_TEST(missing_numbers_have_defaults);
     RUN_TEST(enumerations_are_checked);
+    RUN_TEST(events_are_kept);
     GREATEST_MAIN_END();
 }
