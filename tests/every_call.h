@@ -1,5 +1,5 @@
-/* every_call.h - each public call that returns a status, by its name, and models in several states to call it on: for tests in which
-   something fails inside each of them. */
+/* every_call.h - each public call that returns a status, by its name, and models in several states to call it on: for tests in
+   which something fails inside each of them. */
 #ifndef EVERY_CALL_H
 #define EVERY_CALL_H
 

@@ -294,7 +294,8 @@ FIXTURE void fixture_device_says(void *user, int level, const char *message)
 
 FIXTURE void fixture_leave_device(void)
 {
-    printf("%llu kernels on %s\n", (unsigned long long)springls_cl_get_counts(fixture_device).kernels, springls_cl_name(fixture_device));
+    printf("%llu kernels on %s\n", (unsigned long long)springls_cl_get_counts(fixture_device).kernels,
+           springls_cl_name(fixture_device));
     springls_cl_destroy(fixture_device);
 }
 
@@ -473,7 +474,10 @@ FIXTURE void fixture_random_soup(springls_context *ctx, int count, float low, fl
     for (i = 0; i < count; i++) {
         springls__v3 c = fixture_point(low, high), q[3];
         do {
-            for (m = 0; m < 3; m++) q[m] = springls__mad(c, fixture_direction(), size * fixture_between(0.4f, 1.0f));
+            for (m = 0; m < 3; m++) {
+                const float arm = size * fixture_between(0.4f, 1.0f); /* first: arguments have no order */
+                q[m] = springls__mad(c, fixture_direction(), arm);
+            }
         } while (springls__length(springls__cross(springls__sub(q[1], q[0]), springls__sub(q[2], q[0]))) < 0.4f * size * size);
         fixture_add(ctx, q[0], q[1], q[2]);
     }
@@ -488,8 +492,14 @@ FIXTURE springls__v3 fixture_at(springls_view view, int i, int vertex)
 }
 
 FIXTURE springls__v3 fixture_particle(const springls_context *ctx, int i) { return fixture_at(springls_view_particles(ctx), i, 0); }
-FIXTURE springls__v3 fixture_vertex(const springls_context *ctx, int i, int m) { return fixture_at(springls_view_vertices(ctx), i, m); }
-FIXTURE springls__v3 fixture_origin(const springls_context *ctx, int i) { return fixture_at(springls_view_correspondences(ctx), i, 0); }
+FIXTURE springls__v3 fixture_vertex(const springls_context *ctx, int i, int m)
+{
+    return fixture_at(springls_view_vertices(ctx), i, m);
+}
+FIXTURE springls__v3 fixture_origin(const springls_context *ctx, int i)
+{
+    return fixture_at(springls_view_correspondences(ctx), i, 0);
+}
 
 /* A copy of what a springl is: bytes that can be compared. */
 typedef struct fixture_springl { springls__v3 q[3], p, a; uint32_t id, generation; } fixture_springl;

@@ -1,6 +1,6 @@
 #!/bin/sh
-# report.sh GROUP LOG... [-- GROUP LOG...]: prints the logs that run.sh has written, and adds up their counts for each group and for all.
-# The last line is "N passed, N failed". Fails when a test has.
+# report.sh GROUP LOG... [-- GROUP LOG...]: prints the logs that run.sh has written, and adds up their counts for each group and for
+# all. The last line is "N passed, N failed". Fails when a test has.
 set -u
 summary= all_passed=0 all_failed=0 all_skipped=0
 

@@ -6,8 +6,6 @@ TEST_DIR     := build/test$(addprefix -,$(VARIANT))$(if $(filter 1,$(PARTS)),-pa
 TEST_FLAGS    = $(STRICT) $(or $(OPT),-O1) $(MACHINE) $(if $(filter 1,$(OPENMP)),-fopenmp) $(if $(filter 1,$(PARTS)),-DSPRINGLS_PARTS) \
                 $(if $(filter 1,$(WITH_OPENCL) $(WITH_LIBRARIES)),-DSPRINGLS_TEST_OPENCL) -I. -Itests -MMD -MP -MF $@.d $(SANITIZE) $(CFLAGS)
 TEST_LIBS     = -lm -pthread
-# VARIANT=cover counts the lines that are reached of the library, and of what includes it.
-$(TEST_DIR)/library.o $(TEST_DIR)/backend/%: SANITIZE += $(if $(filter cover,$(VARIANT)),-fcoverage-mapping)
 
 UNIT_TESTS    = $(patsubst tests/%.c,%,$(sort $(wildcard tests/unit/test_*.c)))
 EXAMPLE_TESTS = $(patsubst tests/%.c,%,$(sort $(wildcard tests/examples/test_*.c)))
@@ -41,6 +39,7 @@ test_bad_files_USES = surface imaging
 test_common_USES    = surface imaging
 test_contour_USES   = $(segment_USES)
 test_csg_USES       = $(csg_USES)
+test_fields_USES    = $(register_USES)
 test_imaging_USES   = base
 test_morph_USES     = $(morph_USES)
 test_register_USES  = $(register_USES)
@@ -201,7 +200,7 @@ valgrind: deps-valgrind springls.h   ## models' lives under valgrind (memory tha
 cover-lines: deps-fuzz   ## how many lines of springls.h all tests reach, by part (clang, llvm-cov)
 	@rm -rf build/cover && mkdir -p build/cover
 	-@LLVM_PROFILE_FILE='$(CURDIR)/build/cover/%4m.profraw' $(MAKE) --no-print-directory test VARIANT=cover CC=clang CXX=clang++ \
-	  SANITIZE=-fprofile-instr-generate > build/cover/tests.log 2>&1
+	  SANITIZE="-fprofile-instr-generate -fcoverage-mapping" > build/cover/tests.log 2>&1
 	@tests/cover_lines.sh
 
 # libFuzzer's inputs are kept in build/fuzz/corpus, and go on from there the next time. assimp's own mistakes end fuzz_surface's processes:

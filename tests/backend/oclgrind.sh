@@ -1,9 +1,9 @@
 #!/bin/sh
-# oclgrind.sh PROGRAM: runs PROGRAM (opencl_small.c) on Oclgrind, a simulated OpenCL device that checks every access to memory, data races
-# between work items, and the calls into OpenCL. Fails when it reports anything. Takes a minute of processor time.
+# oclgrind.sh PROGRAM: runs PROGRAM (opencl_small.c) on Oclgrind, a simulated OpenCL device that checks every access to memory, data
+# races between work items, and the calls into OpenCL. Fails when it reports anything. Takes a minute of processor time.
 #   Optimised text has instructions that it does not know: hence the build options.
-#   Not asked for are uninitialised values (OCLGRIND_UNINITIALIZED=1): five times as slow, and it takes particles after `relax` for such, which
-#   MemorySanitizer, that knows the same text in C, does not (make msan).
+#   Not asked for are uninitialised values (OCLGRIND_UNINITIALIZED=1): five times as slow, and it takes particles after `relax` for
+#   such, which MemorySanitizer, that knows the same text in C, does not (make msan).
 #   The library is named rather than preloaded (what the command oclgrind does): PoCL's calls into itself would end in it as well.
 set -u
 library=

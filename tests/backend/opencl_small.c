@@ -1,5 +1,5 @@
-/* opencl_small.c LIBRARY - a tiny model through every stage on a device, for a simulator that looks at every access (tests/backend/oclgrind.sh):
-   work items of a group share a brick, as on a GPU. Prints the state's hash; it is the scalar one. */
+/* opencl_small.c LIBRARY - a tiny model through every stage on a device, for a simulator that looks at every access
+   (tests/backend/oclgrind.sh): work items of a group share a brick, as on a GPU. Prints the state's hash; it is the scalar one. */
 #include "histories.h"
 #include "springls_cl.h"
 
@@ -20,7 +20,8 @@ FIXTURE uint64_t small_run(springls_backend *backend, bool paper)
     springls_desc desc = fixture_desc(SMALL_SIZE, &p);
     springls_deformation_flow flow = { (float)SMALL_SIZE, 2.0f };
     springls_forces forces = fixture_forces(springls_velocity_deformation, &flow);
-    springls_step_desc fluid = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.05f), elastic = fixture_step(&forces, SPRINGLS_MODE_ELASTIC, 0.05f);
+    springls_step_desc fluid = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.05f),
+                       elastic = fixture_step(&forces, SPRINGLS_MODE_ELASTIC, 0.05f);
     springls_sphere ball = fixture_ball(5.3f, 5.4f, 5.6f, 2.6f);
     springls_box box = { { 5.4f, 5.5f, 5.6f }, { 2.2f, 2.4f, 2.0f } };
     springls_context *ctx = NULL;
@@ -40,9 +41,11 @@ FIXTURE uint64_t small_run(springls_backend *backend, bool paper)
     desc.backend = backend;
     desc.logger.log = small_says;
     ok = springls_create(&desc, &ctx) == SPRINGLS_OK
-      && (paper ? springls_set_implicit(ctx, springls_implicit_sphere, &ball) : springls_set_implicit(ctx, springls_implicit_box, &box)) == SPRINGLS_OK
-      && springls_step(ctx, &fluid) == SPRINGLS_OK && (paper || springls_step(ctx, &elastic) == SPRINGLS_OK) && springls_track(ctx) == SPRINGLS_OK
-      && springls_extract_mesh(ctx, &mesh) == SPRINGLS_OK;
+        && (paper ? springls_set_implicit(ctx, springls_implicit_sphere, &ball)
+                  : springls_set_implicit(ctx, springls_implicit_box, &box))
+            == SPRINGLS_OK
+        && springls_step(ctx, &fluid) == SPRINGLS_OK && (paper || springls_step(ctx, &elastic) == SPRINGLS_OK)
+        && springls_track(ctx) == SPRINGLS_OK && springls_extract_mesh(ctx, &mesh) == SPRINGLS_OK;
     if (ok) {
         hash = history_mix(springls_state_hash(ctx), mesh.positions, (size_t)mesh.vertex_count * 3 * sizeof(float));
         springls_mesh_free(ctx, &mesh);

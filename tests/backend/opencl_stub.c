@@ -1,5 +1,5 @@
-/* opencl_stub.c - a shared library that stands before the real OpenCL library: it passes every call on, fails the one that it is told
-   to fail, and counts objects that are made, retained and released. */
+/* opencl_stub.c - a shared library that stands before the real OpenCL library: it passes every call on, fails the one that it is
+   told to fail, and counts objects that are made, retained and released. */
 #ifndef CL_TARGET_OPENCL_VERSION
 #define CL_TARGET_OPENCL_VERSION 120
 #endif
@@ -37,7 +37,8 @@ static int fails(int call) { return stub.error && (call == stub.at || (stub.on &
 /* To be called first by every function that may fail: the error that it is to give. */
 static cl_int fault(const char *function)
 {
-    int call = (*calls_of(function))++, argument = strcmp(function, "clSetKernelArg") == 0, any = argument ? -1 : stub.counts[0].calls++;
+    int call = (*calls_of(function))++, argument = strcmp(function, "clSetKernelArg") == 0,
+        any = argument ? -1 : stub.counts[0].calls++;
     int now = stub.function[0] ? strcmp(stub.function, function) == 0 && fails(call) : !argument && fails(any);
     if (stub.failed[0] && stub.on) now = 1;
     if (!now) return CL_SUCCESS;
@@ -280,11 +281,13 @@ cl_int clBuildProgram(cl_program program, cl_uint count, const cl_device_id *dev
     return error != CL_SUCCESS ? error : REAL(clBuildProgram, program, count, devices, options, notify, user);
 }
 
-cl_int clGetProgramBuildInfo(cl_program program, cl_device_id device, cl_program_build_info what, size_t size, void *value, size_t *size_out)
+cl_int clGetProgramBuildInfo(cl_program program, cl_device_id device, cl_program_build_info what, size_t size, void *value,
+                             size_t *size_out)
 {
     MAY_FAIL(clGetProgramBuildInfo);
     used("clGetProgramBuildInfo", program);
-    if (!stub.build_failed || what != CL_PROGRAM_BUILD_LOG) return REAL(clGetProgramBuildInfo, program, device, what, size, value, size_out);
+    if (!stub.build_failed || what != CL_PROGRAM_BUILD_LOG)
+        return REAL(clGetProgramBuildInfo, program, device, what, size, value, size_out);
     if (size_out) *size_out = sizeof build_log;
     if (value && size < sizeof build_log) return CL_INVALID_VALUE;
     if (value) memcpy(value, build_log, sizeof build_log);
@@ -321,8 +324,8 @@ cl_int clSetKernelArg(cl_kernel kernel, cl_uint index, size_t size, const void *
     return REAL(clSetKernelArg, kernel, index, size, value);
 }
 
-cl_int clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel, cl_uint dimensions, const size_t *offset, const size_t *global,
-                              const size_t *local, cl_uint wait_count, const cl_event *wait, cl_event *event)
+cl_int clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel, cl_uint dimensions, const size_t *offset,
+                              const size_t *global, const size_t *local, cl_uint wait_count, const cl_event *wait, cl_event *event)
 {
     MAY_FAIL(clEnqueueNDRangeKernel);
     used("clEnqueueNDRangeKernel", queue);
@@ -347,8 +350,8 @@ cl_int clReleaseMemObject(cl_mem memory)
     return REAL(clReleaseMemObject, memory);
 }
 
-cl_int clEnqueueReadBuffer(cl_command_queue queue, cl_mem memory, cl_bool blocking, size_t offset, size_t size, void *to, cl_uint wait_count,
-                           const cl_event *wait, cl_event *event)
+cl_int clEnqueueReadBuffer(cl_command_queue queue, cl_mem memory, cl_bool blocking, size_t offset, size_t size, void *to,
+                           cl_uint wait_count, const cl_event *wait, cl_event *event)
 {
     MAY_FAIL(clEnqueueReadBuffer);
     used("clEnqueueReadBuffer", queue);
@@ -356,8 +359,8 @@ cl_int clEnqueueReadBuffer(cl_command_queue queue, cl_mem memory, cl_bool blocki
     return REAL(clEnqueueReadBuffer, queue, memory, blocking, offset, size, to, wait_count, wait, event);
 }
 
-cl_int clEnqueueWriteBuffer(cl_command_queue queue, cl_mem memory, cl_bool blocking, size_t offset, size_t size, const void *from, cl_uint wait_count,
-                            const cl_event *wait, cl_event *event)
+cl_int clEnqueueWriteBuffer(cl_command_queue queue, cl_mem memory, cl_bool blocking, size_t offset, size_t size, const void *from,
+                            cl_uint wait_count, const cl_event *wait, cl_event *event)
 {
     MAY_FAIL(clEnqueueWriteBuffer);
     used("clEnqueueWriteBuffer", queue);
@@ -365,8 +368,8 @@ cl_int clEnqueueWriteBuffer(cl_command_queue queue, cl_mem memory, cl_bool block
     return REAL(clEnqueueWriteBuffer, queue, memory, blocking, offset, size, from, wait_count, wait, event);
 }
 
-cl_int clEnqueueCopyBuffer(cl_command_queue queue, cl_mem from, cl_mem to, size_t from_offset, size_t to_offset, size_t size, cl_uint wait_count,
-                           const cl_event *wait, cl_event *event)
+cl_int clEnqueueCopyBuffer(cl_command_queue queue, cl_mem from, cl_mem to, size_t from_offset, size_t to_offset, size_t size,
+                           cl_uint wait_count, const cl_event *wait, cl_event *event)
 {
     MAY_FAIL(clEnqueueCopyBuffer);
     used("clEnqueueCopyBuffer", queue);

@@ -5,8 +5,8 @@
 typedef struct stub_controls {
     /* Forgets faults and counts calls from 0 again. */
     void (*begin)(void);
-    /* Call number `call` of a function ("clFinish"; NULL: of all but releases and clSetKernelArg) gives `error`; with `on` all calls after it
-       do too, but for releases: a lost device. */
+    /* Call number `call` of a function ("clFinish"; NULL: of all but releases and clSetKernelArg) gives `error`; with `on` all
+       calls after it do too, but for releases: a lost device. */
     void (*fail)(const char *function, int call, int error, int on);
     /* Platforms are found, none of them. */
     void (*hide_platforms)(int hidden);

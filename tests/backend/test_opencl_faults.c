@@ -1,5 +1,6 @@
-/* test_opencl_faults.c - every call into OpenCL fails once, or from there on, during a short life of a model: one clear error, nothing leaked,
-   and the context goes on with scalar code: where the model could be brought back, to the same bits. Skipped without OpenCL. */
+/* test_opencl_faults.c - every call into OpenCL fails once, or from there on, during a short life of a model: one clear error,
+   nothing leaked, and the context goes on with scalar code: where the model could be brought back, to the same bits. Skipped
+   without OpenCL. */
 #include "springls_under_test.h"
 #include "histories.h"
 #include "every_call.h"
@@ -304,7 +305,12 @@ typedef struct fault_outcome {
     const char *fault;       /* what was wrong                                            */
 } fault_outcome;
 
-typedef struct fault_life { springls_context *ctx; springls_forces forces; springls_step_desc fluid, elastic; float field[3 * FAULT_SIZE * FAULT_SIZE * FAULT_SIZE]; } fault_life;
+typedef struct fault_life {
+    springls_context *ctx;
+    springls_forces forces;
+    springls_step_desc fluid, elastic;
+    float field[3 * FAULT_SIZE * FAULT_SIZE * FAULT_SIZE];
+} fault_life;
 
 FIXTURE springls_status fault_begin(fault_life *life)
 {
@@ -416,12 +422,14 @@ FIXTURE const char *fault_verdict(const char *function, int call, int error, int
     if (!fault && out.log.errors != out.failures) fault = "errors logged and told are not the same";
     if (!fault && out.failures != 1) fault = "not one failure is told";
     if (!fault && out.status != SPRINGLS_DEVICE_FAILED) fault = "it is not told as one of the device";
-    if (!fault && (strcmp(out.text, out.log.error) != 0 || strstr(out.text, "opencl: ") != out.text || strstr(out.text, "going on without the device") == NULL))
+    if (!fault
+        && (strcmp(out.text, out.log.error) != 0 || strstr(out.text, "opencl: ") != out.text
+            || strstr(out.text, "going on without the device") == NULL))
         fault = "the text is not clear";
     if (!fault && out.hash != expected) fault = "the model is another one";
     if (!fault) return NULL;
-    snprintf(message, sizeof message, "call %d, %s, error %d%s: %s. %d told, %d lost; \"%s\"", call, stub->failed(), error, on ? " and all after it" : "", fault,
-             out.failures, out.lost, out.text);
+    snprintf(message, sizeof message, "call %d, %s, error %d%s: %s. %d told, %d lost; \"%s\"", call, stub->failed(), error,
+             on ? " and all after it" : "", fault, out.failures, out.lost, out.text);
     return message;
 }
 
@@ -591,7 +599,8 @@ SUITE(working)
     greatest_set_test_suffix("work_group_limit");
     RUN_TESTp(a_call_fails, "clEnqueueNDRangeKernel", CL_INVALID_WORK_GROUP_SIZE, 0, 5);
     greatest_set_test_suffix("argument");
-    RUN_TESTp(a_call_fails, "clSetKernelArg", CL_OUT_OF_RESOURCES, 0, 97); /* all kernels are given the same ones: some of them all */
+    RUN_TESTp(a_call_fails, "clSetKernelArg", CL_OUT_OF_RESOURCES, 0,
+              97); /* all kernels are given the same ones: some of them all */
 }
 
 GREATEST_MAIN_DEFS();
@@ -602,7 +611,8 @@ int main(int argc, char **argv)
     void *library;
     fault_log log;
     GREATEST_MAIN_BEGIN();
-    snprintf(stub_path, sizeof stub_path, "%.*s/opencl_stub.so", slash ? (int)(slash - argv[0]) : 1, slash ? argv[0] : "."); /* beside this program */
+    snprintf(stub_path, sizeof stub_path, "%.*s/opencl_stub.so", slash ? (int)(slash - argv[0]) : 1,
+             slash ? argv[0] : "."); /* beside this program */
     library = SPRINGLS__CL_OPEN(stub_path);
     if (library) stub = (const stub_controls *)SPRINGLS__CL_FIND(library, "stub_control");
     if (!stub) printf("there is no %s\n", stub_path);

@@ -1,5 +1,6 @@
-/* test_opencl_parity.c - every run of every kernel on the device against the scalar loop over the same memory, bit by bit; whole lives
-   of models on the device against the same lives without one. Skipped where there is no OpenCL device that rounds as C does. */
+/* test_opencl_parity.c - every run of every kernel on the device against the scalar loop over the same memory, bit by bit; whole
+   lives of models on the device against the same lives without one. Skipped where there is no OpenCL device that rounds as C
+   does. */
 #include "springls_under_test.h"
 #include "histories.h"
 #include "springls_cl.h"
@@ -32,7 +33,8 @@ FIXTURE void parity_fault(int kernel, int array, size_t byte, const char *what)
 {
     if (watch.fault[0]) return;
     snprintf(watch.fault, sizeof watch.fault, "%s, run %d: %s %s, element %lu, byte %lu of it", springls__kernels[kernel].name,
-             watch.runs[kernel], parity_array_name(array), what, (unsigned long)(byte / springls__element_size((springls__array)array)),
+             watch.runs[kernel], parity_array_name(array), what,
+             (unsigned long)(byte / springls__element_size((springls__array)array)),
              (unsigned long)(byte % springls__element_size((springls__array)array)));
 }
 
@@ -77,7 +79,8 @@ FIXTURE void parity_free(void *copy[SPRINGLS__ARRAY_COUNT])
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) free(copy[array]);
 }
 
-FIXTURE void parity_scalar(const springls_context *ctx, void *copy[SPRINGLS__ARRAY_COUNT], int kernel, int count, springls__arguments args)
+FIXTURE void parity_scalar(const springls_context *ctx, void *copy[SPRINGLS__ARRAY_COUNT], int kernel, int count,
+                           springls__arguments args)
 {
     springls__model model = ctx->model;
     float *lane;
@@ -109,13 +112,14 @@ FIXTURE void parity_compare(const springls_context *ctx, int kernel, void *befor
         if (memcmp(before[array], device[array], bytes) != 0) watch.changed[kernel] |= (uint64_t)1 << array;
         if ((at = parity_first_difference(scalar[array], device[array], bytes)) < bytes) parity_fault(kernel, array, at, "differs");
         if (listed) continue;
-        if ((at = parity_first_difference(before[array], device[array], bytes)) < bytes) parity_fault(kernel, array, at, "is written and not listed");
+        if ((at = parity_first_difference(before[array], device[array], bytes)) < bytes)
+            parity_fault(kernel, array, at, "is written and not listed");
     }
 }
 
 FIXTURE springls_status parity_run(springls_context *ctx, int kernel, int count, springls__arguments args)
 {
-    void *before[SPRINGLS__ARRAY_COUNT] = { NULL }, *scalar[SPRINGLS__ARRAY_COUNT] = { NULL }, *device[SPRINGLS__ARRAY_COUNT] = { NULL };
+    void *before[SPRINGLS__ARRAY_COUNT] = {NULL}, *scalar[SPRINGLS__ARRAY_COUNT] = {NULL}, *device[SPRINGLS__ARRAY_COUNT] = {NULL};
     springls_status status = parity_poison(ctx);
     if (status == SPRINGLS_OK) status = parity_download(ctx, before);
     if (status == SPRINGLS_OK) status = parity_download(ctx, scalar);
@@ -133,8 +137,24 @@ FIXTURE springls_status parity_run(springls_context *ctx, int kernel, int count,
 
 /* ---- lives ---- */
 
-enum { LIFE_FLUID, LIFE_FLUID_PAPER, LIFE_ELASTIC, LIFE_ELASTIC_PAPER, LIFE_SEGMENT, LIFE_SEGMENT_PAPER, LIFE_PRESERVED, LIFE_BOX, LIFE_THIN,
-       LIFE_OPEN_MESH, LIFE_LABELS, LIFE_STAGES, LIFE_HOLLOW, LIFE_ASLEEP, LIFE_CARRIED, LIVES };
+enum {
+    LIFE_FLUID,
+    LIFE_FLUID_PAPER,
+    LIFE_ELASTIC,
+    LIFE_ELASTIC_PAPER,
+    LIFE_SEGMENT,
+    LIFE_SEGMENT_PAPER,
+    LIFE_PRESERVED,
+    LIFE_BOX,
+    LIFE_THIN,
+    LIFE_OPEN_MESH,
+    LIFE_LABELS,
+    LIFE_STAGES,
+    LIFE_HOLLOW,
+    LIFE_ASLEEP,
+    LIFE_CARRIED,
+    LIVES
+};
 
 enum { LIFE_SIZE = 32 };
 
@@ -149,8 +169,10 @@ typedef struct life {
 
 FIXTURE const char *life_name(int which)
 {
-    static const char *const names[LIVES] = { "fluid", "fluid, paper", "elastic", "elastic, paper", "segmentation", "segmentation, paper",
-                                              "preserved", "box", "thin sheet", "open mesh", "labels", "stages", "hollow", "asleep", "carried" };
+    static const char *const names[LIVES] = {
+        "fluid",     "fluid, paper", "elastic",    "elastic, paper", "segmentation", "segmentation, paper",
+        "preserved", "box",          "thin sheet", "open mesh",      "labels",       "stages",
+        "hollow",    "asleep",       "carried"};
     return names[which];
 }
 
@@ -161,7 +183,8 @@ FIXTURE void life_image(void)
 {
     int i;
     for (i = 0; i < LIFE_SIZE * LIFE_SIZE * LIFE_SIZE; i++) {
-        float x = (float)(i % LIFE_SIZE), y = (float)(i / LIFE_SIZE % LIFE_SIZE), z = (float)(i / (LIFE_SIZE * LIFE_SIZE)), d, point[3];
+        float x = (float)(i % LIFE_SIZE), y = (float)(i / LIFE_SIZE % LIFE_SIZE), z = (float)(i / (LIFE_SIZE * LIFE_SIZE)), d,
+              point[3];
         point[0] = x; point[1] = y; point[2] = z;
         history_two_balls(NULL, point, 1, &d);
         life_pressure[i] = springls__clamp(-0.5f * d, -1.0f, 1.0f);
@@ -294,7 +317,8 @@ FIXTURE void life_hollow_cube(void *user, const float *points, int count, float 
 
 FIXTURE springls_status life_begin(const life *l, springls_context *ctx)
 {
-    springls_sphere ball = fixture_ball(11.2f, 11.2f, 11.2f, l->which == LIFE_SEGMENT || l->which == LIFE_SEGMENT_PAPER ? 3.5f : 5.0f);
+    springls_sphere ball =
+        fixture_ball(11.2f, 11.2f, 11.2f, l->which == LIFE_SEGMENT || l->which == LIFE_SEGMENT_PAPER ? 3.5f : 5.0f);
     springls_box box = { { 15.5f, 15.5f, 15.5f }, { 6.3f, 5.0f, 4.2f } }, cube = { { 15.5f, 15.5f, 15.5f }, { 7.0f, 7.0f, 7.0f } };
     switch (l->which) {
     case LIFE_PRESERVED: return springls_set_implicit(ctx, history_two_balls, NULL);
@@ -304,7 +328,9 @@ FIXTURE springls_status life_begin(const life *l, springls_context *ctx)
     case LIFE_HOLLOW: return springls_set_implicit(ctx, life_hollow_cube, &cube);
     case LIFE_OPEN_MESH: return history_open_mesh(ctx);
     case LIFE_LABELS: return history_blobs(ctx);
-    case LIFE_ASLEEP: ball = fixture_ball(15.5f, 15.5f, 15.5f, 12.0f); return springls_set_implicit(ctx, springls_implicit_sphere, &ball);
+    case LIFE_ASLEEP:
+        ball = fixture_ball(15.5f, 15.5f, 15.5f, 12.0f);
+        return springls_set_implicit(ctx, springls_implicit_sphere, &ball);
     default: return springls_set_implicit(ctx, springls_implicit_sphere, &ball);
     }
 }
@@ -343,8 +369,19 @@ FIXTURE springls_status life_write(springls_context *ctx)
 /* Stages in an order that no step has. */
 FIXTURE springls_status life_stages(springls_context *ctx, const life *l)
 {
-    static springls_status (*const stages[])(springls_context *) = { springls_unsigned_to_signed, springls_track, springls_relax, springls_evolve, springls_rebuild, springls_fill_gaps,
-        springls_contract, springls_resample, springls_unsigned_to_signed, springls_evolve, springls_relax, springls_fill_gaps, springls_track };
+    static springls_status (*const stages[])(springls_context *) = {springls_unsigned_to_signed,
+                                                                    springls_track,
+                                                                    springls_relax,
+                                                                    springls_evolve,
+                                                                    springls_rebuild,
+                                                                    springls_fill_gaps,
+                                                                    springls_contract,
+                                                                    springls_resample,
+                                                                    springls_unsigned_to_signed,
+                                                                    springls_evolve,
+                                                                    springls_relax,
+                                                                    springls_fill_gaps,
+                                                                    springls_track};
     size_t i;
     if (l->which == LIFE_HOLLOW) SPRINGLS__TRY(springls_step(ctx, &l->step)); /* which finds components and bodies */
     SPRINGLS__TRY(springls_advect(ctx, &l->forces, 0.1f, l->step.dt));
@@ -429,7 +466,8 @@ TEST every_run_has_the_scalar_bits(int which)
     PASS();
 }
 
-/* After the lives above: no kernel has been left out, and none lists an array that it never writes, which would only cost transfers. */
+/* After the lives above: no kernel has been left out, and none lists an array that it never writes, which would only cost
+   transfers. */
 TEST every_kernel_was_seen_to_write_what_it_lists(int kernel)
 {
     static char message[256];
@@ -483,7 +521,8 @@ TEST two_contexts_on_one_backend(void)
 }
 
 /* A life with all that may happen between its steps; `disturb` does it. */
-FIXTURE uint64_t life_disturbed(int which, springls_backend *backend, springls_status (*disturb)(springls_context *ctx, life *l, int step))
+FIXTURE uint64_t life_disturbed(int which, springls_backend *backend,
+                                springls_status (*disturb)(springls_context *ctx, life *l, int step))
 {
     life l;
     springls_context *ctx;
@@ -508,7 +547,8 @@ FIXTURE springls_status disturb_with_questions(springls_context *ctx, life *l, i
 FIXTURE springls_status disturb_with_views(springls_context *ctx, life *l, int step)
 {
     static float phi[LIFE_SIZE * LIFE_SIZE * LIFE_SIZE];
-    springls_view vertices = springls_view_vertices(ctx), particles = springls_view_particles(ctx), origins = springls_view_correspondences(ctx);
+    springls_view vertices = springls_view_vertices(ctx), particles = springls_view_particles(ctx),
+                  origins = springls_view_correspondences(ctx);
     float sum = 0.0f;
     int i;
     (void)l;
@@ -814,7 +854,8 @@ FIXTURE uint64_t life_of_springls(springls_backend *backend)
             origins[3 * i + 1] = a.y;
             origins[3 * i + 2] = a.z;
         }
-        if (springls_set_springls(ctx, vertices, NULL, origins, count) == SPRINGLS_OK && springls_step(ctx, &l.step) == SPRINGLS_OK) hash = life_mesh(ctx);
+        if (springls_set_springls(ctx, vertices, NULL, origins, count) == SPRINGLS_OK && springls_step(ctx, &l.step) == SPRINGLS_OK)
+            hash = life_mesh(ctx);
     }
     springls_destroy(ctx);
     return hash;
@@ -832,11 +873,14 @@ TEST springls_are_taken_afresh(void)
 
 SUITE(lives)
 {
-    static const struct { const char *name; springls_status (*disturb)(springls_context *ctx, life *l, int step); bool changes_nothing; } between[] = {
-        { "questions", disturb_with_questions, true }, { "views", disturb_with_views, true }, { "parameters", disturb_with_parameters, false },
-        { "modes", disturb_with_modes, false }, { "inputs", disturb_with_inputs, false },
-        { "callbacks", disturb_with_callbacks, false },
-        { "writes", disturb_with_writes, false } };
+    static const struct {
+        const char *name;
+        springls_status (*disturb)(springls_context *ctx, life *l, int step);
+        bool changes_nothing;
+    } between[] = {{"questions", disturb_with_questions, true},    {"views", disturb_with_views, true},
+                   {"parameters", disturb_with_parameters, false}, {"modes", disturb_with_modes, false},
+                   {"inputs", disturb_with_inputs, false},         {"callbacks", disturb_with_callbacks, false},
+                   {"writes", disturb_with_writes, false}};
     size_t i;
     for (i = 0; i < LIVES; i++) {
         greatest_set_test_suffix(life_name((int)i));

@@ -62,7 +62,8 @@ static const struct improvement improvements[] = {
     {"split by the longest edge", {P(split_edge), P(split_area)}},
     {"new springls on a quadratic fit", {P(placement)}},
     {"springls fill holes among them", {P(fill_from_springls)}},
-    {"springls carry phi instead of eq. 23; projected", {P(carry_level_set), P(evolve_iterations), P(project_level_set)}}, /* carried alone it decays */
+    {"springls carry phi instead of eq. 23; projected",
+     {P(carry_level_set), P(evolve_iterations), P(project_level_set)}}, /* carried alone it decays */
     {"phi follows when springls have moved two voxels", {P(lazy_distance)}},
     {"level set projected onto springls", {P(project_level_set)}},
     {"springls put lost sheets back into phi", {P(nucleate)}},
@@ -139,8 +140,8 @@ static void case_row(struct table *table, const struct motion_case *c, int order
               cell("%+.3f %%", MEAN(volume_end)), cell("%.3g", MEAN(components_end)), cell("%.3g", MEAN(euler_end)),
               cell2("%.2f..%.2f", motion_spread(c, orders, MOTION_coverage_least).least,
                     motion_spread(c, orders, MOTION_coverage_most).most),
-              cell("%.0f %%", 100.0 * MEAN(covered_mean)), cell("%.0f", MEAN(springls_mean)), cell("%.0f", MEAN(steps)), cell("%.2f", MEAN(cpu_ms_a_step)),
-              cell("%.2f", MEAN(cpu_seconds)));
+              cell("%.0f %%", 100.0 * MEAN(covered_mean)), cell("%.0f", MEAN(springls_mean)), cell("%.0f", MEAN(steps)),
+              cell("%.2f", MEAN(cpu_ms_a_step)), cell("%.2f", MEAN(cpu_seconds)));
 #undef MEAN
 }
 

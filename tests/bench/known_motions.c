@@ -319,8 +319,9 @@ static bool read_body(const char *name, double grid, double size, struct mesh *m
 
 /* ---- the motions ---- */
 
-const int known_components[KNOWN_MOTIONS][3] = {{1, 1, 1}, {1, 1, 1}, {1, 1, 1}, {2, 1, 2}, {2, 1, 2}, {1, 1, 1}, {1, 1, 1}, {1, 1, 1},
-                                                {1, 1, 1}, {1, 1, 1}, {1, 1, 1}, {1, 1, 1}, {1, 1, 1}, {1, 1, 1}, {1, 1, 1}, {1, 1, 1}};
+const int known_components[KNOWN_MOTIONS][3] = {{1, 1, 1}, {1, 1, 1}, {1, 1, 1}, {2, 1, 2}, {2, 1, 2}, {1, 1, 1},
+                                                {1, 1, 1}, {1, 1, 1}, {1, 1, 1}, {1, 1, 1}, {1, 1, 1}, {1, 1, 1},
+                                                {1, 1, 1}, {1, 1, 1}, {1, 1, 1}, {1, 1, 1}};
 
 static void take_shape(struct motion *motion, springls_implicit_fn shape, void *data)
 {
@@ -407,8 +408,8 @@ static void make_bodies(struct known_motions *all, int grid, bool scans)
 static void make_flows(struct known_motions *all, int grid)
 {
     static const double back[KNOWN_MOTIONS] = {1.0, 1.0, 1.0, 4.0, 2.5};
-    static void (*const fields[KNOWN_MOTIONS])(const double *, double *) = {twist, shear, grow, touch, press, screw, swirl, turn, wind,
-                                                                           deform, deform, deform, turn};
+    static void (*const fields[KNOWN_MOTIONS])(const double *, double *) = {twist, shear, grow,   touch,  press,  screw, swirl,
+                                                                            turn,  wind,  deform, deform, deform, turn};
     static const double periods[3] = {1.25, 2.0, 2.5};
     for (int m = 0; m < KNOWN_MOTIONS; ++m) {
         struct benchmark *problem = &all->motions[m].problem;
@@ -422,13 +423,15 @@ static void make_flows(struct known_motions *all, int grid)
         problem->name = all->names[m];
         problem->grid = grid;
         /* The paper's steps, in pairs: of 0.64 / grid, and 628 a turn on 128^3. */
-        problem->steps = leveque ? 2 * (int)floor(flow->period * grid / 1.28 + 0.5) : m == ZALESAK ? 2 * (int)floor(314.0 * grid / 128.0) : 0;
+        problem->steps = leveque ? 2 * (int)floor(flow->period * grid / 1.28 + 0.5)
+                       : m == ZALESAK ? 2 * (int)floor(314.0 * grid / 128.0) : 0;
         problem->duration = leveque ? flow->period : DURATION;
         problem->reverses = back[m] == 1.0 || leveque || m == ZALESAK || m == BREATHE;
         problem->flow = flow;
         problem->exact_velocity = velocity;
         problem->exact_time_factor = time_factor;
-        all->motions[m].halfway_volume = m == GROW ? growth * growth * growth : m == BREATHE ? pow(1.0 + breathing_growth, 3.0) : 1.0;
+        all->motions[m].halfway_volume = m == GROW ? growth * growth * growth
+                                       : m == BREATHE ? pow(1.0 + breathing_growth, 3.0) : 1.0;
     }
     all->flows[BREATHE].unsteady = breathe;
     all->motions[BREATHE].problem.velocity = breathing_velocity;

@@ -52,7 +52,8 @@ static void print_errors(const struct motion_case *cases, int orders)
 {
     static struct table table;
     table_begin(&table);
-    table_row(&table, "errors|tracking mean / 99 %% / max|tracking mean, orders|at half time|volume at half time|volume at the end");
+    table_row(&table,
+              "errors|tracking mean / 99 %% / max|tracking mean, orders|at half time|volume at half time|volume at the end");
     for (const struct motion_case *c = cases; c < cases + MOTIONS; ++c) {
         const struct motion_spread tracking = motion_spread(c, orders, MOTION_tracking_mean);
         char end[TABLE_CELL], halfway[TABLE_CELL];
@@ -124,8 +125,8 @@ static void print_topology(const struct motion_case *cases, int orders)
     table_row(&table, "start, half time, end|parts wanted|parts|Euler");
     for (int m = 0; m < MOTIONS; ++m) {
         char parts[TABLE_CELL], euler[TABLE_CELL];
-        table_row(&table, "%s|%d, %d, %d|%s|%s", cases[m].name, known_components[m][0], known_components[m][1], known_components[m][2],
-                  phases_cell(&cases[m], orders, MOTION_components_start, parts),
+        table_row(&table, "%s|%d, %d, %d|%s|%s", cases[m].name, known_components[m][0], known_components[m][1],
+                  known_components[m][2], phases_cell(&cases[m], orders, MOTION_components_start, parts),
                   phases_cell(&cases[m], orders, MOTION_euler_start, euler));
     }
     table_print(&table, stdout);

@@ -1,6 +1,6 @@
-"""gltf_check.py FILE.glb ...: what Khronos' glTF-Validator would complain of in binary glTF 2.0 files, and this program's own demand that
-nothing is unused. Asks the validator itself where build/npm has it (.ci/deps.sh judges). Prints one line a problem and ends with 1; with 77
-where numpy is missing."""
+"""gltf_check.py FILE.glb ...: what Khronos' glTF-Validator would complain of in binary glTF 2.0 files, and this program's own
+demand that nothing is unused. Asks the validator itself where build/npm has it (.ci/deps.sh judges). Prints one line a problem and
+ends with 1; with 77 where numpy is missing."""
 import json, os, struct, subprocess, sys
 try:
     import numpy as np

@@ -530,7 +530,8 @@ TEST share_of_the_image_is_reported(void)
     struct volume v;
     char words[1024];
     ASSERT(two_balls(&v) && save(&v, in_folder("share.nii")));
-    snprintf(words, sizeof words, "%s --dark --level 50 --init threshold --json %s", in_folder("share.nii"), in_folder("share.json"));
+    snprintf(words, sizeof words, "%s --dark --level 50 --init threshold --json %s", in_folder("share.nii"),
+             in_folder("share.json"));
     ASSERT_EQ(0, call(words));
     ASSERT_IN_RANGE(1.0 - 2300.0 / (40.0 * 24.0 * 24.0), number_in("share.json", "image_share"), 0.02);
     volume_free(&v);
@@ -539,11 +540,22 @@ TEST share_of_the_image_is_reported(void)
 
 TEST wrong_words_and_bad_images_are_refused(void)
 {
-    static const char *const usage[] = {"--window 5,3", "--window 1,2;", "--window 1,2;3", "--label 1", "--mirror",
+    static const char *const usage[] = {"--window 5,3",
+                                        "--window 1,2;",
+                                        "--window 1,2;3",
+                                        "--label 1",
+                                        "--mirror",
                                         "--mask-label 3",
-                                        "--pressure 0", "--window 1,2;3,4 --init mask --mask m --mask-label 1;2;3",
-                                        "--init mask", "--region-means all", "--gvf-halvings 9", "--edge 2",
-                                        "--compare-level-set --topology preserved", "--seed 1,2", "--seed 1,2,3; --init cube", "--seed 1,2,3 --init cube",
+                                        "--pressure 0",
+                                        "--window 1,2;3,4 --init mask --mask m --mask-label 1;2;3",
+                                        "--init mask",
+                                        "--region-means all",
+                                        "--gvf-halvings 9",
+                                        "--edge 2",
+                                        "--compare-level-set --topology preserved",
+                                        "--seed 1,2",
+                                        "--seed 1,2,3; --init cube",
+                                        "--seed 1,2,3 --init cube",
                                         "--window 1,2;3,4 --reference r --label 5"};
     struct volume v;
     char words[1024];

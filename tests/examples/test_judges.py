@@ -1,5 +1,5 @@
-"""test_judges.py - what others have written beside the library and its programs: scikit-image's marching cubes, and scipy's trees for
-the Dice and the distances of segment's report."""
+"""test_judges.py - what others have written beside the library and its programs: scikit-image's marching cubes, and scipy's trees
+for the Dice and the distances of segment's report."""
 import json
 import os
 import subprocess

@@ -104,7 +104,8 @@ TEST the_engine_leaves_the_same_bits_and_a_picture()
 TEST wrong_arguments_are_refused()
 {
     Options options;
-    const char *wrong[][3] = {{"ogre", "--grid", "8"}, {"ogre", "--grid", "64x"}, {"ogre", "--steps", "0"}, {"ogre", "--alone", "--speed"}};
+    const char *wrong[][3] = {
+        {"ogre", "--grid", "8"}, {"ogre", "--grid", "64x"}, {"ogre", "--steps", "0"}, {"ogre", "--alone", "--speed"}};
     for (auto &arguments : wrong) ASSERT(!parse(3, const_cast<char **>(arguments), options));
     PASS();
 }

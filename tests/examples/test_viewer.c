@@ -1,4 +1,5 @@
-/* examples/viewer.c: tools on a model and events without a window; scripts and pictures on a virtual display, where there is one. Compiled like test_common.c, else skipped. */
+/* examples/viewer.c: tools on a model and events without a window; scripts and pictures on a virtual display, where there is one.
+   Compiled like test_common.c, else skipped. */
 #define _POSIX_C_SOURCE 200809L
 
 #include "greatest.h"
@@ -905,8 +906,8 @@ TEST pictures_show_what_there_is(void)
     char events[512], last[512];
     snprintf(events, sizeof events, "%s", scratch("events.txt"));
     snprintf(last, sizeof last, "%s", scratch("help.png"));
-    const char *const arguments[] = {"viewer", "--grid", "40", "--width", "480", "--height", "360", "--script", events, "--screenshot", last,
-                                     NULL};
+    const char *const arguments[] = {"viewer", "--grid",   "40",   "--width",      "480", "--height",
+                                     "360",    "--script", events, "--screenshot", last,  NULL};
     const int status = run_viewer(arguments);
     if (status == CLI_EXIT_FAILURE && strstr(trouble, "GL")) SKIP(); /* a display without OpenGL 3.3 */
     ASSERT_EQ(CLI_EXIT_OK, status);
@@ -943,7 +944,8 @@ TEST pictures_show_what_there_is(void)
     ASSERT(changed(dent, help) > 2000); /* the manual's panel */
     int colored = 0;
     for (int y = 0; y < HIGH; ++y)
-        for (int x = 0; x < WIDE; ++x) colored += abs(texture[y][x][0] - texture[y][x][1]) + abs(texture[y][x][1] - texture[y][x][2]) > 90;
+        for (int x = 0; x < WIDE; ++x)
+            colored += abs(texture[y][x][0] - texture[y][x][1]) + abs(texture[y][x][1] - texture[y][x][2]) > 90;
     ASSERT(colored > 2000);
     PASS();
 }

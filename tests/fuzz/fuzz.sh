@@ -5,8 +5,8 @@ set -u
 name=$1 minutes=$2
 mkdir -p "build/fuzz/corpus/$name"
 rm -f build/fuzz/"$name"-*
-"build/fuzz/$name" -fork=1 -ignore_crashes=1 -ignore_timeouts=1 -ignore_ooms=1 -len_control=0 -max_len=1500 -timeout=100 -report_slow_units=100 \
-    -rss_limit_mb=3000 -close_fd_mask=3 -max_total_time=$((60 * minutes)) -artifact_prefix="build/fuzz/$name-" \
+"build/fuzz/$name" -fork=1 -ignore_crashes=1 -ignore_timeouts=1 -ignore_ooms=1 -len_control=0 -max_len=1500 -timeout=100 \
+    -report_slow_units=100 -rss_limit_mb=3000 -close_fd_mask=3 -max_total_time=$((60 * minutes)) -artifact_prefix="build/fuzz/$name-" \
     "build/fuzz/corpus/$name" "tests/fuzz/seeds/$name" \
     > "build/fuzz/$name.log" 2>&1 < /dev/null
 runs=$(sed -n 's/^#\([0-9]*\):.*/\1/p' "build/fuzz/$name.log" | tail -n 1)

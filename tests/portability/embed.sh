@@ -41,7 +41,8 @@ embed_errors() (
     complains 'zero byte' $embed src/a.h
 )
 
-# An include of a higher folder, a circle in spite of guards, a part in no listed folder, two parts of one name: refused with the line.
+# An include of a higher folder, a circle in spite of guards, a part in no listed folder, two parts of one name: refused with the
+# line.
 embed_folders() (
     cd $w
     guarded() { file "$1" "#ifndef SPRINGLS__$2" "#define SPRINGLS__$2" "${@:3}" '#endif'; }

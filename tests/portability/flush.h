@@ -6,7 +6,8 @@
 #include <xmmintrin.h>
 #endif
 
-/* Makes denormal operands and results of this thread zero, or stops that. Returns false on platforms without a way to do so here. */
+/* Makes denormal operands and results of this thread zero, or stops that. Returns false on platforms without a way to do so
+   here. */
 static bool flush_denormals(bool on)
 {
 #if defined(__SSE2__)

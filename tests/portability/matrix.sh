@@ -119,8 +119,8 @@ same_lives() {
 # What a C program sees of both must be the same program: the parts as they are, and the header made of them.
 parts_compile() { $1 -std=c99 $warnings -DSPRINGLS_PARTS -fsyntax-only tests/library.c; }
 
-# The implementation as Microsoft's compiler has it: _MSC_VER, no __GNUC__, long of 32 bits; msvc/ declares what springls.h uses of the C
-# library. clang knows extensions of GCC there too, so they are looked for in the text
+# The implementation as Microsoft's compiler has it: _MSC_VER, no __GNUC__, long of 32 bits; msvc/ declares what springls.h uses of
+# the C library. clang knows extensions of GCC there too, so they are looked for in the text
 for_msvc() {  # COMPILER LANGUAGE STANDARD
     local compile="$1 -x $2 $3 --target=x86_64-pc-windows-msvc -fms-compatibility -fms-compatibility-version=19.30 -nostdlibinc"
     compile="$compile -isystem $here/msvc $warnings"

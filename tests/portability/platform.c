@@ -1,5 +1,6 @@
 /* platform.c - one small program for every platform: prints the hashes of models that have moved, and of the bytes of their
-   snapshots, which must be the same everywhere; so what one platform writes, every other reads. It is one file with the library, compiled with no flag that the library's users would not give. */
+   snapshots, which must be the same everywhere; so what one platform writes, every other reads. It is one file with the library,
+   compiled with no flag that the library's users would not give. */
 #define SPRINGLS_IMPLEMENTATION
 #include "../../springls.h"
 #include <stdio.h>

@@ -94,8 +94,10 @@ static double deformation_error(int steps)
     for (i = 0; i < steps; i++)
         springls_advect(ctx, &forces, from + (to - from) * (float)i / (float)steps, (to - from) / (float)steps);
     for (i = 0; i < 40; i++) {
-        sum += d3_distance(deformation_exact(d3_of(start[i].p), 32.0, 1.5, (double)from, (double)to), d3_of(fixture_particle(ctx, i)));
-        sum += d3_distance(deformation_exact(d3_of(start[i].q[1]), 32.0, 1.5, (double)from, (double)to), d3_of(fixture_vertex(ctx, i, 1)));
+        sum +=
+            d3_distance(deformation_exact(d3_of(start[i].p), 32.0, 1.5, (double)from, (double)to), d3_of(fixture_particle(ctx, i)));
+        sum += d3_distance(deformation_exact(d3_of(start[i].q[1]), 32.0, 1.5, (double)from, (double)to),
+                           d3_of(fixture_vertex(ctx, i, 1)));
     }
     free(start);
     springls_destroy(ctx);
@@ -124,9 +126,12 @@ TEST flows_are_the_formulas(void)
         springls__v3 x = fixture_point(0.0f, 40.0f);
         float t = fixture_between(0.0f, 3.0f), u[3];
         springls_velocity_deformation(&wave, &x.x, 1, t, u);
-        ASSERT_LT(d3_distance(deformation(d3_of(x), 40.0, 3.0, (double)t), d3_make((double)u[0], (double)u[1], (double)u[2])), 1e-4);
+        ASSERT_LT(d3_distance(deformation(d3_of(x), 40.0, 3.0, (double)t), d3_make((double)u[0], (double)u[1], (double)u[2])),
+                  1e-4);
         springls_velocity_rotation(&turn, &x.x, 1, t, u); /* the axis needs no length */
-        ASSERT_LT(d3_distance(d3_make(-0.7 * ((double)x.y - 4.0), 0.7 * ((double)x.x - 3.0), 0.0), d3_make((double)u[0], (double)u[1], (double)u[2])), 1e-5);
+        ASSERT_LT(d3_distance(d3_make(-0.7 * ((double)x.y - 4.0), 0.7 * ((double)x.x - 3.0), 0.0),
+                              d3_make((double)u[0], (double)u[1], (double)u[2])),
+                  1e-5);
     }
     PASS();
 }
@@ -168,7 +173,8 @@ TEST time_is_sampled_where_it_should_be(void)
     ASSERT_EQ(0.75f, clock_of.times[3]);
     ASSERT_EQ(0.75f, clock_of.times[4]);
     ASSERT_EQ(0.5f, clock_of.times[5]);
-    ASSERT_IN_RANGE(0.5 * (u - t) - 0.5 * (u * u - t * t) + 2.0 / 3.0 * (u * u * u - t * t * t) + 0.75 * (u * u * u * u - t * t * t * t),
+    ASSERT_IN_RANGE(0.5 * (u - t) - 0.5 * (u * u - t * t) + 2.0 / 3.0 * (u * u * u - t * t * t)
+                        + 0.75 * (u * u * u * u - t * t * t * t),
                     after.x - before.x, 3e-6);
     springls_destroy(ctx);
     PASS();
@@ -320,7 +326,8 @@ TEST affine_rotation_is_rigid(void)
         for (m = 0; m < 3; m++) {
             ASSERT_IN_RANGE(d3_distance(d3_of(before[i].q[m]), d3_of(before[i].q[(m + 1) % 3])),
                             d3_distance(d3_of(now.q[m]), d3_of(now.q[(m + 1) % 3])), 2e-5);
-            ASSERT_IN_RANGE(d3_distance(d3_of(before[i].q[m]), d3_of(before[i].p)), d3_distance(d3_of(now.q[m]), d3_of(now.p)), 2e-5);
+            ASSERT_IN_RANGE(d3_distance(d3_of(before[i].q[m]), d3_of(before[i].p)), d3_distance(d3_of(now.q[m]), d3_of(now.p)),
+                            2e-5);
         }
     }
     free(before);
@@ -400,7 +407,8 @@ static void fill_field(const springls_grid_desc *grid, float *data)
                 ijk[1] = y;
                 ijk[2] = z;
                 for (r = 0; r < 3; r++)
-                    for (at[r] = grid->origin[r], c = 0; c < 3; c++) at[r] += grid->direction[3 * r + c] * grid->spacing[c] * ijk[c];
+                    for (at[r] = grid->origin[r], c = 0; c < 3; c++)
+                        at[r] += grid->direction[3 * r + c] * grid->spacing[c] * ijk[c];
                 v = by_matrix(d3_make(at[0], at[1], at[2]));
                 *data++ = (float)v.x;
                 *data++ = (float)v.y;
@@ -534,7 +542,8 @@ TEST weights_weigh(void)
     springls_forces forces;
     float wind[3] = { 0.5f, -0.25f, 0.125f }, speed;
     springls__v3 before;
-    fixture_add(ctx, springls__v3_make(8.0f, 8.0f, 8.0f), springls__v3_make(9.0f, 8.0f, 8.0f), springls__v3_make(8.0f, 9.0f, 8.0f)); /* normal +z */
+    fixture_add(ctx, springls__v3_make(8.0f, 8.0f, 8.0f), springls__v3_make(9.0f, 8.0f, 8.0f),
+                springls__v3_make(8.0f, 9.0f, 8.0f)); /* normal +z */
     before = fixture_particle(ctx, 0);
     forces = fixture_forces(fixture_wind, wind);
     forces.pressure = pressure_of_x;
@@ -772,7 +781,8 @@ static float *world_particles(springls_context *ctx)
     springls_view view = springls_view_particles(ctx);
     float *out = (float *)malloc(3 * sizeof *out * (size_t)(view.count + 1));
     int i;
-    for (i = 0; i < view.count; i++) springls_to_world(ctx, (const float *)(const void *)((const char *)view.data + (size_t)i * view.stride), 1, out + 3 * i);
+    for (i = 0; i < view.count; i++)
+        springls_to_world(ctx, (const float *)(const void *)((const char *)view.data + (size_t)i * view.stride), 1, out + 3 * i);
     return out;
 }
 

@@ -125,7 +125,8 @@ static void run(springls_context *ctx, int scenario, props *p, outcome *o)
         count(o, ctx, springls_set_reference(ctx));
         break;
     case MESHES: /* closed, and open */
-        count(o, ctx, springls_set_mesh(ctx, p->mesh.positions, p->mesh.vertex_count, 0, p->mesh.triangles, p->mesh.triangle_count, NULL));
+        count(o, ctx,
+              springls_set_mesh(ctx, p->mesh.positions, p->mesh.vertex_count, 0, p->mesh.triangles, p->mesh.triangle_count, NULL));
         count(o, ctx, springls_set_mesh(ctx, p->mesh.positions, p->mesh.vertex_count, 0, p->mesh.triangles, half, NULL));
         break;
     case RAW_SPRINGLS:
@@ -240,7 +241,8 @@ TEST inputs_leave_all_or_nothing(void)
         desc.allocator = fixture_allocator(&heap);
         ASSERT_OK(springls_create(&desc, &ctx));
         heap.fail_at = heap.calls + k;
-        if (springls_set_mesh(ctx, p.mesh.positions, p.mesh.vertex_count, 0, p.mesh.triangles, p.mesh.triangle_count, NULL) == SPRINGLS_OK) {
+        if (springls_set_mesh(ctx, p.mesh.positions, p.mesh.vertex_count, 0, p.mesh.triangles, p.mesh.triangle_count, NULL)
+            == SPRINGLS_OK) {
             ASSERT_EQ(p.mesh.triangle_count, springls_count(ctx));
         } else {
             springls_measures measures;

@@ -70,7 +70,7 @@ static greatest_test_res lives(springls_context *ctx)
 /* NaN and infinity are refused wherever they are, and leave nothing behind. */
 TEST level_sets_are_finite(float bad)
 {
-    static const int places[5] = { 0, 9 + SIZE * (9 + SIZE * 9), 4 + SIZE * (9 + SIZE * 9), VOXELS - 1, 8 + SIZE * (8 + SIZE * 16) };
+    static const int places[5] = {0, 9 + SIZE * (9 + SIZE * 9), 4 + SIZE * (9 + SIZE * 9), VOXELS - 1, 8 + SIZE * (8 + SIZE * 16)};
     springls_context *ctx = fixture_context(SIZE, NULL);
     float phi[VOXELS];
     int i, k;
@@ -185,7 +185,9 @@ static void strange(void *user, const float *points, int count, float *out)
         case FN_INSIDE: out[i] = -1e30f; break;
         case FN_ZERO: out[i] = 0.0f; break;
         case FN_STEP: out[i] = d < 0.0 ? -0.5f : 0.5f; break; /* not a distance */
-        case FN_NOISE: out[i] = (float)(fmod(fabs(points[3 * i] * 7.1 + points[3 * i + 1] * 3.3 + points[3 * i + 2]), 2.0) - 1.0); break;
+        case FN_NOISE:
+            out[i] = (float)(fmod(fabs(points[3 * i] * 7.1 + points[3 * i + 1] * 3.3 + points[3 * i + 2]), 2.0) - 1.0);
+            break;
         default: out[i] = (float)(d * 1e6); break;
         }
     }
@@ -234,7 +236,8 @@ static void tetrahedron(soup *s, d3 at, double size)
     add(s, b, c, d);
 }
 
-enum { ONE_TRIANGLE, TWO_SIDES, FAN_OF_THREE, MOEBIUS, NEEDLE, DUPLICATES, CROSSING, TINY, HUGE_ONE, BEYOND, TOUCHING, INSIDE_OUT, MESHES };
+enum { ONE_TRIANGLE, TWO_SIDES, FAN_OF_THREE, MOEBIUS, NEEDLE, DUPLICATES, CROSSING, TINY, HUGE_ONE, BEYOND, TOUCHING, INSIDE_OUT,
+       MESHES };
 
 static soup strange_mesh(int kind)
 {
@@ -258,14 +261,24 @@ static soup strange_mesh(int kind)
             add(&s, e[2], e[1], e[3]);
         }
         break;
-    case NEEDLE: add(&s, a, b, d3_mad(a, d3_sub(b, a), 0.5)); add(&s, a, b, d3_add(d3_mad(a, d3_sub(b, a), 0.5), d3_make(0, 1e-4, 0))); break;
+    case NEEDLE:
+        add(&s, a, b, d3_mad(a, d3_sub(b, a), 0.5));
+        add(&s, a, b, d3_add(d3_mad(a, d3_sub(b, a), 0.5), d3_make(0, 1e-4, 0)));
+        break;
     case DUPLICATES: for (i = 0; i < 3; i++) tetrahedron(&s, a, 8.0); break;
     case CROSSING: tetrahedron(&s, a, 9.0); tetrahedron(&s, d3_make(7, 6, 6), 7.0); break;
     case TINY: tetrahedron(&s, d3_make(9.3, 9.4, 9.1), 1e-3); break;
     case HUGE_ONE: tetrahedron(&s, d3_make(-400, -400, -400), 2000.0); break;
     case BEYOND: tetrahedron(&s, d3_make(30, 30, 30), 5.0); break;
     case TOUCHING: tetrahedron(&s, d3_make(-0.5, -0.5, -0.5), 20.0); break;
-    default: tetrahedron(&s, a, 8.0); for (i = 0; i < 4; i++) { int swap = s.t[i][1]; s.t[i][1] = s.t[i][2]; s.t[i][2] = swap; } break;
+    default:
+        tetrahedron(&s, a, 8.0);
+        for (i = 0; i < 4; i++) {
+            int swap = s.t[i][1];
+            s.t[i][1] = s.t[i][2];
+            s.t[i][2] = swap;
+        }
+        break;
     }
     return s;
 }
@@ -365,7 +378,9 @@ TEST strange_springls(int kind, int which)
         springls__v3 c = fixture_point(5.0f, 14.0f);
         for (k = 0; k < 9; k++) {
             float o = fixture_between(-1.0f, 1.0f), x = k % 3 == 0 ? c.x : k % 3 == 1 ? c.y : c.z;
-            q[i][k] = kind == 1 ? x : kind == 2 ? 9.0f + (float)(k / 3 == k % 3) : kind == 3 ? 1e5f + x + o : kind == 4 ? x + 500.0f * o : x + o;
+            q[i][k] = kind == 1 ? x
+                    : kind == 2 ? 9.0f + (float)(k / 3 == k % 3)
+                    : kind == 3 ? 1e5f + x + o : kind == 4 ? x + 500.0f * o : x + o;
         }
         for (k = 0; k < 3; k++) p[i][k] = kind == 5 ? q[i][k] + 300.0f : (q[i][k] + q[i][k + 3] + q[i][k + 6]) / 3.0f;
     }
@@ -388,7 +403,8 @@ TEST storms(float speed, springls_mode mode, int which)
     int i;
     for (i = 0; i < 6; i++) {
         springls_status status = springls_step(ctx, &step);
-        ASSERT(status == SPRINGLS_OK || status == SPRINGLS_NON_FINITE || (status == SPRINGLS_EMPTY_MODEL && springls_count(ctx) == 0));
+        ASSERT(status == SPRINGLS_OK || status == SPRINGLS_NON_FINITE
+               || (status == SPRINGLS_EMPTY_MODEL && springls_count(ctx) == 0));
         CHECK_CALL(is_sane(ctx));
     }
     springls_destroy(ctx);
@@ -420,7 +436,8 @@ TEST explosions(float scale, springls_mode mode)
     forces.integrator = SPRINGLS_INTEGRATOR_EULER;
     for (i = 0; i < 6; i++) {
         springls_status status = springls_step(ctx, &step);
-        ASSERT(status == SPRINGLS_OK || status == SPRINGLS_NON_FINITE || (status == SPRINGLS_EMPTY_MODEL && springls_count(ctx) == 0));
+        ASSERT(status == SPRINGLS_OK || status == SPRINGLS_NON_FINITE
+               || (status == SPRINGLS_EMPTY_MODEL && springls_count(ctx) == 0));
         CHECK_CALL(is_sane(ctx));
     }
     springls_destroy(ctx);

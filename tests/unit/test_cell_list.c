@@ -7,7 +7,8 @@ static void make_soup(springls_context *ctx, int count, int huge)
 {
     fixture_random_soup(ctx, count, -3.0f, 26.0f, 1.2f);
     if (!huge) return;
-    fixture_add(ctx, springls__v3_make(1.0f, 2.0f, 11.0f), springls__v3_make(22.0f, 3.0f, 12.0f), springls__v3_make(8.0f, 21.0f, 13.0f));
+    fixture_add(ctx, springls__v3_make(1.0f, 2.0f, 11.0f), springls__v3_make(22.0f, 3.0f, 12.0f),
+                springls__v3_make(8.0f, 21.0f, 13.0f));
 }
 
 static double springl_distance(const fixture_springl *s, d3 x)
@@ -143,8 +144,10 @@ TEST ties_go_by_number(void)
         p.max_neighbors = most;
         ctx = fixture_context(16, &p);
         for (i = 0; i < 6; i++)
-            fixture_add(ctx, springls__v3_make(7.0f, 7.0f, 8.25f), springls__v3_make(8.0f, 7.0f, 8.25f), springls__v3_make(7.0f, 8.0f, 8.25f));
-        fixture_add(ctx, springls__v3_make(7.0f, 7.0f, 8.0f), springls__v3_make(8.0f, 7.0f, 8.0f), springls__v3_make(7.0f, 8.0f, 8.0f));
+            fixture_add(ctx, springls__v3_make(7.0f, 7.0f, 8.25f), springls__v3_make(8.0f, 7.0f, 8.25f),
+                        springls__v3_make(7.0f, 8.0f, 8.25f));
+        fixture_add(ctx, springls__v3_make(7.0f, 7.0f, 8.0f), springls__v3_make(8.0f, 7.0f, 8.0f),
+                    springls__v3_make(7.0f, 8.0f, 8.0f));
         ASSERT_OK(fixture_stage(ctx, springls__neighbors_build));
         row = ctx->model.cells.neighbors + 6 * SPRINGLS__NEIGHBOR_ROW;
         for (i = 0; i < (most == 1 ? 1 : 6); i++) ASSERT_EQ(i, row[i] / 3);
@@ -163,7 +166,8 @@ TEST cells_are_ordered(void)
     fixture_random_soup(ctx, 4000, 0.0f, 23.0f, 0.8f);
     ASSERT_OK(fixture_stage(ctx, springls__cell_list_build));
     for (x = 0; x < 12 * 12 * 12; x++) {
-        springls__v3 middle = springls__v3_make((float)(2 * (x % 12) + 1), (float)(2 * (x / 12 % 12) + 1), (float)(2 * (x / 144) + 1));
+        springls__v3 middle =
+            springls__v3_make((float)(2 * (x % 12) + 1), (float)(2 * (x / 12 % 12) + 1), (float)(2 * (x / 144) + 1));
         springls__cell_walk walk = springls__cell_walk_begin(&ctx->model, middle, middle);
         before = -1;
         while ((i = springls__cell_walk_next(&walk)) >= 0) {
@@ -242,12 +246,14 @@ TEST sampling_crosses_bricks(void)
     fixture_seed(25);
     for (i = 0; i < 3000; i++) {
         springls__v3 x = fixture_point(0.0f, 19.0f), n;
-        ASSERT_IN_RANGE(0.25 * (double)x.x - 0.5 * (double)x.y + 0.125 * (double)x.z + 0.3, springls__grid_sample(g, g->phi, x), 1e-5);
+        ASSERT_IN_RANGE(0.25 * (double)x.x - 0.5 * (double)x.y + 0.125 * (double)x.z + 0.3, springls__grid_sample(g, g->phi, x),
+                        1e-5);
         x = fixture_point(0.5f, 18.5f);
         n = springls__grid_gradient(g, g->phi, x);
         ASSERT_LT(d3_distance(d3_make(0.25, -0.5, 0.125), d3_of(n)), 2e-5);
     }
-    ASSERT_EQ(springls__fabs(springls__grid_voxel(g, g->phi, 0, 19, 7)), springls__grid_sample(g, g->phi, springls__v3_make(-1.0f, 20.0f, 7.0f)));
+    ASSERT_EQ(springls__fabs(springls__grid_voxel(g, g->phi, 0, 19, 7)),
+              springls__grid_sample(g, g->phi, springls__v3_make(-1.0f, 20.0f, 7.0f)));
     ASSERT(springls__grid_sample(g, g->phi, springls__v3_make(-100.0f, 300.0f, 7.0f)) > 0.0f);
     springls_destroy(ctx);
     PASS();

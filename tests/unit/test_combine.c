@@ -47,8 +47,8 @@ TEST balls(int operation)
     for (i = 0; i < springls_count(a); i++) { /* every springl lies on one of the two balls and in neither, or in both, ... */
         d3 p = d3_of(fixture_particle(a, i));
         double of_a = d3_distance(p, d3_make(15.3, 19.7, 19.4)) - 8.0, of_b = d3_distance(p, d3_make(23.3, 19.7, 19.4)) - 8.0;
-        double side = operation == SPRINGLS_OPERATION_UNION ? fmin(of_a, of_b) : fmax(of_a,
-                                                                            operation == SPRINGLS_OPERATION_DIFFERENCE ? -of_b : of_b);
+        double side = operation == SPRINGLS_OPERATION_UNION ? fmin(of_a, of_b)
+                                                            : fmax(of_a, operation == SPRINGLS_OPERATION_DIFFERENCE ? -of_b : of_b);
         ASSERT_IN_RANGE(0.0, side, 0.35);
     }
     springls_destroy(a);
@@ -80,7 +80,8 @@ TEST without_a_seam(void)
     ASSERT_OK(springls_combine_implicit(a, SPRINGLS_OPERATION_DIFFERENCE, springls_implicit_sphere, &inner));
     CHECK_CALL(check(a, 2.0 * ball(5.0) - ball(3.0), 0.05, 3, 6));
     ASSERT_STATUS(SPRINGLS_OK, springls_set_implicit(a, springls_implicit_sphere, &same));
-    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_combine_implicit(a, SPRINGLS_OPERATION_INTERSECTION, springls_implicit_sphere, &far));
+    ASSERT_STATUS(SPRINGLS_EMPTY_MODEL,
+                  springls_combine_implicit(a, SPRINGLS_OPERATION_INTERSECTION, springls_implicit_sphere, &far));
     ASSERT_EQ(0, springls_count(a));
     ASSERT_OK(springls_set_implicit(a, springls_implicit_sphere, &same));
     ASSERT_OK(springls_combine_implicit(a, SPRINGLS_OPERATION_INTERSECTION, springls_implicit_sphere, &same));
@@ -553,7 +554,8 @@ static greatest_test_res starve(int call, int fail_at, int *failed)
     status = call == 0 ? springls_combine_implicit(ctx, SPRINGLS_OPERATION_DIFFERENCE, springls_implicit_sphere, &two)
            : call == 1 ? springls_offset(ctx, 2.0f) : call == 2 ? springls_smooth(ctx, 1.0f, false) : springls_remesh(ctx);
     *failed = heap.calls > heap.fail_at;
-    if (*failed) ASSERT(status == SPRINGLS_OUT_OF_MEMORY || (desc.backend && status == SPRINGLS_DEVICE_FAILED)); /* goes on without it */
+    if (*failed)
+        ASSERT(status == SPRINGLS_OUT_OF_MEMORY || (desc.backend && status == SPRINGLS_DEVICE_FAILED)); /* goes on without it */
     else ASSERT_OK(status);
     if (springls_count(ctx) > 0) ASSERT_EQ(springls_count(ctx), springls_view_attribute(ctx, 0).count);
     heap.fail_at = -1;

@@ -370,7 +370,8 @@ TEST inputs_report_and_can_be_cancelled(void)
     ASSERT_OK(springls_extract_mesh(ctx, &mesh));
     memset(&r, 0, sizeof r);
     r.stop_at = 3;
-    ASSERT_STATUS(SPRINGLS_CANCELLED, springls_set_mesh(ctx, mesh.positions, mesh.vertex_count, 0, mesh.triangles, mesh.triangle_count, NULL));
+    ASSERT_STATUS(SPRINGLS_CANCELLED,
+                  springls_set_mesh(ctx, mesh.positions, mesh.vertex_count, 0, mesh.triangles, mesh.triangle_count, NULL));
     ASSERT_EQ(3, r.count);
     ASSERT_EQ(0, springls_count(ctx));
     r.stop_at = 0;
@@ -718,8 +719,13 @@ TEST defaults_are_those_of_zeros(void)
 /* Each cause has a sentence of its own. */
 TEST steps_have_reasons(void)
 {
-    static const char *const expected[] = { "description is NULL", "dt is negative", "dt is not finite", "max_displacement is negative",
-                                            "max_displacement is not finite", "thousandth", "no mode" };
+    static const char *const expected[] = {"description is NULL",
+                                           "dt is negative",
+                                           "dt is not finite",
+                                           "max_displacement is negative",
+                                           "max_displacement is not finite",
+                                           "thousandth",
+                                           "no mode"};
     springls_context *ctx = fixture_sphere(16, NULL, 8.0f, 8.0f, 8.0f, 4.0f);
     int cause;
     ASSERT(ctx);

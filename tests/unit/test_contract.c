@@ -150,8 +150,10 @@ TEST flat_triangles_are_bad(void)
         springls_context *ctx;
         p.reshape = reshape;
         ctx = sphere_without_springls(&p);
-        fixture_add(ctx, springls__v3_make(15.0f, 15.5f, 25.5f), springls__v3_make(15.5f, 15.5f, 25.5f), springls__v3_make(16.0f, 15.5f, 25.5f));
-        fixture_add(ctx, springls__v3_make(15.5f, 15.5f, 5.5f), springls__v3_make(15.5f, 15.5f, 5.5f), springls__v3_make(15.5f, 15.5f, 5.5f));
+        fixture_add(ctx, springls__v3_make(15.0f, 15.5f, 25.5f), springls__v3_make(15.5f, 15.5f, 25.5f),
+                    springls__v3_make(16.0f, 15.5f, 25.5f));
+        fixture_add(ctx, springls__v3_make(15.5f, 15.5f, 5.5f), springls__v3_make(15.5f, 15.5f, 5.5f),
+                    springls__v3_make(15.5f, 15.5f, 5.5f));
         ASSERT_OK(springls_contract(ctx));
         ASSERT_EQ(reshape ? 2 : 0, springls_count(ctx));
         if (reshape) {
@@ -217,7 +219,9 @@ TEST merging_leaves_no_crowd(void)
             continue;
         }
         for (k = 0; k < count; k++)
-            near = near || (springls_ids(ctx)[k] < before[i].id && d3_distance(d3_of(fixture_particle(ctx, k)), d3_of(before[i].p)) < 0.6 + 1e-5);
+            near = near
+                || (springls_ids(ctx)[k] < before[i].id
+                    && d3_distance(d3_of(fixture_particle(ctx, k)), d3_of(before[i].p)) < 0.6 + 1e-5);
         ASSERT(near);
     }
     free(before);

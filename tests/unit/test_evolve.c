@@ -52,7 +52,8 @@ TEST springls_attract(void)
     ASSERT_OK(springls_measure(ctx, &before));
     for (i = 0; i < springls_count(ctx); i++) { /* out by 0.6 */
         springls__springl *s = &fixture_here(ctx)->set.s[i];
-        for (m = 0; m < 3; m++) s->q[m] = d3_float(d3_mad(d3_make(15.5, 15.5, 15.5), d3_sub(d3_of(s->q[m]), d3_make(15.5, 15.5, 15.5)), 8.6 / 8.0));
+        for (m = 0; m < 3; m++)
+            s->q[m] = d3_float(d3_mad(d3_make(15.5, 15.5, 15.5), d3_sub(d3_of(s->q[m]), d3_make(15.5, 15.5, 15.5)), 8.6 / 8.0));
         s->p = d3_float(d3_mad(d3_make(15.5, 15.5, 15.5), d3_sub(d3_of(s->p), d3_make(15.5, 15.5, 15.5)), 8.6 / 8.0));
         *s = springls__springl_finished(*s);
     }
@@ -128,7 +129,9 @@ TEST rest_is_rest(int which, int shape, double tolerance)
     int i;
     p.initial_stride = 1;
     p.project_initial = 1;
-    ctx = shape == 0 ? fixture_sphere(32, &p, 15.5f, 15.5f, 15.5f, 8.0f) : shape == 1 ? fixture_torus(32, &p, 9.0f, 4.0f) : fixture_box(32, &p, 7.3f);
+    ctx = shape == 0 ? fixture_sphere(32, &p, 15.5f, 15.5f, 15.5f, 8.0f)
+        : shape == 1 ? fixture_torus(32, &p, 9.0f, 4.0f)
+                     : fixture_box(32, &p, 7.3f);
     ASSERT_OK(springls_measure(ctx, &before));
     if (which) {
         float still[3] = { 0.0f, 0.0f, 0.0f };

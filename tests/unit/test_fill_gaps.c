@@ -150,7 +150,8 @@ TEST correspondences_survive_motion(void)
     step.one_to_one = true;
     ASSERT_OK(springls_step(ctx, &step));
     keep = (uint8_t *)malloc((size_t)springls_count(ctx));
-    for (i = 0; i < springls_count(ctx); i++) keep[i] = d3_distance(d3_of(fixture_particle(ctx, i)), d3_make(16.5, 15.5, 23.5)) > 1.2;
+    for (i = 0; i < springls_count(ctx); i++)
+        keep[i] = d3_distance(d3_of(fixture_particle(ctx, i)), d3_make(16.5, 15.5, 23.5)) > 1.2;
     fixture_keep(ctx, keep);
     free(keep);
     first = springls_count(ctx);
@@ -256,8 +257,10 @@ TEST openings_are_found(void)
         for (i = 0; i < count; i++) {
             float length = fixture_between(0.1f, 2.0f), height = fixture_between(-1.0f, 1.0f);
             angle[i] = (double)fixture_between(-3.1415f, 3.1415f);
-            fan = springls__angular_gaps_add(fan, springls__mad(springls__mad(springls__scale(fan.e1, length * (float)cos(angle[i])), fan.e2,
-                                                                     length * (float)sin(angle[i])), n, height));
+            fan = springls__angular_gaps_add(fan,
+                                             springls__mad(springls__mad(springls__scale(fan.e1, length * (float)cos(angle[i])),
+                                                                         fan.e2, length * (float)sin(angle[i])),
+                                                           n, height));
         }
         fan = springls__angular_gaps_add(fan, springls__scale(n, 0.5f)); /* right above: no direction */
         ASSERT_EQ(count, fan.count);

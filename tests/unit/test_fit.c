@@ -21,7 +21,8 @@ static patch random_patch(int degree)
     s.e2 = d3_cross(s.n, s.e1);
     for (i = 0; i < 6; i++) {
         s.height[i] = (double)fixture_between(-0.08f, 0.08f) * (i >= 3 && degree < 2 ? 0.0 : 1.0);
-        for (k = 0; k < 3; k++) s.a[k][i] = (double)fixture_between(-0.5f, 0.5f) * (i >= 3 && degree < 2 ? 0.0 : 1.0) + (i == 0 ? 12.0 : 0.0);
+        for (k = 0; k < 3; k++)
+            s.a[k][i] = (double)fixture_between(-0.5f, 0.5f) * (i >= 3 && degree < 2 ? 0.0 : 1.0) + (i == 0 ? 12.0 : 0.0);
     }
     return s;
 }

@@ -15,7 +15,10 @@ static springls_context *make(int shape)
                             : fixture_sphere(size, NULL, 2.0f, 15.5f, 29.0f, 8.0f);
 }
 
-static d3 at(const float *values, int i) { return d3_make((double)values[3 * i], (double)values[3 * i + 1], (double)values[3 * i + 2]); }
+static d3 at(const float *values, int i)
+{
+    return d3_make((double)values[3 * i], (double)values[3 * i + 1], (double)values[3 * i + 2]);
+}
 
 /* Distance from the shape, negative inside, and its direction. The smallest radius of curvature is 8 or 4. */
 static double exact(int shape, d3 x, d3 *normal)
@@ -206,7 +209,8 @@ TEST mesh_is_in_the_world(int uniform, int mirror)
     report = fixture_report(&mesh);
     ASSERT_EQ(0, report.boundary_edges);
     ASSERT_EQ(2, report.euler);
-    ASSERT_IN_RANGE(4.0 / 3.0 * fixture_pi * pow(radius, 3.0), report.volume, 4.0 * fixture_pi * radius * radius * 3.0 * coarse * coarse / (8.0 * radius));
+    ASSERT_IN_RANGE(4.0 / 3.0 * fixture_pi * pow(radius, 3.0), report.volume,
+                    4.0 * fixture_pi * radius * radius * 3.0 * coarse * coarse / (8.0 * radius));
     for (i = 0; i < mesh.vertex_count; i++) {
         d3 out = d3_sub(at(mesh.positions, i), center);
         ASSERT_IN_RANGE(radius, d3_length(out), coarse * coarse / (8.0 * radius) + 1e-3);

@@ -81,7 +81,8 @@ static void posed_box(void *user, const float *points, int count, float *out)
 {
     int i, faces;
     for (i = 0; i < count; i++, points += 3)
-        out[i] = (float)box_distance(&the_box, back((const rigid *)user, d3_make((double)points[0], (double)points[1], (double)points[2])), 1.0, &faces);
+        out[i] = (float)box_distance(
+            &the_box, back((const rigid *)user, d3_make((double)points[0], (double)points[1], (double)points[2])), 1.0, &faces);
 }
 
 /* What marching cubes makes of the exact distance there: no model on this grid can do much better. */

@@ -31,7 +31,8 @@ static greatest_test_res keep_half(const life *l, half *h)
 static void print_look(const life *l, const life_state *first, const life_state *now)
 {
     printf("%7d: volume %+.4f %%, %d components, Euler %d, %d springls, %.1f MiB", l->done,
-           100.0 * (now->volume / first->volume - 1.0), now->components, now->euler, now->springls, (double)now->memory / 1048576.0);
+           100.0 * (now->volume / first->volume - 1.0), now->components, now->euler, now->springls,
+           (double)now->memory / 1048576.0);
     if (l->kind == LIFE_EDITS) printf(", the smallest part %.1f voxels, %d begun anew", now->smallest, l->restarts);
     printf("\n");
     fflush(stdout);

@@ -306,7 +306,8 @@ TEST rigid_motion_keeps_material(void)
             error = springls__length(springls__sub(springls__load3(hit.material), place));
             worst = springls__max(worst, error);
             for (m = 0; m < 3; m++) /* in the mesh that was given, its own corners in its own order */
-                for (k = 0; k < 3; k++) back[k] += hit.material_barycentric[m] * position[3 * triangle[3 * hit.material_triangle + m] + k];
+                for (k = 0; k < 3; k++)
+                    back[k] += hit.material_barycentric[m] * position[3 * triangle[3 * hit.material_triangle + m] + k];
             ASSERT_LT(springls__length(springls__sub(springls__load3(back), springls__load3(hit.material))), 1e-4f);
         }
     }

@@ -498,7 +498,8 @@ TEST strange_rays(void)
     PASS();
 }
 
-/* Rays that begin far away on a diagonal, and points far away, up to the end of float: the answers of near ones, on both surfaces. */
+/* Rays that begin far away on a diagonal, and points far away, up to the end of float: the answers of near ones, on both
+   surfaces. */
 TEST what_is_far_away_is_found(int soup)
 {
     static const float far_away[7] = { 1e3f, 1e6f, 1e9f, 1e13f, 1e20f, 1e30f, 1.5e38f };

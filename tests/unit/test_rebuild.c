@@ -25,7 +25,10 @@ static springls_context *shape(int which)
                         : fixture_box(32, NULL, 7.3f);
 }
 
-static double exact_distance(int which, d3 x) { return which == 0 ? sphere_distance(x) : which == 1 ? torus_distance(x) : box_distance(x); }
+static double exact_distance(int which, d3 x)
+{
+    return which == 0 ? sphere_distance(x) : which == 1 ? torus_distance(x) : box_distance(x);
+}
 
 /* phi times a smooth positive factor between 1/2 and 2: the same zero level, another function. */
 static void distort(springls_context *ctx)
@@ -127,7 +130,8 @@ TEST remnants_vanish(void)
     int i, x = 18, y = 15;
     fixture_seed(71);
     for (i = 0; i < 3; i++) /* within 3 to 6 voxels of the surface at z = 7.5, beside each other */
-        g->phi[springls__slot_at(g, x + i, y, 11) * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x + i, y, 11)] = fixture_between(-0.2f, -0.01f);
+        g->phi[springls__slot_at(g, x + i, y, 11) * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x + i, y, 11)] =
+            fixture_between(-0.2f, -0.01f);
     ASSERT_OK(springls_rebuild(ctx));
     fixture_here(ctx);
     for (i = 0; i < 3; i++) ASSERT_LT(springls__grid_voxel(g, g->phi, x + i, y, 11), -1.0f);

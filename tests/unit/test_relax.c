@@ -461,7 +461,9 @@ TEST torques_differ_by_the_arm(void)
         p.torque = torque ? SPRINGLS_TORQUE_PHYSICAL : SPRINGLS_TORQUE_NORMALIZED;
         ctx = fixture_context(16, &p);
         for (m = 0; m < 3; m++)
-            q[m] = springls__add(c, springls__v3_make((float)(arm * cos(2.0 * fixture_pi * m / 3.0)), (float)(arm * sin(2.0 * fixture_pi * m / 3.0)), 0.0f));
+            q[m] = springls__add(c,
+                                 springls__v3_make((float)(arm * cos(2.0 * fixture_pi * m / 3.0)),
+                                                   (float)(arm * sin(2.0 * fixture_pi * m / 3.0)), 0.0f));
         fixture_add_at(ctx, q[0], q[1], q[2], c, c);
         fixture_add(ctx, springls__v3_make(q[0].x - 0.1f, 8.0f, 8.3f), springls__v3_make(q[0].x + 0.1f, 8.0f, 8.3f),
                     springls__v3_make(q[0].x, 8.0f, 9.3f)); /* straight above the first vertex */
@@ -552,8 +554,10 @@ TEST other_side_pulls_only_when_asked(void)
         p.kappa_int = 0.0f;
         p.relax_same_side = same_side;
         ctx = fixture_context(16, &p);
-        fixture_add(ctx, springls__v3_make(7.0f, 7.0f, 8.0f), springls__v3_make(8.0f, 7.0f, 8.0f), springls__v3_make(7.0f, 8.0f, 8.0f));
-        fixture_add(ctx, springls__v3_make(7.0f, 7.0f, 8.4f), springls__v3_make(7.0f, 8.0f, 8.4f), springls__v3_make(8.0f, 7.0f, 8.4f));
+        fixture_add(ctx, springls__v3_make(7.0f, 7.0f, 8.0f), springls__v3_make(8.0f, 7.0f, 8.0f),
+                    springls__v3_make(7.0f, 8.0f, 8.0f));
+        fixture_add(ctx, springls__v3_make(7.0f, 7.0f, 8.4f), springls__v3_make(7.0f, 8.0f, 8.4f),
+                    springls__v3_make(8.0f, 7.0f, 8.4f));
         without = fixture_vertex(ctx, 0, 0);
         ASSERT_OK(springls_relax(ctx));
         with = fixture_vertex(ctx, 0, 0);

@@ -22,7 +22,8 @@ static springls_context *sizes(const springls_params *p, int count)
     fixture_clear(ctx);
     fixture_seed(61);
     for (i = 0; i < count; i++) {
-        d3 n = d3_of(fixture_direction()), u = d3_cross(n, d3_make(0.36, 0.48, 0.8)), v, x = d3_mad(d3_make(23.5, 23.5, 23.5), n, 20.0), q[3];
+        d3 n = d3_of(fixture_direction()), u = d3_cross(n, d3_make(0.36, 0.48, 0.8)), v,
+           x = d3_mad(d3_make(23.5, 23.5, 23.5), n, 20.0), q[3];
         double size = (double)fixture_between(0.4f, 2.8f);
         u = d3_scale(u, 1.0 / d3_length(u));
         v = d3_cross(n, u);
@@ -54,7 +55,9 @@ TEST halves_inherit(void)
         d3 sum = d3_make(0.0, 0.0, 0.0);
         s[0] = fixture_get(ctx, i);
         ASSERT_EQ(before[i].id, s[0].id);
-        if (fabs(longest_edge(&before[i]) - (double)p.split_edge) < 1e-5 || fabs(fixture_area(&before[i]) - (double)p.split_area) < 1e-5) continue;
+        if (fabs(longest_edge(&before[i]) - (double)p.split_edge) < 1e-5
+            || fabs(fixture_area(&before[i]) - (double)p.split_area) < 1e-5)
+            continue;
         if (mask[i] || !overgrown(&before[i], &p)) {
             ASSERT_MEM_EQ(&before[i], &s[0], sizeof s[0]);
             continue;
@@ -137,7 +140,8 @@ TEST ids_are_never_reused(void)
         }
         fixture_keep(ctx, keep);
         for (i = 0; i < 10; i++) /* something to split next time */
-            fixture_add(ctx, springls__v3_make(20.0f, 20.0f, 20.0f), springls__v3_make(25.0f, 20.0f, 20.0f), springls__v3_make(20.0f, 25.0f, 20.0f));
+            fixture_add(ctx, springls__v3_make(20.0f, 20.0f, 20.0f), springls__v3_make(25.0f, 20.0f, 20.0f),
+                        springls__v3_make(20.0f, 25.0f, 20.0f));
         for (i = springls_count(ctx) - 10; i < springls_count(ctx); i++) seen[springls_ids(ctx)[i]] = 1;
     }
     springls_destroy(ctx);

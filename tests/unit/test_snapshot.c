@@ -253,7 +253,8 @@ TEST lies_are_refused(int frame)
     ASSERT_OK(steps(&s, 2));
     ASSERT_OK(take(s.ctx, kind, &b));
     bytes = (char *)b.bytes;
-    end = SPRINGLS__HEAD_BYTES + 2 * SPRINGLS__SECTION_HEAD_BYTES + (SPRINGLS__NUMBERS + SPRINGLS__PARAMS_NAMED) * SPRINGLS__NAMED_BYTES;
+    end = SPRINGLS__HEAD_BYTES + 2 * SPRINGLS__SECTION_HEAD_BYTES
+        + (SPRINGLS__NUMBERS + SPRINGLS__PARAMS_NAMED) * SPRINGLS__NAMED_BYTES;
     for (i = SPRINGLS__HEAD_BYTES; i + 4 <= b.size; i += i < end + 400 ? 4 : 4 * (b.size / 4 / 300)) {
         if (i > 64 && i < end && i % 16 < 8 && i % 20) continue; /* most of the names */
         for (w = 0; w < (i < end ? 7u : 4u); w++) {
@@ -299,7 +300,7 @@ static char *section_of(char *bytes, size_t size, const char *tag)
 /* Runs of bricks inside that are empty, overlap, leave the domain, or take bricks that have voxels: refused. */
 TEST runs_of_bricks_are_checked(void)
 {
-    static const int32_t wrong[][2] = { { -1, 1 }, { 0, 0 }, { 0, -5 }, { 0, INT32_MAX }, { INT32_MAX, 2 }, { 300, 1 }, { 0, 511 } };
+    static const int32_t wrong[][2] = {{-1, 1}, {0, 0}, {0, -5}, {0, INT32_MAX}, {INT32_MAX, 2}, {300, 1}, {0, 511}};
     springls_context *ctx = fixture_sphere(64, NULL, 32.0f, 32.0f, 32.0f, 26.0f);
     uint64_t before = springls_state_hash(ctx);
     char *runs;
@@ -713,6 +714,54 @@ TEST enumerations_are_checked(void)
     PASS();
 }
 
+/* What has happened to components is listed by the model that goes on as by the one that was saved. */
+TEST events_are_kept(void)
+{
+    springls_params p = springls_default_params();
+    const springls_sphere balls[] = { fixture_ball(7.0f, 11.5f, 11.5f, 3.5f), fixture_ball(17.0f, 11.5f, 11.5f, 3.5f),
+                                      fixture_ball(12.0f, 11.5f, 11.5f, 3.0f) };
+    springls_context *ctx[2];
+    const springls_event *events;
+    springls_event kept[4];
+    uint32_t before[4];
+    size_t size;
+    void *saved;
+    int i, k, count[2];
+    p.components = 1;
+    for (i = 0; i < 2; i++) ctx[i] = fixture_context(SIZE, &p);
+    ASSERT_OK(springls_set_implicit(ctx[0], springls_implicit_sphere, (void *)(uintptr_t)&balls[0]));
+    for (i = 1; i < 3; i++) {
+        ASSERT_OK(springls_events(ctx[0], &events, &count[0]));
+        ASSERT_OK(springls_combine_implicit(ctx[0], SPRINGLS_OPERATION_UNION, springls_implicit_sphere,
+                                            (void *)(uintptr_t)&balls[i]));
+        ASSERT_OK(springls_events(ctx[0], &events, &count[0]));
+    }
+    ASSERT_EQ(2, count[0]);
+    ASSERT_EQ(SPRINGLS_EVENT_KIND_BIRTH, events[0].kind);
+    ASSERT_EQ(SPRINGLS_EVENT_KIND_MERGE, events[1].kind);
+    for (k = 0; k < count[0]; k++) {
+        kept[k] = events[k];
+        before[k] = events[k].before_count ? events[k].before[0].id : 0u;
+    }
+    ASSERT_OK(springls_snapshot(ctx[0], SPRINGLS_SNAPSHOT_KIND_ALL, NULL, 0, &size));
+    saved = malloc(size);
+    ASSERT_OK(springls_snapshot(ctx[0], SPRINGLS_SNAPSHOT_KIND_ALL, saved, size, &size));
+    ASSERT_OK(springls_restore(ctx[1], saved, size));
+    ASSERT_OK(springls_events(ctx[1], &events, &count[1]));
+    ASSERT_EQ(count[0], count[1]);
+    for (k = 0; k < count[1]; k++) {
+        ASSERT_EQ(kept[k].kind, events[k].kind);
+        ASSERT_EQ(kept[k].step, events[k].step);
+        ASSERT_MEM_EQ(kept[k].place, events[k].place, sizeof kept[k].place);
+        ASSERT_EQ(kept[k].before_count, events[k].before_count);
+        ASSERT_EQ(kept[k].after_count, events[k].after_count);
+        if (before[k]) ASSERT_EQ(before[k], events[k].before[0].id);
+    }
+    free(saved);
+    for (i = 0; i < 2; i++) springls_destroy(ctx[i]);
+    PASS();
+}
+
 GREATEST_MAIN_DEFS();
 
 int main(int argc, char **argv)
@@ -738,5 +787,6 @@ int main(int argc, char **argv)
     RUN_TEST(unknown_parts_are_named);
     RUN_TEST(missing_numbers_have_defaults);
     RUN_TEST(enumerations_are_checked);
+    RUN_TEST(events_are_kept);
     GREATEST_MAIN_END();
 }

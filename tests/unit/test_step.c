@@ -82,8 +82,8 @@ TEST stages_run_in_order(int which, springls_mode mode, int one_to_one)
     PASS();
 }
 
-/* A step only advects while springls have moved less than lazy_distance, the next step as far as this one; resampling comes with every
-   fifth whole step. The first time phi follows after 0.15 voxel: whether there are thin sheets is not known. */
+/* A step only advects while springls have moved less than lazy_distance, the next step as far as this one; resampling comes with
+   every fifth whole step. The first time phi follows after 0.15 voxel: whether there are thin sheets is not known. */
 TEST lazy_steps_only_advect(void)
 {
     static diary d;

@@ -29,7 +29,9 @@ TEST projection_converges(void)
         d3 direction = d3_sub(d3_of(a), center);
         ctx->model.set.a[i] = springls__project_on_original(&ctx->model, a);
         ASSERT_IN_RANGE(off / 16.0, d3_distance(d3_of(ctx->model.set.a[i]), center) - 10.0, 0.06);
-        ASSERT_GT(d3_dot(direction, d3_sub(d3_of(ctx->model.set.a[i]), center)) / d3_length(direction) / d3_distance(d3_of(ctx->model.set.a[i]), center), 0.9995);
+        ASSERT_GT(d3_dot(direction, d3_sub(d3_of(ctx->model.set.a[i]), center)) / d3_length(direction)
+                      / d3_distance(d3_of(ctx->model.set.a[i]), center),
+                  0.9995);
     }
     ASSERT_OK(springls_track(ctx));
     for (i = 0; i < count; i++) ASSERT_IN_RANGE(10.0, d3_distance(d3_of(fixture_origin(ctx, i)), center), 0.03);
@@ -81,9 +83,11 @@ static springls_context *field(const springls_params *p, int *fresh)
     for (y = 0; y < 5; y++)
         for (x = 0; x < 5; x++)
             if (x != 2 || y != 2)
-                fixture_add(ctx, springls__v3_make((float)x + 10.0f, (float)y + 10.0f, 15.5f), springls__v3_make((float)x + 10.8f, (float)y + 10.0f, 15.5f),
+                fixture_add(ctx, springls__v3_make((float)x + 10.0f, (float)y + 10.0f, 15.5f),
+                            springls__v3_make((float)x + 10.8f, (float)y + 10.0f, 15.5f),
                             springls__v3_make((float)x + 10.0f, (float)y + 10.8f, 15.5f));
-    *fresh = fixture_add(ctx, springls__v3_make(12.0f, 12.0f, 15.5f), springls__v3_make(12.8f, 12.0f, 15.5f), springls__v3_make(12.0f, 12.8f, 15.5f));
+    *fresh = fixture_add(ctx, springls__v3_make(12.0f, 12.0f, 15.5f), springls__v3_make(12.8f, 12.0f, 15.5f),
+                         springls__v3_make(12.0f, 12.8f, 15.5f));
     return ctx;
 }
 
@@ -99,7 +103,8 @@ TEST new_springls_ask_their_neighbours(void)
     int fresh, i, m, n = 0, beside;
     ctx = field(&p, &fresh);
     fixture_seed(72);
-    for (i = 0; i < fresh; i++) fixture_here(ctx)->set.a[i] = springls__add(springls__v3_make(5.0f, 6.0f, 7.0f), fixture_point(-0.5f, 0.5f));
+    for (i = 0; i < fresh; i++)
+        fixture_here(ctx)->set.a[i] = springls__add(springls__v3_make(5.0f, 6.0f, 7.0f), fixture_point(-0.5f, 0.5f));
     ASSERT_OK(fixture_stage(ctx, springls__cell_list_build));
     for (i = 0; i < fresh; i++) { /* within R: some vertex or the particle is that close to the other's triangle */
         fixture_springl s = fixture_get(ctx, i), f = fixture_get(ctx, fresh);
@@ -133,7 +138,8 @@ TEST the_range_grows(void)
     springls__v3 a;
     int beside;
     fixture_add(ctx, springls__v3_make(5.0f, 5.0f, 5.0f), springls__v3_make(6.0f, 5.0f, 5.0f), springls__v3_make(5.0f, 6.0f, 5.0f));
-    fixture_add(ctx, springls__v3_make(12.0f, 5.0f, 5.0f), springls__v3_make(13.0f, 5.0f, 5.0f), springls__v3_make(12.0f, 6.0f, 5.0f));
+    fixture_add(ctx, springls__v3_make(12.0f, 5.0f, 5.0f), springls__v3_make(13.0f, 5.0f, 5.0f),
+                springls__v3_make(12.0f, 6.0f, 5.0f));
     ctx->model.set.a[0] = springls__v3_make(1.0f, 2.0f, 3.0f);
     ASSERT_OK(fixture_stage(ctx, springls__cell_list_build));
     a = springls__correspondence_of_neighbors(&ctx->model, ctx->model.set.s[1], 1, &beside);

@@ -23,7 +23,8 @@ TEST triangle_distances_are_exact(void)
     fixture_seed(31);
     for (i = 0; i < 60000; i++) {
         springls__tri t = random_triangle(i);
-        springls__v3 x = springls__mad(i % 3 ? t.a : springls__tri_centroid(t), fixture_direction(), fixture_between(0.0f, i % 5 ? 2.0f : 15.0f));
+        springls__v3 x = springls__mad(i % 3 ? t.a : springls__tri_centroid(t), fixture_direction(),
+                                       fixture_between(0.0f, i % 5 ? 2.0f : 15.0f));
         springls__tri_plan plan = springls__tri_plan_make(t);
         springls__tri_hit hit = springls__tri_closest(t, x);
         d3 corners[3];
@@ -53,7 +54,8 @@ TEST no_sample_is_closer(void)
         float d = springls__sqrt(springls__tri_closest(t, x).d2);
         for (u = 0; u <= 20; u++)
             for (v = 0; u + v <= 20; v++) {
-                springls__tri_hit sample = springls__tri_hit_make(t, x, (float)u / 20.0f, (float)v / 20.0f, (float)(20 - u - v) / 20.0f);
+                springls__tri_hit sample =
+                    springls__tri_hit_make(t, x, (float)u / 20.0f, (float)v / 20.0f, (float)(20 - u - v) / 20.0f);
                 ASSERT(d <= springls__sqrt(sample.d2) + 1e-5f);
             }
     }
@@ -105,12 +107,15 @@ TEST omega_is_never_stale(void)
     ASSERT_IN_RANGE(fixture_distance(ctx, d3_make(9.0, 9.0, 4.0)), springls__grid_voxel(g, g->omega, 9, 9, 4), 1e-5);
     keep = (uint8_t *)malloc((size_t)springls_count(ctx));
     for (i = 0; i < springls_count(ctx); i++)
-        keep[i] = springls__length(springls__sub(fixture_particle(ctx, i), springls__add(corner, springls__v3_make(0.0f, 0.0f, 1.0f)))) > 2.5f;
+        keep[i] =
+            springls__length(springls__sub(fixture_particle(ctx, i), springls__add(corner, springls__v3_make(0.0f, 0.0f, 1.0f))))
+            > 2.5f;
     ASSERT_OK(fixture_keep(ctx, keep));
     free(keep);
     ASSERT_OK(fixture_stage(ctx, springls__omega_build));
     ASSERT_IN_RANGE(2.0, springls__grid_voxel(g, g->omega, 9, 9, 4), 1e-5);
-    fixture_add(ctx, springls__v3_make(9.0f, 9.0f, 4.5f), springls__v3_make(10.0f, 9.0f, 4.5f), springls__v3_make(9.0f, 10.0f, 4.5f));
+    fixture_add(ctx, springls__v3_make(9.0f, 9.0f, 4.5f), springls__v3_make(10.0f, 9.0f, 4.5f),
+                springls__v3_make(9.0f, 10.0f, 4.5f));
     ASSERT_OK(fixture_stage(ctx, springls__omega_build));
     ASSERT_IN_RANGE(0.5, springls__grid_voxel(g, g->omega, 9, 9, 4), 1e-5);
     springls_destroy(ctx);

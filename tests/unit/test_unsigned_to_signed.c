@@ -35,7 +35,8 @@ static void implicit(void *user, const float *points, int count, float *out)
 {
     int i;
     for (i = 0; i < count; i++)
-        out[i] = (float)exact(*(const int *)user, d3_make((double)points[3 * i], (double)points[3 * i + 1], (double)points[3 * i + 2]));
+        out[i] =
+            (float)exact(*(const int *)user, d3_make((double)points[3 * i], (double)points[3 * i + 1], (double)points[3 * i + 2]));
 }
 
 /* A shape's springls at the full resolution, of which some are missing. */
@@ -182,7 +183,8 @@ TEST phi_before_does_not_matter(int which)
     springls__grid *g = &fixture_here(two)->grid;
     float *a, *b;
     int i;
-    for (i = 0; i < g->slot_count * SPRINGLS__BRICK_VOXELS; i++) g->phi[i] = i >= 2 * SPRINGLS__BRICK_VOXELS && i % 7 == 0 ? -1.0f : g->phi[i];
+    for (i = 0; i < g->slot_count * SPRINGLS__BRICK_VOXELS; i++)
+        g->phi[i] = i >= 2 * SPRINGLS__BRICK_VOXELS && i % 7 == 0 ? -1.0f : g->phi[i];
     ASSERT_OK(springls_unsigned_to_signed(one));
     ASSERT_OK(springls_unsigned_to_signed(two));
     a = fixture_phi(one);

@@ -5,7 +5,8 @@
 enum { SIZE = 48, MIDDLE = 24 };
 
 /* A ball in a window that follows it, or in a grid that stays. */
-static springls_context *ball(bool follow, const springls_params *params, float x, float radius, const springls_allocator *allocator)
+static springls_context *ball(bool follow, const springls_params *params, float x, float radius,
+                              const springls_allocator *allocator)
 {
     springls_desc desc = fixture_desc(SIZE, params);
     springls_sphere sphere = fixture_ball(x, (float)MIDDLE, (float)MIDDLE, radius);
@@ -93,8 +94,10 @@ TEST what_is_carried_far_has_the_bits_of_what_stays(float x, float y, float z, f
     ASSERT_OK(springls_measure(carried, &there));
     ASSERT_LT(fabs(there.volume / here.volume - 1.0), 1e-3);
     ASSERT_LT(fabs(there.area / here.area - 1.0), 1e-3);
-    for (i = 0; i < 3; i++)
-        ASSERT_LT(fabs((double)there.lower[i] - (double)here.lower[i] - (double)steps * (double)(i == 0 ? x : i == 1 ? y : z)), 0.01);
+    for (i = 0; i < 3; i++) {
+        const double way = (double)steps * (double)(i == 0 ? x : i == 1 ? y : z);
+        ASSERT_LT(fabs((double)there.lower[i] - (double)here.lower[i] - way), 0.01);
+    }
     springls_destroy(carried);
     springls_destroy(stays);
     PASS();
@@ -428,7 +431,8 @@ TEST windows_are_combined(springls_operation operation)
     ASSERT_OK(springls_combine(a, operation, b));
     ASSERT(hash == springls_state_hash(b));
     ASSERT_OK(springls_measure(a, &m));
-    expected = operation == SPRINGLS_OPERATION_UNION ? both : operation == SPRINGLS_OPERATION_DIFFERENCE ? both - one : 2.0 * one - both;
+    expected = operation == SPRINGLS_OPERATION_UNION ? both
+             : operation == SPRINGLS_OPERATION_DIFFERENCE ? both - one : 2.0 * one - both;
     ASSERT_LT(fabs(m.volume - expected), 0.02 * one);
     ASSERT_EQ(1, m.components);
     if (operation == SPRINGLS_OPERATION_UNION) ASSERT_LT(fabs((double)m.upper[0] - 239.0), 0.1);
@@ -445,7 +449,8 @@ TEST windows_are_combined(springls_operation operation)
     PASS();
 }
 
-/* A union that does not fit in one window is refused, and nothing has changed; what does not meet is not changed by a difference. */
+/* A union that does not fit in one window is refused, and nothing has changed; what does not meet is not changed by a
+   difference. */
 TEST a_union_of_what_is_far_apart_is_refused(bool follow, int window)
 {
     springls_context *a = ball(follow, NULL, (float)MIDDLE, 7.0f, NULL), *b = NULL;

@@ -25,7 +25,7 @@ struct meta {
 static bool is_key(const char *key, const char *names)
 {
     const size_t length = strlen(key);
-    for (const char *at = names; (at = strstr(at, key)) != NULL; at += length) {
+    for (const char *at = names; length > 0 && (at = strstr(at, key)) != NULL; at += length) {
         if ((at == names || at[-1] == '|') && (at[length] == '|' || at[length] == '\0')) {
             return true;
         }
