@@ -88,8 +88,8 @@ int main(int argc, char **argv)
 {
     struct morph morph = {.settings = {.frames = 60,
                                        .fps = 24,
-                                       .iterations = 4,
-                                       .pace = 0.5f,
+                                       .iterations = 2,
+                                       .pace = 1.0f,
                                        .blend = 40,
                                        .reach = 10,
                                        .thicken = -1.0f,

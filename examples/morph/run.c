@@ -11,7 +11,7 @@
 #include <string.h>
 
 #define ROD 1.4f  /* voxels: radius that limbs have at least before the target is reached */
-#define BAND 1.5f /* voxels: up to where signed distances of posed bodies are exact */
+#define BAND 1.1f /* voxels: up to where signed distances of posed bodies are exact */
 
 enum { MARGIN = 5, LEAD_IN = 8, LEAD_OUT = 12 }; /* voxels around; steps from the neutral pose to the first frame, and back */
 
@@ -292,37 +292,46 @@ bool morph_prepare(struct morph *morph)
 struct skinning {
     const struct morph *morph;
     const struct affine *before, *after;
-    float part; /* of the target in the shape before */
+    float start; /* time of the pose before; the one after is 1 later */
+    float part;  /* of the target in the shape before */
 };
 
-/* Returns the map of a springl from pose to pose: B(after) B(before)^-1, where B is the blend of bones from its neutral place.
- * So it goes where skinning from the neutral pose puts it. Near the target the target's weights take part (theirs; NULL: none).
- * Where B is nearly singular the bones' own motions are blended. */
-static struct affine motion(const struct skinning *s, const struct influences *ours, const struct influences *theirs)
+/* Adds b - a to a sum of maps. */
+static void add_change(struct affine *sum, double weight, const struct affine *a, const struct affine *b)
+{
+    affine_add(sum, weight, b);
+    affine_add(sum, -weight, a);
+}
+
+/* Returns the velocity of a springl on its way from pose to pose: B' B^-1, where B, the blend of bones from its neutral place, changes
+ * evenly. So Euler's steps of any length take it where skinning from the neutral pose puts it. Near the target the target's
+ * weights take part (theirs; NULL: none). Where B is nearly singular the bones' own motions are blended. */
+static struct affine motion(const struct skinning *s, float time, const struct influences *ours, const struct influences *theirs)
 {
     const struct influences *both[2] = {ours, theirs};
-    const double share[2] = {theirs ? 1.0 - (double)s->part : 1.0, (double)s->part};
-    struct affine from = {{0}}, to = {{0}};
+    const double share[2] = {theirs ? 1.0 - (double)s->part : 1.0, (double)s->part}, t = (double)(time - s->start);
+    struct affine now = {{0}}, change = {{0}}, sum = {{0}};
     for (int b = 0; b < (theirs ? 2 : 1); ++b) {
         const struct affine before = influences_blend(both[b], s->before), after = influences_blend(both[b], s->after);
-        affine_add(&from, share[b], &before);
-        affine_add(&to, share[b], &after);
+        add_change(&change, share[b], &before, &after);
+        affine_add(&now, share[b], &before);
     }
-    if (fabs(affine_determinant(&from)) > 0.1) {
-        const struct affine back = affine_inverse(&from);
-        return affine_after(&to, &back);
+    affine_add(&now, t, &change);
+    if (fabs(affine_determinant(&now)) > 0.1) {
+        const struct affine back = affine_inverse(&now);
+        return affine_after(&change, &back);
     }
-    struct affine blend = {{0}};
     for (int b = 0; b < (theirs ? 2 : 1); ++b) {
         for (int k = 0; k < CHARACTER_BONES; ++k) {
             if (both[b]->weight[k] > 0.0f) {
                 const int joint = both[b]->joint[k];
                 const struct affine back = affine_inverse(&s->before[joint]), bone = affine_after(&s->after[joint], &back);
-                affine_add(&blend, share[b] * (double)both[b]->weight[k], &bone);
+                affine_add(&sum, share[b] * (double)both[b]->weight[k], &bone);
             }
         }
     }
-    return blend;
+    for (int i = 0; i < 3; ++i) { sum.m[5 * i] -= 1.0; }
+    return sum;
 }
 
 /* Returns the target's weights at the place of it that is nearest to a point in voxel coordinates, NULL: none is near. */
@@ -338,14 +347,14 @@ static const struct influences *target_weights(const struct morph *morph, const 
     return triangle >= 0 ? &morph->target.influences[morph->target.mesh.triangles[3 * triangle]] : NULL;
 }
 
-/* Converts a map of world coordinates to voxels: x -> T x with T = [R t] moves voxel v by (R - 1) v + (R o + t - o) / h. */
+/* Converts a velocity of world coordinates, [R t], to voxels: that of voxel v is R v + (R o + t) / h. */
 static void to_velocity(const springls_grid_desc *grid, const struct affine *t, float out[12])
 {
     for (int i = 0; i < 3; ++i) {
-        double shift = t->m[4 * i + 3] - grid->origin[i];
+        double shift = t->m[4 * i + 3];
         for (int j = 0; j < 3; ++j) {
             shift += t->m[4 * i + j] * grid->origin[j];
-            out[4 * i + j] = (float)(t->m[4 * i + j] - (i == j));
+            out[4 * i + j] = (float)t->m[4 * i + j];
         }
         out[4 * i + 3] = (float)(shift / grid->spacing[0]);
     }
@@ -356,7 +365,6 @@ static void skin_springls(void *user, const float *points, const float *correspo
 {
     const struct skinning *s = user;
     const float *last = NULL;
-    (void)time;
     for (int i = 0; i < count; ++i) {
         const float *a = correspondences + 3 * i;
         if (last && memcmp(a, last, 3 * sizeof *a) == 0) { /* another corner of the same springl */
@@ -364,7 +372,7 @@ static void skin_springls(void *user, const float *points, const float *correspo
             continue;
         }
         const struct influences in = weights_at(s->morph, a);
-        const struct affine t = motion(s, &in, s->part > 0.0f ? target_weights(s->morph, points + 3 * i) : NULL);
+        const struct affine t = motion(s, time, &in, s->part > 0.0f ? target_weights(s->morph, points + 3 * i) : NULL);
         to_velocity(&s->morph->grid, &t, out + 12 * i);
         last = a;
     }
@@ -373,16 +381,17 @@ static void skin_springls(void *user, const float *points, const float *correspo
 /* part: of the target in the shape before this step. */
 static bool skin_step(struct morph *morph, float part)
 {
-    struct skinning skinning = {morph, morph->skin_before, morph->skin, part};
+    struct skinning skinning = {morph, morph->skin_before, morph->skin, (float)springls_time(morph->ctx), part};
     springls_forces forces;
     springls_step_desc step;
     memset(&forces, 0, sizeof forces);
     memset(&step, 0, sizeof step);
     forces.affine = skin_springls;
     forces.user = &skinning;
-    forces.integrator = SPRINGLS_INTEGRATOR_EULER; /* a displacement, not a velocity */
+    forces.integrator = SPRINGLS_INTEGRATOR_EULER;
     step.forces = &forces;
-    step.mode = SPRINGLS_MODE_ELASTIC;
+    step.mode = getenv("ELASTIC") ? SPRINGLS_MODE_ELASTIC : SPRINGLS_MODE_FLUID;
+    step.max_displacement = getenv("ELASTIC") ? 0.0f : 2.0f;
     step.dt = 1.0f;
     return morph_check(morph->ctx, springls_step(morph->ctx, &step), "skinning");
 }

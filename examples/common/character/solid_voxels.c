@@ -150,7 +150,7 @@ static bool join_parts(struct repair *r, int reach, struct solid_repair *report)
     for (int p = 1; p <= report->parts; ++p) {
         kept[p == 1 ? largest : p == largest ? 1 : p] = 1000 * (size_t)voxels[p] >= inside;
     }
-    for (int other; (other = bridge(r, kept, reach)) > 0; ++report->joined) {
+    for (int other; report->parts > 1 && (other = bridge(r, kept, reach)) > 0; ++report->joined) {
         for (size_t n = 0; n < r->count; ++n) { r->label[n] = r->label[n] == other ? 1 : r->label[n]; }
     }
     for (size_t n = 0; n < r->count; ++n) {
