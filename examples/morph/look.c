@@ -61,10 +61,33 @@ static void mixed_color(const struct morph *morph, float share, const float sour
     memcpy(color, sum, sizeof sum);
 }
 
+/* Returns the largest |sum - 1| of the bone weights at a mesh's correspondences. */
+static double weight_error(const struct morph *morph, const springls_mesh *mesh)
+{
+    double worst = 0.0;
+#if defined(_OPENMP)
+    #pragma omp parallel for schedule(dynamic, 256) reduction(max : worst)
+#endif
+    for (int v = 0; v < mesh->vertex_count; ++v) {
+        struct place place;
+        double sum = 0.0;
+        places_find(&morph->source.places, mesh->correspondences + 3 * v, &place);
+        const struct influences in = place_influences(&morph->source.character, &place);
+        for (int k = 0; k < CHARACTER_BONES; ++k) {
+            sum += (double)in.weight[k];
+        }
+        worst = fmax(worst, fabs(sum - 1.0));
+    }
+    return worst;
+}
+
 bool morph_look(const struct morph *morph, struct morph_frame *frame)
 {
     const int count = frame->mesh.vertex_count;
-    double worst = 0.0;
+    frame->weight_error = weight_error(morph, &frame->mesh);
+    if (!morph->settings.common.out) {
+        return true;
+    }
     frame->colors = malloc(3 * ((size_t)count + 1) * sizeof *frame->colors);
     if (!frame->colors) {
         return morph_no_memory();
@@ -73,21 +96,11 @@ bool morph_look(const struct morph *morph, struct morph_frame *frame)
         return false;
     }
 #if defined(_OPENMP)
-    #pragma omp parallel for schedule(dynamic, 256) reduction(max : worst)
+    #pragma omp parallel for schedule(dynamic, 256)
 #endif
     for (int v = 0; v < count; ++v) {
-        const float *from = frame->mesh.correspondences + 3 * v;
-        struct place place;
-        double sum = 0.0;
-        places_find(&morph->source.places, from, &place);
-        const struct influences in = place_influences(&morph->source.character, &place);
-        for (int k = 0; k < CHARACTER_BONES; ++k) {
-            sum += (double)in.weight[k];
-        }
-        worst = fmax(worst, fabs(sum - 1.0));
-        mixed_color(morph, frame->share, from, frame->targets + 3 * v, frame->colors + 3 * v);
+        mixed_color(morph, frame->share, frame->mesh.correspondences + 3 * v, frame->targets + 3 * v, frame->colors + 3 * v);
     }
-    frame->weight_error = worst;
     return true;
 }
 

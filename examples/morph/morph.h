@@ -130,7 +130,7 @@ void morph_rig_free(struct rig_mesh *mesh);
 bool morph_weights(const struct morph *morph); /* runs --weights: computes them and writes pictures, glTF and report */
 bool morph_prepare(struct morph *morph);
 bool morph_run(struct morph *morph);
-/* Computes colors and places of a frame's mesh, whose pose the target has; checks the sums of bone weights. */
+/* Checks the sums of bone weights; for --out computes colors and places of a frame's mesh, whose pose the target has. */
 bool morph_look(const struct morph *morph, struct morph_frame *frame);
 struct influences morph_mixed_influences(const struct morph *morph, const struct morph_frame *frame, int vertex);
 /* Unwraps a frame's mesh and bakes its texture as PNG. */

@@ -390,8 +390,8 @@ static bool skin_step(struct morph *morph, float part)
     forces.user = &skinning;
     forces.integrator = SPRINGLS_INTEGRATOR_EULER;
     step.forces = &forces;
-    step.mode = getenv("ELASTIC") ? SPRINGLS_MODE_ELASTIC : SPRINGLS_MODE_FLUID;
-    step.max_displacement = getenv("ELASTIC") ? 0.0f : 2.0f;
+    step.mode = SPRINGLS_MODE_FLUID;
+    step.max_displacement = 2.0f;
     step.dt = 1.0f;
     return morph_check(morph->ctx, springls_step(morph->ctx, &step), "skinning");
 }
@@ -399,7 +399,7 @@ static bool skin_step(struct morph *morph, float part)
 /* ---- active contours ---- */
 
 /* Moves a body's surface to the present pose, with limbs that the other lacks at `size` of theirs, and computes its signed
- * distance. */
+ * distance. Returns false if memory is short. */
 static bool pose_body(struct morph *morph, struct morph_body *body, float size, float *phi, int *nearest)
 {
     const struct solid_grid grid = morph_voxels(&morph->grid);
@@ -413,7 +413,7 @@ static bool pose_body(struct morph *morph, struct morph_body *body, float size, 
     }
     const bool good = voxels && mesh_voxels(&grid, voxels, body->mesh.triangles, body->mesh.triangle_count, BAND, phi, nearest);
     free(voxels);
-    return good || morph_no_memory();
+    return good;
 }
 
 /* Returns the volume of a level set, voxels, and in *area roughly that of its surface. */
@@ -480,9 +480,19 @@ static bool pose_between(struct morph *morph, float part)
     float *phi = morph->pressure, *source = morph->source_phi, *target = morph->target_phi;
     double area, volumes[2] = {0.0, 0.0};
     struct solid_repair repair;
-    if ((part < 1.0f && !pose_body(morph, &morph->source, fmaxf(0.05f, 1.0f - part), source, NULL))
-        || !pose_body(morph, &morph->target, fmaxf(0.05f, part), target, morph->target_nearest)) {
-        return false;
+    bool good[2] = {true, true};
+#if defined(_OPENMP)
+    #pragma omp parallel for num_threads(2) if (part < 1.0f)
+#endif
+    for (int body = 0; body < 2; ++body) {
+        if (body == 1) {
+            good[1] = pose_body(morph, &morph->target, fmaxf(0.05f, part), target, morph->target_nearest);
+        } else if (part < 1.0f) {
+            good[0] = pose_body(morph, &morph->source, fmaxf(0.05f, 1.0f - part), source, NULL);
+        }
+    }
+    if (!good[0] || !good[1]) {
+        return morph_no_memory();
     }
     memcpy(phi, target, count * sizeof *phi);
     if (part < 1.0f) {

@@ -25,8 +25,12 @@ static bool *used_joints(const struct character *character)
     return used;
 }
 
+/* Returns true if two joints have the same name, but for case and signs. assimp calls nodes without a name nodes[N]. */
 static bool same_name(const char *a, const char *b)
 {
+    if (strncmp(a, "nodes[", 6) == 0) {
+        return false;
+    }
     for (;; ++a, ++b) {
         while (*a && !isalnum((unsigned char)*a)) {
             ++a;
