@@ -87,7 +87,7 @@ struct morph {
     springls_context *ctx, *other; /* the model; the posed target */
     springls_backend *backend;
     float *pressure, *source_phi, *target_phi; /* dense volumes, voxels */
-    int *target_nearest; /* triangle of the posed target nearest to each voxel, -1: none near */
+    int *source_nearest, *target_nearest; /* triangle of the posed body nearest to each voxel, -1: none near */
     struct affine *skin, *skin_before, *skin_places;
     struct morph_frame *frames, rest; /* rest: the end in the neutral pose, for --out */
     int frame_count;

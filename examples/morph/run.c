@@ -11,6 +11,7 @@
 #include <string.h>
 
 #define ROD 1.4f  /* voxels: radius that limbs have at least before the target is reached */
+#define FAR 5.0f  /* voxels: up to where springls have the weights of the target near them */
 #define BAND 1.1f /* voxels: up to where signed distances of posed bodies are exact */
 
 enum { MARGIN = 5, LEAD_IN = 8, LEAD_OUT = 12 }; /* voxels around; steps from the neutral pose to the first frame, and back */
@@ -279,8 +280,9 @@ bool morph_prepare(struct morph *morph)
     morph->pressure = malloc(voxel_count(morph) * sizeof(float));
     morph->source_phi = malloc(voxel_count(morph) * sizeof(float));
     morph->target_phi = malloc(voxel_count(morph) * sizeof(float));
+    morph->source_nearest = malloc(voxel_count(morph) * sizeof(int));
     morph->target_nearest = malloc(voxel_count(morph) * sizeof(int));
-    if (!morph->pressure || !morph->source_phi || !morph->target_phi || !morph->target_nearest) {
+    if (!morph->pressure || !morph->source_phi || !morph->target_phi || !morph->source_nearest || !morph->target_nearest) {
         return morph_no_memory();
     }
     return run_create("morph", &desc, &morph->ctx) == CLI_CONTINUE && run_create("morph", &desc, &morph->other) == CLI_CONTINUE
@@ -398,6 +400,31 @@ static bool skin_step(struct morph *morph, float part)
 
 /* ---- active contours ---- */
 
+/* Continues the nearest triangles of a posed body into all of it, and outside as far as springls move in a frame. Returns false if
+ * memory is short. */
+static bool continue_nearest(const struct morph *morph, const float *phi, int *nearest)
+{
+    const int *size = morph->grid.size, step[3] = {1, size[0], size[0] * size[1]}, count = size[0] * size[1] * size[2];
+    int *queue = malloc((size_t)count * sizeof *queue), end = 0;
+    if (!queue) {
+        return false;
+    }
+    for (int n = 0; n < count; ++n) {
+        if (nearest[n] >= 0) { queue[end++] = n; }
+    }
+    for (int done = 0; done < end; ++done) {
+        for (int k = 0; k < 6; ++k) {
+            const int next = queue[done] + (k % 2 ? step[k / 2] : -step[k / 2]);
+            if (next >= 0 && next < count && nearest[next] < 0 && phi[next] < FAR) {
+                nearest[next] = nearest[queue[done]];
+                queue[end++] = next;
+            }
+        }
+    }
+    free(queue);
+    return true;
+}
+
 /* Moves a body's surface to the present pose, with limbs that the other lacks at `size` of theirs, and computes its signed
  * distance. Returns false if memory is short. */
 static bool pose_body(struct morph *morph, struct morph_body *body, float size, float *phi, int *nearest)
@@ -411,7 +438,8 @@ static bool pose_body(struct morph *morph, struct morph_body *body, float size, 
         affine_apply(&blend, place, body->posed + 3 * v);
         morph_to_voxel(&morph->grid, body->posed + 3 * v, voxels + 3 * v);
     }
-    const bool good = voxels && mesh_voxels(&grid, voxels, body->mesh.triangles, body->mesh.triangle_count, BAND, phi, nearest);
+    const bool good = voxels && mesh_voxels(&grid, voxels, body->mesh.triangles, body->mesh.triangle_count, BAND, phi, nearest)
+        && continue_nearest(morph, phi, nearest);
     free(voxels);
     return good;
 }
@@ -454,15 +482,23 @@ static void add_rod(const int size[3], float *phi, const float from[3], const fl
     }
 }
 
-/* Keeps limbs that both have at least as thick as a rod along their bones, so that none falls apart between two shapes. */
-static void add_rods(const struct morph *morph, float radius, float *phi)
+/* Keeps limbs at least as thick as a rod along their bones, so that none falls apart between two shapes. Those that the source
+ * lacks have `grown` of their size. */
+static void add_rods(const struct morph *morph, float radius, float grown, float *phi)
 {
     const struct character *target = &morph->target.character;
     for (int j = 0; j < target->joint_count; ++j) {
-        const int ends[2] = {j, morph->alignment.bone_above[j]};
+        const int root = morph->alignment.grows[j], ends[2] = {j, root < 0 ? morph->alignment.bone_above[j]
+                                                                  : j == root ? -1 : target->joints[j].parent};
         float places[2][3];
         for (int e = 0; e < 2 && ends[1] >= 0; ++e) {
             joint_place(&target->joints[ends[e]], places[e]);
+            if (root >= 0) {
+                float way[3];
+                joint_place(&target->joints[root], way);
+                vec3_sub(way, places[e], way);
+                vec3_add_scaled(places[e], 1.0f - grown, way, places[e]);
+            }
             affine_apply(&morph->skin[ends[e]], places[e], places[e]);
             morph_to_voxel(&morph->grid, places[e], places[e]);
         }
@@ -470,8 +506,50 @@ static void add_rods(const struct morph *morph, float radius, float *phi)
     }
 }
 
+/* Returns true if a triangle of a body belongs to a limb that the other lacks. */
+static bool is_alone(const struct morph *morph, const struct morph_body *body, int triangle)
+{
+    return vec3_length(body->mesh_pulls + 3 * body->mesh.triangles[3 * triangle]) > (float)morph->grid.spacing[0];
+}
+
+/* Unites a level set with those limbs of a body that the other lacks. */
+static void unite_alone(const struct morph *morph, const struct morph_body *body, const float *body_phi, const int *nearest,
+                        float *phi)
+{
+    const size_t count = voxel_count(morph);
+    for (size_t n = 0; n < count; ++n) {
+        if (nearest[n] >= 0 && body_phi[n] < phi[n] && is_alone(morph, body, nearest[n])) { phi[n] = body_phi[n]; }
+    }
+}
+
+/* Returns the volume of a triangle and the origin. */
+static double cone(const float a[3], const float b[3], const float c[3])
+{
+    float cross[3];
+    vec3_cross(a, b, cross);
+    return (double)vec3_dot(cross, c) / 6.0;
+}
+
+/* Returns the part of a body's volume that is left with limbs that the other lacks at `size` of theirs. */
+static double volume_left(const struct morph_body *body, float size)
+{
+    double whole = 0.0, left = 0.0;
+    for (int t = 0; t < body->mesh.triangle_count; ++t) {
+        float shrunk[3][3];
+        const float *corner[3];
+        for (int k = 0; k < 3; ++k) {
+            const int v = body->mesh.triangles[3 * t + k];
+            corner[k] = body->mesh.positions + 3 * v;
+            vec3_add_scaled(corner[k], 1.0f - size, body->mesh_pulls + 3 * v, shrunk[k]);
+        }
+        whole += cone(corner[0], corner[1], corner[2]);
+        left += cone(shrunk[0], shrunk[1], shrunk[2]);
+    }
+    return fmax(0.1, left / whole);
+}
+
 /* Sets the pressure to minus the signed distance of the body between source and target, at most `pace` voxels. part: 0 the
- * source, 1 the target. The level set is blended, moved so that the volume is between theirs, and what falls apart is bridged. */
+ * source, 1 the target. The level set is blended, limbs that only one has are united with it, it is moved so that the volume is between theirs, and what falls apart is bridged. */
 static bool pose_between(struct morph *morph, float part)
 {
     const size_t count = voxel_count(morph);
@@ -480,15 +558,16 @@ static bool pose_between(struct morph *morph, float part)
     float *phi = morph->pressure, *source = morph->source_phi, *target = morph->target_phi;
     double area, volumes[2] = {0.0, 0.0};
     struct solid_repair repair;
+    const float sizes[2] = {fmaxf(0.05f, 1.0f - part), fmaxf(0.05f, part)}; /* of limbs that the other lacks */
     bool good[2] = {true, true};
 #if defined(_OPENMP)
     #pragma omp parallel for num_threads(2) if (part < 1.0f)
 #endif
     for (int body = 0; body < 2; ++body) {
         if (body == 1) {
-            good[1] = pose_body(morph, &morph->target, fmaxf(0.05f, part), target, morph->target_nearest);
+            good[1] = pose_body(morph, &morph->target, sizes[1], target, morph->target_nearest);
         } else if (part < 1.0f) {
-            good[0] = pose_body(morph, &morph->source, fmaxf(0.05f, 1.0f - part), source, NULL);
+            good[0] = pose_body(morph, &morph->source, sizes[0], source, morph->source_nearest);
         }
     }
     if (!good[0] || !good[1]) {
@@ -496,9 +575,11 @@ static bool pose_between(struct morph *morph, float part)
     }
     memcpy(phi, target, count * sizeof *phi);
     if (part < 1.0f) {
-        volumes[0] = volume_of(source, count, 0.0f, &area);
-        volumes[1] = volume_of(target, count, 0.0f, &area);
+        volumes[0] = volume_of(source, count, 0.0f, &area) / volume_left(&morph->source, sizes[0]);
+        volumes[1] = volume_of(target, count, 0.0f, &area) / volume_left(&morph->target, sizes[1]);
         for (size_t n = 0; n < count; ++n) { phi[n] = (1.0f - part) * source[n] + part * target[n]; }
+        unite_alone(morph, &morph->source, source, morph->source_nearest, phi);
+        unite_alone(morph, &morph->target, target, morph->target_nearest, phi);
         const double wanted = (1.0 - (double)part) * volumes[0] + (double)part * volumes[1];
         float shift = 0.0f;
         for (int step = 0; step < 3; ++step) { /* Newton */
@@ -506,7 +587,7 @@ static bool pose_between(struct morph *morph, float part)
             shift += area > 0.0 ? (float)fmax(-1.0, fmin(1.0, (volume - wanted) / area)) : 0.0f;
         }
         for (size_t n = 0; n < count; ++n) { phi[n] += shift; }
-        add_rods(morph, ROD * fminf(1.0f, 5.0f * (1.0f - part)), phi);
+        add_rods(morph, ROD * fminf(1.0f, 5.0f * (1.0f - part)), part, phi);
     }
     if (!solid_repair(&voxels, phi, morph->settings.reach, &repair)) {
         return morph_no_memory();
@@ -514,22 +595,6 @@ static bool pose_between(struct morph *morph, float part)
     for (size_t n = 0; n < count; ++n) { phi[n] = fmaxf(-pace, fminf(pace, -phi[n])); }
     return true;
 }
-
-static bool contour_steps(struct morph *morph)
-{
-    springls_forces forces;
-    springls_step_desc step;
-    memset(&forces, 0, sizeof forces);
-    memset(&step, 0, sizeof step);
-    forces.pressure_grid.data = morph->pressure;
-    step.forces = &forces;
-    step.mode = SPRINGLS_MODE_FLUID;
-    step.dt = 1.0f;
-    step.stop_at_topology = morph->settings.preserve;
-    return morph_check(morph->ctx, springls_run(morph->ctx, &step, morph->settings.iterations), "active contour");
-}
-
-/* ---- measures of a frame ---- */
 
 /* Samples a dense level set at a place in voxel coordinates, trilinearly. */
 static float sample(const int size[3], const float *phi, const float place[3])
@@ -552,6 +617,38 @@ static float sample(const int size[3], const float *phi, const float place[3])
     }
     return sum;
 }
+
+/* Returns true if more than 1 in 200 springls are as far from the shape as an iteration moves them, or farther. */
+static bool lags(const struct morph *morph)
+{
+    const springls_view particles = springls_view_particles(morph->ctx);
+    int behind = 0;
+    for (int i = 0; i < particles.count; ++i) {
+        behind += fabsf(sample(morph->grid.size, morph->pressure, springl_item(particles, i))) > 0.9f * morph->settings.pace;
+    }
+    return 200 * behind > particles.count;
+}
+
+/* Pushes the model to the shape: `iterations`, and up to three times as many while it lags behind. */
+static bool contour_steps(struct morph *morph)
+{
+    springls_forces forces;
+    springls_step_desc step;
+    memset(&forces, 0, sizeof forces);
+    memset(&step, 0, sizeof step);
+    forces.pressure_grid.data = morph->pressure;
+    step.forces = &forces;
+    step.mode = SPRINGLS_MODE_FLUID;
+    step.dt = 1.0f;
+    step.stop_at_topology = morph->settings.preserve;
+    bool good = morph_check(morph->ctx, springls_run(morph->ctx, &step, morph->settings.iterations), "active contour");
+    for (int more = 2 * morph->settings.iterations; good && more > 0 && lags(morph); --more) {
+        good = morph_check(morph->ctx, springls_step(morph->ctx, &step), "active contour");
+    }
+    return good;
+}
+
+/* ---- measures of a frame ---- */
 
 /* Returns the mean of |phi| of the target at the model's particles, voxels. */
 static double distance_to_target(const struct morph *morph)
@@ -597,11 +694,8 @@ static double enclosed_volume(const springls_mesh *mesh)
 {
     double sum = 0.0;
     for (int t = 0; t < mesh->triangle_count; ++t) {
-        const float *corner[3];
-        float cross[3];
-        for (int k = 0; k < 3; ++k) { corner[k] = mesh->positions + 3 * mesh->triangles[3 * t + k]; }
-        vec3_cross(corner[0], corner[1], cross);
-        sum += (double)vec3_dot(cross, corner[2]) / 6.0;
+        const int *corner = mesh->triangles + 3 * t;
+        sum += cone(mesh->positions + 3 * corner[0], mesh->positions + 3 * corner[1], mesh->positions + 3 * corner[2]);
     }
     return sum;
 }
@@ -792,6 +886,7 @@ void morph_free(struct morph *morph)
     free(morph->pressure);
     free(morph->source_phi);
     free(morph->target_phi);
+    free(morph->source_nearest);
     free(morph->target_nearest);
     springls_destroy(morph->ctx);
     springls_destroy(morph->other);
