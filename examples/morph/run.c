@@ -11,7 +11,7 @@
 #include <string.h>
 
 #define ROD 1.4f  /* voxels: radius that limbs have at least before the target is reached */
-#define FAR 5.0f  /* voxels: up to where springls have the weights of the target near them */
+#define VICINITY 5.0f  /* voxels: up to where springls have the weights of the target near them */
 #define BAND 1.1f /* voxels: up to where signed distances of posed bodies are exact */
 
 enum { MARGIN = 5, LEAD_IN = 8, LEAD_OUT = 12 }; /* voxels around; steps from the neutral pose to the first frame, and back */
@@ -415,7 +415,7 @@ static bool continue_nearest(const struct morph *morph, const float *phi, int *n
     for (int done = 0; done < end; ++done) {
         for (int k = 0; k < 6; ++k) {
             const int next = queue[done] + (k % 2 ? step[k / 2] : -step[k / 2]);
-            if (next >= 0 && next < count && nearest[next] < 0 && phi[next] < FAR) {
+            if (next >= 0 && next < count && nearest[next] < 0 && phi[next] < VICINITY) {
                 nearest[next] = nearest[queue[done]];
                 queue[end++] = next;
             }
@@ -618,15 +618,33 @@ static float sample(const int size[3], const float *phi, const float place[3])
     return sum;
 }
 
-/* Returns true if more than 1 in 200 springls are as far from the shape as an iteration moves them, or farther. */
-static bool lags(const struct morph *morph)
+/* Finds whether somewhere the model is more than a voxel away from the inside of the shape, as where a limb grows: its tip is thin, so
+ * that the pressure is small there. */
+static bool find_lag(const struct morph *morph, bool *lags)
 {
-    const springls_view particles = springls_view_particles(morph->ctx);
-    int behind = 0;
-    for (int i = 0; i < particles.count; ++i) {
-        behind += fabsf(sample(morph->grid.size, morph->pressure, springl_item(particles, i))) > 0.9f * morph->settings.pace;
+    const int *size = morph->grid.size;
+    const size_t count = voxel_count(morph);
+    const float voxel = (float)morph->grid.spacing[0];
+    size_t inside = 0, next = 0;
+    for (size_t n = 0; n < count; n += 2) { inside += morph->pressure[n] > 0.2f; }
+    float *places = malloc(3 * (inside + 1) * sizeof *places), *distances = malloc((inside + 1) * sizeof *distances);
+    bool good = (places && distances) || morph_no_memory();
+    for (size_t n = 0; good && n < count; n += 2) {
+        if (morph->pressure[n] > 0.2f) {
+            const size_t at[3] = {n % (size_t)size[0], n / (size_t)size[0] % (size_t)size[1],
+                                  n / ((size_t)size[0] * (size_t)size[1])};
+            for (int k = 0; k < 3; ++k) {
+                places[3 * next + (size_t)k] = (float)(morph->grid.origin[k] + morph->grid.spacing[k] * (double)at[k]);
+            }
+            ++next;
+        }
     }
-    return 200 * behind > particles.count;
+    good = good && morph_check(morph->ctx, springls_sample_distance(morph->ctx, places, (int)next, distances), "distance");
+    *lags = false;
+    for (size_t n = 0; good && n < next; ++n) { *lags = *lags || distances[n] > voxel; }
+    free(places);
+    free(distances);
+    return good;
 }
 
 /* Pushes the model to the shape: `iterations`, and up to three times as many while it lags behind. */
@@ -641,8 +659,8 @@ static bool contour_steps(struct morph *morph)
     step.mode = SPRINGLS_MODE_FLUID;
     step.dt = 1.0f;
     step.stop_at_topology = morph->settings.preserve;
-    bool good = morph_check(morph->ctx, springls_run(morph->ctx, &step, morph->settings.iterations), "active contour");
-    for (int more = 2 * morph->settings.iterations; good && more > 0 && lags(morph); --more) {
+    bool good = morph_check(morph->ctx, springls_run(morph->ctx, &step, morph->settings.iterations), "active contour"), more;
+    for (int left = 2 * morph->settings.iterations; good && left > 0 && find_lag(morph, &more) && more; --left) {
         good = morph_check(morph->ctx, springls_step(morph->ctx, &step), "active contour");
     }
     return good;

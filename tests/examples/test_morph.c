@@ -151,27 +151,34 @@ TEST skinning_is_the_weighted_sum_of_matrices(void)
     PASS();
 }
 
-/* The force that springls get takes a point from one pose to the next exactly as skinning from the neutral pose would. */
+/* The force that springls get takes a point from one pose to the next exactly as skinning from the neutral pose would, in one of
+ * Euler's steps and in two. */
 TEST the_affine_force_goes_from_pose_to_pose(void)
 {
     const struct character c = by_hand();
     struct affine before[2], after[2], places[2];
     character_pose(&c, 0, 0.3, 1.0, before, places);
     character_pose(&c, 0, 0.9, 1.0, after, places);
-    struct skinning s = {NULL, before, after, 0.0f};
+    const struct skinning s = {NULL, before, after, 5.0f, 0.0f};
     const struct affine from = influences_blend(&hand_influences[1], before), to = influences_blend(&hand_influences[1], after);
-    const struct affine m = motion(&s, &hand_influences[1], NULL);
     const springls_grid_desc grid = {.size = {32, 32, 32}, .spacing = {0.25, 0.25, 0.25}, .origin = {-3, -1, 2}};
     const float x[3] = {0.1f, 1.7f, 0.4f};
-    float start[3], end[3], voxel[3], out[12];
+    float start[3], end[3];
     affine_apply(&from, x, start);
     affine_apply(&to, x, end);
-    to_velocity(&grid, &m, out);
-    morph_to_voxel(&grid, start, voxel);
-    for (int i = 0; i < 3; ++i) {
-        const float moved =
-            voxel[i] + out[4 * i] * voxel[0] + out[4 * i + 1] * voxel[1] + out[4 * i + 2] * voxel[2] + out[4 * i + 3];
-        ASSERT_NEAR(((double)end[i] - grid.origin[i]) / grid.spacing[i], moved, 1e-4);
+    for (int steps = 1; steps <= 2; ++steps) {
+        float voxel[3];
+        morph_to_voxel(&grid, start, voxel);
+        for (int n = 0; n < steps; ++n) {
+            const struct affine m = motion(&s, 5.0f + (float)n / (float)steps, &hand_influences[1], NULL);
+            float out[12], moved[3];
+            to_velocity(&grid, &m, out);
+            for (int i = 0; i < 3; ++i) {
+                moved[i] = out[4 * i] * voxel[0] + out[4 * i + 1] * voxel[1] + out[4 * i + 2] * voxel[2] + out[4 * i + 3];
+            }
+            for (int i = 0; i < 3; ++i) voxel[i] += moved[i] / (float)steps;
+        }
+        for (int i = 0; i < 3; ++i) ASSERT_NEAR(((double)end[i] - grid.origin[i]) / grid.spacing[i], voxel[i], 1e-4);
     }
     PASS();
 }
