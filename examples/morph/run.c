@@ -11,6 +11,7 @@
 #include <string.h>
 
 #define ROD 1.4f  /* voxels: radius that limbs have at least before the target is reached */
+#define BRIDGE 0.8f /* part of that which stays where the target has bodies that touch nothing */
 #define VICINITY 5.0f  /* voxels: up to where springls have the weights of the target near them */
 #define BAND 1.1f /* voxels: up to where signed distances of posed bodies are exact */
 
@@ -587,8 +588,9 @@ static bool pose_between(struct morph *morph, float part)
             shift += area > 0.0 ? (float)fmax(-1.0, fmin(1.0, (volume - wanted) / area)) : 0.0f;
         }
         for (size_t n = 0; n < count; ++n) { phi[n] += shift; }
-        add_rods(morph, ROD * fminf(1.0f, 5.0f * (1.0f - part)), part, phi);
     }
+    const float least = morph->target.solid.joined > 0 ? BRIDGE : 0.0f, rod = ROD * fmaxf(least, fminf(1.0f, 5.0f * (1.0f - part)));
+    if (rod > 0.0f) { add_rods(morph, rod, part, phi); }
     if (!solid_repair(&voxels, phi, morph->settings.reach, &repair)) {
         return morph_no_memory();
     }
