@@ -10,7 +10,7 @@
 
 enum { MAX_KEYS = 10000, COMPARED = 5 };
 
-static const double SAME = 0.01; /* of the body: joints of the same motion are no further apart */
+static const double SAME = 0.02; /* elements of the rotations of the same motion are no further apart, nor durations, relatively */
 
 struct transfer {
     const struct character *source, *target;
@@ -236,31 +236,28 @@ static bool make_clip(struct transfer *t, int clip, int fps, struct animation *t
     return good;
 }
 
-/* Returns true if a clip moves the target's joints as one of its own does. */
-static bool same_motion(const struct character *target, int own, const struct animation *clip, bool *same)
+/* Finds whether a clip of the source turns its joints as one of the target's turns their partners. Both are compared as they were
+ * made: a transferred clip has other keys. */
+static bool same_motion(struct transfer *t, int clip, int own, bool *same)
 {
-    struct character with = *target;
-    struct animation animation = *clip;
+    const struct character *target = t->target;
+    const double duration = t->source->animations[clip].duration;
     const size_t size = ((size_t)target->joint_count + 1) * sizeof(struct affine);
-    struct affine *skin = malloc(size), *here = malloc(size), *there = malloc(size);
-    const bool good = skin && here && there;
-    double apart = 0.0, extent = 0.0;
-    with.animations = &animation;
-    for (int n = 0; good && n < COMPARED; ++n) {
-        const double time = clip->duration * n / COMPARED;
-        character_pose(target, own, time, 1.0, skin, here);
-        character_pose(&with, 0, time, 1.0, skin, there);
+    struct affine *skin = malloc(size), *places = malloc(size);
+    const bool good = skin && places;
+    *same = fabs(target->animations[own].duration - duration) <= SAME * duration;
+    for (int n = 0; good && *same && n < COMPARED; ++n) {
+        character_pose(t->source, clip, duration * n / COMPARED, 1.0, t->skin, t->places);
+        character_pose(target, own, duration * n / COMPARED, 1.0, skin, places);
         for (int j = 0; j < target->joint_count; ++j) {
-            for (int i = 3; target->joints[j].bone && i < 12; i += 4) {
-                apart = fmax(apart, fabs(here[j].m[i] - there[j].m[i]));
-                extent = fmax(extent, fabs(here[j].m[i] - here[0].m[i]));
-            }
+            if (t->from[j] < 0 || !target->joints[j].bone) { continue; }
+            const struct affine turn = affine_rotation(&t->skin[t->from[j]]), half = affine_after(&turn, &t->back),
+                                theirs = affine_after(&t->facing, &half), ours = affine_rotation(&skin[j]);
+            for (int i = 0; i < 12; ++i) { *same = *same && (i % 4 == 3 || fabs(ours.m[i] - theirs.m[i]) <= SAME); }
         }
     }
-    *same = apart <= SAME * extent;
     free(skin);
-    free(here);
-    free(there);
+    free(places);
     return good;
 }
 
@@ -273,14 +270,15 @@ void clips_free(struct animation *clips, int count)
     character_free_rig(&only);
 }
 
-/* Names the clip; keeps it unless the target has it. */
-static bool keep_clip(const struct character *target, struct animation *clip, int *count)
+/* Names the clip, number `number` of the source; keeps it unless the target has it. */
+static bool keep_clip(struct transfer *t, int number, struct animation *clip, int *count)
 {
+    const struct character *target = t->target;
     bool same = false, good = true, named = false;
     for (int a = 0; good && !same && a < target->animation_count; ++a) {
         if (strcmp(target->animations[a].name, clip->name) == 0) {
             named = true;
-            good = same_motion(target, a, clip, &same);
+            good = same_motion(t, number, a, &same);
         }
     }
     if (named) {
@@ -312,7 +310,7 @@ bool clips_transfer(const struct character *source, const struct alignment *alig
     for (int a = 0; good && t.root >= 0 && a < source->animation_count; ++a) {
         struct animation *clip = &(*clips)[*count];
         if (make_clip(&t, a, fps, clip)) {
-            good = keep_clip(target, clip, count);
+            good = keep_clip(&t, a, clip, count);
         } else {
             ++*count;
             good = false;
