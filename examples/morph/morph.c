@@ -7,7 +7,7 @@
  *   morph body.obj --weights --donor RiggedFigure.glb --out result # bone weights for a body that has none
  *
  * The source is rescaled onto the target's skeleton; both become springls' bodies on one grid. In each frame linear blend
- * skinning, as a batch of affine forces, moves the springls in one step of Algorithm 3; then some iterations of an active
+ * skinning, as a batch of affine forces, moves the springls in a step of Algorithm 2; then some iterations of an active
  * contour push them to a shape between the two in the same pose. Bone weights, texture coordinates and
  * colors stay with the springls. */
 #include "morph/morph.h"

@@ -3,7 +3,7 @@
  *   read      reads two characters and rescales the source onto the target's skeleton (skeleton_align.h)
  *   rig       gives a body without bones a donor's skeleton and weights by heat (rig.c)
  *   solid     makes each a closed body on one grid (solid.c)
- *   run       runs a frame: linear blend skinning by Algorithm 3, then active contours towards the posed target (run.c)
+ *   run       runs a frame: linear blend skinning as a flow, then active contours towards the posed target (run.c)
  *   look      colors and weights that fade into the target's, and textures of them (look.c)
  *   output    writes glTF (gltf.c), pictures and report (output.c) */
 #ifndef EXAMPLES_MORPH_MORPH_H

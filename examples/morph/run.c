@@ -1,4 +1,4 @@
-/* run.c - the frames of a morph: skinning by Algorithm 3, active contours by Algorithm 2. */
+/* run.c - the frames of a morph: skinning by a flow, and active contours, both by Algorithm 2. */
 #include "morph/morph.h"
 
 #include "base/progress.h"
@@ -10,10 +10,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define ROD 1.4f  /* voxels: radius that limbs have at least before the target is reached */
-#define BRIDGE 0.8f /* part of that which stays where the target has bodies that touch nothing */
-#define VICINITY 5.0f  /* voxels: up to where springls have the weights of the target near them */
-#define BAND 1.1f /* voxels: up to where signed distances of posed bodies are exact */
+#define ROD 1.4f      /* voxels: radius that limbs have at least before the target is reached */
+#define BRIDGE 0.8f   /* part of that which stays where the target has bodies that touch nothing */
+#define VICINITY 5.0f /* voxels: up to where springls have the weights of the target near them */
+#define BAND 1.1f     /* voxels: up to where signed distances of posed bodies are exact */
 
 enum { MARGIN = 5, LEAD_IN = 8, LEAD_OUT = 12 }; /* voxels around; steps from the neutral pose to the first frame, and back */
 
@@ -306,8 +306,8 @@ static void add_change(struct affine *sum, double weight, const struct affine *a
     affine_add(sum, -weight, a);
 }
 
-/* Returns the velocity of a springl on its way from pose to pose: B' B^-1, where B, the blend of bones from its neutral place, changes
- * evenly. So Euler's steps of any length take it where skinning from the neutral pose puts it. Near the target the target's
+/* Returns the velocity of a springl on its way from pose to pose: B' B^-1, where B, the blend of bones from its neutral place,
+ * changes evenly. So Euler's steps of any length take it where skinning from the neutral pose puts it. Near the target the target's
  * weights take part (theirs; NULL: none). Where B is nearly singular the bones' own motions are blended. */
 static struct affine motion(const struct skinning *s, float time, const struct influences *ours, const struct influences *theirs)
 {
@@ -550,7 +550,8 @@ static double volume_left(const struct morph_body *body, float size)
 }
 
 /* Sets the pressure to minus the signed distance of the body between source and target, at most `pace` voxels. part: 0 the
- * source, 1 the target. The level set is blended, limbs that only one has are united with it, it is moved so that the volume is between theirs, and what falls apart is bridged. */
+ * source, 1 the target. The level set is blended, limbs that only one has are united with it, it is moved so that the volume is
+ * between theirs, and what falls apart is bridged. */
 static bool pose_between(struct morph *morph, float part)
 {
     const size_t count = voxel_count(morph);
@@ -589,7 +590,8 @@ static bool pose_between(struct morph *morph, float part)
         }
         for (size_t n = 0; n < count; ++n) { phi[n] += shift; }
     }
-    const float least = morph->target.solid.joined > 0 ? BRIDGE : 0.0f, rod = ROD * fmaxf(least, fminf(1.0f, 5.0f * (1.0f - part)));
+    const float least = morph->target.solid.joined > 0 ? BRIDGE : 0.0f,
+                rod = ROD * fmaxf(least, fminf(1.0f, 5.0f * (1.0f - part)));
     if (rod > 0.0f) { add_rods(morph, rod, part, phi); }
     if (!solid_repair(&voxels, phi, morph->settings.reach, &repair)) {
         return morph_no_memory();
@@ -620,8 +622,8 @@ static float sample(const int size[3], const float *phi, const float place[3])
     return sum;
 }
 
-/* Finds whether somewhere the model is more than a voxel away from the inside of the shape, as where a limb grows: its tip is thin, so
- * that the pressure is small there. */
+/* Finds whether somewhere the model is more than a voxel away from the inside of the shape, as where a limb grows: its tip is thin,
+ * so that the pressure is small there. */
 static bool find_lag(const struct morph *morph, bool *lags)
 {
     const int *size = morph->grid.size;
@@ -827,8 +829,9 @@ static bool compare_ends(struct morph *morph)
     return surface_distances_measure(&mine, &target, 20000, voxel, &morph->end) || morph_no_memory();
 }
 
-/* Takes the model back to the neutral pose, in which it is written with its skeleton, while it goes on becoming the target. Skinning
- * the last frame's vertices backwards would be no surface: where bodies have met or parted, neighbors have different bones. */
+/* Takes the model back to the neutral pose, in which it is written with its skeleton, while it goes on becoming the target.
+ * Skinning the last frame's vertices backwards would be no surface: where bodies have met or parted, neighbors have different
+ * bones. */
 static bool rest_pose(struct morph *morph)
 {
     const int last = morph->frame_count - 1;

@@ -71,6 +71,11 @@ motions: deps-examples   ## the default parameters on motions with known answers
 	@$(MAKE) --no-print-directory build/bench/motions
 	@build/bench/motions
 
+morph-pairs: deps-examples   ## every character of CHARACTERS=DIR becomes every other one (GRID=96): the table of docs/morph.md
+	@$(MAKE) --no-print-directory build/morph
+	@tests/bench/morph_pairs.py $(or $(CHARACTERS),$(SPRINGLS_DATA)/rigged) build/bench/morph_pairs --grid $(or $(GRID),96) \
+	    -- --frames 40 --blend 24
+
 coverage: deps-examples   ## how well springls cover the surface: leveque, zalesak, segment's brain, motions (FULL=1: 256^3 too; ORDERS=3)
 	@$(MAKE) --no-print-directory build/leveque build/zalesak build/segment build/bench/bench build/bench/motions
 	@ONLY=cover HEAD_SCAN='$(HEAD_SCAN)' HEAD_LEVEL='$(HEAD_LEVEL)' build/bench/bench

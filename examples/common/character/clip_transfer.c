@@ -236,8 +236,8 @@ static bool make_clip(struct transfer *t, int clip, int fps, struct animation *t
     return good;
 }
 
-/* Finds whether a clip of the source turns its joints as one of the target's turns their partners. Both are compared as they were
- * made: a transferred clip has other keys. */
+/* Finds whether a clip of the source turns the target's joints as one of its own does. Places are not compared: a transferred clip
+ * moves the root only. */
 static bool same_motion(struct transfer *t, int clip, int own, bool *same)
 {
     const struct character *target = t->target;
@@ -247,13 +247,12 @@ static bool same_motion(struct transfer *t, int clip, int own, bool *same)
     const bool good = skin && places;
     *same = fabs(target->animations[own].duration - duration) <= SAME * duration;
     for (int n = 0; good && *same && n < COMPARED; ++n) {
-        character_pose(t->source, clip, duration * n / COMPARED, 1.0, t->skin, t->places);
+        turn_joints(t, clip, duration * n / COMPARED);
         character_pose(target, own, duration * n / COMPARED, 1.0, skin, places);
         for (int j = 0; j < target->joint_count; ++j) {
             if (t->from[j] < 0 || !target->joints[j].bone) { continue; }
-            const struct affine turn = affine_rotation(&t->skin[t->from[j]]), half = affine_after(&turn, &t->back),
-                                theirs = affine_after(&t->facing, &half), ours = affine_rotation(&skin[j]);
-            for (int i = 0; i < 12; ++i) { *same = *same && (i % 4 == 3 || fabs(ours.m[i] - theirs.m[i]) <= SAME); }
+            const struct affine ours = affine_rotation(&skin[j]);
+            for (int i = 0; i < 12; ++i) { *same = *same && (i % 4 == 3 || fabs(ours.m[i] - t->turned[j].m[i]) <= SAME); }
         }
     }
     free(skin);
