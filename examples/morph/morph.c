@@ -91,7 +91,7 @@ int main(int argc, char **argv)
                                        .iterations = 2,
                                        .pace = 1.0f,
                                        .blend = 40,
-                                       .reach = 30,
+                                       .reach = 60,
                                        .thicken = -1.0f,
                                        .size = 480,
                                        .texture = 512,

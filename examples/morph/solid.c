@@ -29,9 +29,10 @@ struct solid_grid morph_voxels(const springls_grid_desc *grid)
     return voxels;
 }
 
-/* Names the joint that moves the surface nearest to a voxel. */
-static const char *limb_at(const struct character *c, const struct solid_grid *grid, int voxel)
+/* Names the joint that moves the surface nearest to a voxel; both bodies are on the target's skeleton, if there is one. */
+static const char *limb_at(const struct morph *morph, const struct character *c, const struct solid_grid *grid, int voxel)
 {
+    const struct character *skeleton = morph->target.character.joint_count > 0 ? &morph->target.character : c;
     const int at[3] = {voxel % grid->size[0], voxel / grid->size[0] % grid->size[1], voxel / (grid->size[0] * grid->size[1])};
     float best = INFINITY;
     int joint = 0;
@@ -47,7 +48,7 @@ static const char *limb_at(const struct character *c, const struct solid_grid *g
             }
         }
     }
-    return c->joint_count > 0 ? c->joints[joint].name : "without a bone";
+    return joint < skeleton->joint_count ? skeleton->joints[joint].name : "without a bone";
 }
 
 /* ---- sheets ---- */
@@ -129,7 +130,7 @@ bool morph_solid_make(const struct morph *morph, springls_context *ctx, const sp
         solid->dropped_voxels = repair.dropped;
         good = repair.out_of_reach == 0
             || morph_fail("%s: a body of %d voxels at joint %s touches nothing within %d voxels (see --reach)", name,
-                          repair.out_of_reach, limb_at(character, &voxels, repair.out_of_reach_at), reach);
+                          repair.out_of_reach, limb_at(morph, character, &voxels, repair.out_of_reach_at), reach);
     }
     good = good && morph_check(ctx, springls_set_level_set(ctx, phi), name);
     free(phi);
