@@ -86,9 +86,9 @@ static springls_status steps(springls_context *ctx, const springls_step_desc *st
 }
 
 /* Pressed together to a gap, held, and drawn apart, bodies are what they were. */
-TEST bodies_part(body_shape shape, double gap)
+TEST bodies_part(body_shape shape, double center, double gap)
 {
-    meeting flow = { shape, shape == BOXES ? 23.5 : 23.7, 3.0 + gap, 0.0 }; /* no voxel lies between boxes */
+    meeting flow = { shape, center, 3.0 + gap, 0.0 };
     springls_context *ctx = fixture_context(48, NULL);
     springls_forces forces = fixture_forces(meeting_velocity, &flow);
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.05f);
@@ -576,11 +576,14 @@ SUITE(contact)
     RUN_TESTp(a_drop_goes, 0.5f, 0.0f, 2);
     RUN_TESTp(a_drop_goes, 1.1f, 1.0f, 2);
     RUN_TESTp(a_drop_goes, 1.1f, 8.0f, 1);
-    RUN_TESTp(bodies_part, BALLS, 0.25);
-    RUN_TESTp(bodies_part, BALL_AND_PLATE, 0.5);
-    RUN_TESTp(bodies_part, BOXES, 1.0);
-    RUN_TESTp(bodies_part, BOXES, 0.5);
-    RUN_TESTp(bodies_part, FINGERS, 0.25);
+    RUN_TESTp(bodies_part, BALLS, 23.7, 0.25);
+    RUN_TESTp(bodies_part, BALL_AND_PLATE, 23.7, 0.5);
+    RUN_TESTp(bodies_part, BOXES, 23.5, 1.0);
+    RUN_TESTp(bodies_part, BOXES, 23.5, 0.5);
+    RUN_TESTp(bodies_part, BOXES, 23.7, 0.5);
+    RUN_TESTp(bodies_part, BOXES, 23.7, 0.25);
+    RUN_TESTp(bodies_part, BOXES, 23.3, 0.25);
+    RUN_TESTp(bodies_part, FINGERS, 23.7, 0.25);
     RUN_TESTp(a_gap_may_sleep, 20.25, 0.25);
     RUN_TESTp(a_gap_may_sleep, 20.5, 0.5);
     RUN_TESTp(a_gap_may_sleep, 20.75, 1.0);
