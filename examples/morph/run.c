@@ -651,7 +651,7 @@ static bool find_lag(const struct morph *morph, bool *lags)
     return good;
 }
 
-/* Pushes the model to the shape: `iterations`, and up to three times as many while it lags behind. */
+/* Pushes the model to the shape: `iterations`, and up to five times as many while it lags behind. */
 static bool contour_steps(struct morph *morph)
 {
     springls_forces forces;
@@ -664,7 +664,7 @@ static bool contour_steps(struct morph *morph)
     step.dt = 1.0f;
     step.stop_at_topology = morph->settings.preserve;
     bool good = morph_check(morph->ctx, springls_run(morph->ctx, &step, morph->settings.iterations), "active contour"), more;
-    for (int left = 2 * morph->settings.iterations; good && left > 0 && find_lag(morph, &more) && more; --left) {
+    for (int left = 4 * morph->settings.iterations; good && left > 0 && find_lag(morph, &more) && more; --left) {
         good = morph_check(morph->ctx, springls_step(morph->ctx, &step), "active contour");
     }
     return good;

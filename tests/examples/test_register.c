@@ -452,7 +452,7 @@ TEST labels_of_other_grids_are_refused(void)
     PASS();
 }
 
-/* Of labels that are not there the overlap would be perfect; a map that makes the fit worse, or folds, is no success. */
+/* A map that makes the fit worse, or folds, is no success. */
 TEST poor_results_are_reported(void)
 {
     struct scene scene;
@@ -474,11 +474,21 @@ TEST poor_results_are_reported(void)
     ASSERT(!register_is_better(&run));
     ASSERT(run.folded > 0);
     register_free(&run);
+    free_scene(&scene);
+    PASS();
+}
+
+/* Of labels that are not there the overlap would be perfect. */
+TEST missing_labels_are_refused_before_the_work(void)
+{
+    struct scene scene;
+    struct run run;
+    ASSERT(make_scene(&scene));
     ASSERT(begin_run(&scene, &run));
+    volume_free(&run.fixed);
+    volume_free(&run.moving);
     run.label = 8;
-    run.settings.iterations = 0;
-    ASSERT(register_fields(&run));
-    ASSERT(!register_measure(&run));
+    ASSERT(!register_read(&run));
     register_free(&run);
     free_scene(&scene);
     PASS();
@@ -615,6 +625,7 @@ int main(int argc, char **argv)
     RUN_TEST(labels_points_and_meshes_are_carried);
     RUN_TEST(labels_of_other_grids_are_refused);
     RUN_TEST(poor_results_are_reported);
+    RUN_TEST(missing_labels_are_refused_before_the_work);
     RUN_TEST(landmarks_are_read_or_refused);
     RUN_TEST(fields_agree_with_elastix);
     run_command("rm -rf %s%s", folder, "");
