@@ -657,7 +657,7 @@
      - A filled springl always takes the average of its neighbours' correspondences, as in the author's program. Section 4.7
        takes the nearest one when it is more than 2 voxels from the average; that nearly doubles the tracking error of
        LeVeque's test (nearest_rule = 2).
-     - A triangle is turned (section 4.3.1, n . grad phi < 0) where it faces against phi by more than half of the gradient's
+     - A triangle is turned (section 4.3.1, n . grad phi < 0) where it faces against phi by more than a fifth of the gradient's
        length, within half a voxel of the zero level: one that is aslant has phi of another sheet.
      - A vertex's neighbours are its nearest edges, found at a resampling and kept until the next one. The closest points on
        those edges are found again in every iteration.
@@ -7442,7 +7442,7 @@ SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, spri
 SPRINGLS__MATHS bool springls__is_flipped(const springls__grid *g, springls__v3 p, springls__v3 n)
 {
     springls__v3 gradient = springls__grid_gradient(g, g->phi, p);
-    return springls__dot(n, gradient) < -0.5f && springls__length2(gradient) > 0.49f
+    return springls__dot(n, gradient) < -0.2f && springls__length2(gradient) > 0.49f
         && springls__fabs(springls__grid_sample(g, g->phi, p)) < 0.5f;
 }
 
@@ -30385,7 +30385,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS bool springls__is_flipped(const springls__grid *g, springls__v3 p, springls__v3 n)\n",
     "{\n",
     "    springls__v3 gradient = springls__grid_gradient(g, g->phi, p);\n",
-    "    return springls__dot(n, gradient) < -0.5f && springls__length2(gradient) > 0.49f\n",
+    "    return springls__dot(n, gradient) < -0.2f && springls__length2(gradient) > 0.49f\n",
     "        && springls__fabs(springls__grid_sample(g, g->phi, p)) < 0.5f;\n",
     "}\n",
     "\n",

@@ -73,7 +73,7 @@ SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, spri
 SPRINGLS__MATHS bool springls__is_flipped(const springls__grid *g, springls__v3 p, springls__v3 n)
 {
     springls__v3 gradient = springls__grid_gradient(g, g->phi, p);
-    return springls__dot(n, gradient) < -0.5f && springls__length2(gradient) > 0.49f
+    return springls__dot(n, gradient) < -0.2f && springls__length2(gradient) > 0.49f
         && springls__fabs(springls__grid_sample(g, g->phi, p)) < 0.5f;
 }
 

@@ -542,7 +542,7 @@
      - A filled springl always takes the average of its neighbours' correspondences, as in the author's program. Section 4.7
        takes the nearest one when it is more than 2 voxels from the average; that nearly doubles the tracking error of
        LeVeque's test (nearest_rule = 2).
-     - A triangle is turned (section 4.3.1, n . grad phi < 0) where it faces against phi by more than half of the gradient's
+     - A triangle is turned (section 4.3.1, n . grad phi < 0) where it faces against phi by more than a fifth of the gradient's
        length, within half a voxel of the zero level: one that is aslant has phi of another sheet.
      - A vertex's neighbours are its nearest edges, found at a resampling and kept until the next one. The closest points on
        those edges are found again in every iteration.
