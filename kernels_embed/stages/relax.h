@@ -68,12 +68,12 @@ SPRINGLS__MATHS void springls__relax_elements(const springls__model *model, spri
     for (; begin < end; begin++) springls__relax_element(model, args, begin);
 }
 
-/* Returns true when a triangle at p with normal n is flipped, n . grad phi < 0 (section 4.3.1), where the gradient of phi is
-   reliable: beside a single sheet, and against the normal rather than aslant, as beside the rim of a closed gap. */
-SPRINGLS__MATHS bool springls__is_flipped(const springls__grid *g, springls__v3 p, springls__v3 n)
+/* Returns true when a triangle at p with normal n is flipped, n . grad phi < 0 (section 4.3.1), by more than `aslant`, where the
+   gradient of phi is reliable: beside a single sheet. */
+SPRINGLS__MATHS bool springls__is_flipped(const springls__grid *g, springls__v3 p, springls__v3 n, float aslant)
 {
     springls__v3 gradient = springls__grid_gradient(g, g->phi, p);
-    return springls__dot(n, gradient) < -0.2f && springls__length2(gradient) > 0.49f
+    return springls__dot(n, gradient) < -aslant && springls__length2(gradient) > 0.49f
         && springls__fabs(springls__grid_sample(g, g->phi, p)) < 0.5f;
 }
 
@@ -81,10 +81,12 @@ SPRINGLS__MATHS bool springls__is_flipped(const springls__grid *g, springls__v3 
 SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__arguments args, int i)
 {
     const float beside = 1.6f; /* voxels */
+    /* Beside the rim of a gap that phi has closed, its gradient lies along the triangles of both sides. */
+    const float aslant = model->params.keep_thin ? 0.2f : 0.0f;
     springls__springl s = model->set.s[i];
     (void)args;
     if (model->set.mask[i] || springls__is_asleep(model, i) || springls__is_overlapped(model, i)
-        || !springls__is_flipped(&model->grid, s.p, springls__springl_normal(s))) return;
+        || !springls__is_flipped(&model->grid, s.p, springls__springl_normal(s), aslant)) return;
     if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;
     model->set.s[i] = springls__reversed(s);
 }

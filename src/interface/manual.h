@@ -89,7 +89,8 @@
      keep_edges         -       every     turns springls at sharp edges to their own side; only in models that have such edges
      project            -       every     carries phi along with the springls, and makes it their distance
      evolve, rebuild    4 x     -         moves phi towards the springls; makes it a distance again
-     (orientation)      Mth     Mth       turns triangles that face against grad phi (section 4.3.1)
+     (orientation)      Mth     Mth       turns triangles that face against grad phi (section 4.3.1);
+                                          with keep_thin not those that stand aslant of it
      contract           -       Mth
      resample           -       Mth
      fill_gaps          Mth     Mth       adds springls where the surface is bare, and tracks them
@@ -542,8 +543,6 @@
      - A filled springl always takes the average of its neighbours' correspondences, as in the author's program. Section 4.7
        takes the nearest one when it is more than 2 voxels from the average; that nearly doubles the tracking error of
        LeVeque's test (nearest_rule = 2).
-     - A triangle is turned (section 4.3.1, n . grad phi < 0) where it faces against phi by more than a fifth of the gradient's
-       length, within half a voxel of the zero level: one that is aslant has phi of another sheet.
      - A vertex's neighbours are its nearest edges, found at a resampling and kept until the next one. The closest points on
        those edges are found again in every iteration.
      - contract judges a particle by phi as it was before the step's advect, when phi and springls agreed. After a step as
