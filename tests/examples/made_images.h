@@ -2,6 +2,8 @@
 #ifndef MADE_IMAGES_H
 #define MADE_IMAGES_H
 
+#include "scratch.h"
+
 #include "../../examples/common/registration/beat.h"
 #include "../../examples/common/imaging/overlap.h"
 #include "../../examples/common/registration/field.h"
@@ -22,17 +24,6 @@
 
 /* A test need not use all of them. */
 #define MADE __attribute__((unused)) static
-
-static char folder[256]; /* scratch, made by main */
-
-MADE const char *scratch(const char *name)
-{
-    static char paths[4][512];
-    static int next;
-    char *path = paths[next++ % 4];
-    snprintf(path, sizeof paths[0], "%s/%s", folder, name);
-    return path;
-}
 
 MADE void place_of(const int dims[3], size_t n, float x[3])
 {

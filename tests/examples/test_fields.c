@@ -299,13 +299,8 @@ TEST beat_is_a_flow(void)
 
 int main(int argc, char **argv)
 {
-    const char *temporary = getenv("TMPDIR");
     GREATEST_MAIN_BEGIN();
-    snprintf(folder, sizeof folder, "%s/springls_test_XXXXXX", temporary && *temporary ? temporary : "/tmp");
-    if (!mkdtemp(folder)) {
-        perror(folder);
-        return 1;
-    }
+    if (!make_folder()) return 1;
     RUN_TEST(smoothing_has_its_variance_and_keeps_constants);
     RUN_TEST(interpolation_is_exact_for_linear_functions);
     RUN_TEST(exponential_of_a_linear_velocity_is_exact);

@@ -608,13 +608,8 @@ TEST fields_agree_with_elastix(void)
 
 int main(int argc, char **argv)
 {
-    const char *temporary = getenv("TMPDIR");
     GREATEST_MAIN_BEGIN();
-    snprintf(folder, sizeof folder, "%s/springls_test_XXXXXX", temporary && *temporary ? temporary : "/tmp");
-    if (!mkdtemp(folder)) {
-        perror(folder);
-        return 1;
-    }
+    if (!make_folder()) return 1;
     RUN_TEST(affine_maps_are_found);
     RUN_TEST(demons_find_a_known_motion);
     RUN_TEST(scales_of_intensities_do_not_matter);
