@@ -17217,7 +17217,7 @@ SPRINGLS__FN void springls__find_rates(springls__lock *lock)
     for (i = 0; i < graph->previous_count + graph->labels.count; i++) {
         springls__lock_node *all = &lock->node[i];
         double secant = all->offset != 0.0 ? (all->volume - all->volume_before) / all->offset : all->area;
-        all->rate = secant < 0.5 * all->area ? 0.5 * all->area : secant > 2.0 * all->area ? 2.0 * all->area : secant;
+        all->rate = secant < 0.5 * all->area ? 0.5 * all->area : secant > 4.0 * all->area ? 4.0 * all->area : secant;
         all->volume_before = all->volume;
         all->offset = 0.0;
     }
@@ -17251,7 +17251,7 @@ SPRINGLS__FN bool springls__choose_offsets(springls__lock *lock)
    passage, and the volume leaps over its target: after the first offsets, which are the large ones, none does. */
 SPRINGLS__FN bool springls__correct_volumes(springls_context *ctx, springls__lock *lock)
 {
-    const int iterations = 6, large = 2;
+    const int iterations = 12, large = 2;
     springls__offset_job job;
     int i;
     job.ctx = ctx;
