@@ -8481,7 +8481,7 @@ SPRINGLS__MATHS void springls__sheet_add(springls__sheet_sums *sum, float x, flo
 }
 
 /* Returns the sheet of least squares; level: true where it has no slopes. They are bounded: where neighbours are few, as at the rim
-   of a sheet, they tell little. */
+   of a sheet, they are uncertain. */
 SPRINGLS__MATHS springls__sheet springls__fitted_sheet(springls__sheet_sums sum, bool level)
 {
     const float flat = 0.5f, steepest = 0.15f; /* flat: a slope of few neighbours is less */
@@ -24928,7 +24928,7 @@ SPRINGLS__FN const char *springls__head_fault(const char *block, size_t size, ui
     SPRINGLS__CODE(&c, bytes);
     SPRINGLS__CODE(&c, checksum);
     if (version != SPRINGLS__SNAPSHOT_VERSION) return "of another version of the format";
-    if (bytes != size) return "not as long as it says";
+    if (bytes != size) return "not as long as its header has it";
     if (checksum != springls__checksum(bytes, block + SPRINGLS__HEAD_BYTES, size - SPRINGLS__HEAD_BYTES, false)) return "damaged";
     return NULL;
 }
@@ -31420,7 +31420,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns the sheet of least squares; level: true where it has no slopes. They are bounded: where neighbours are few, as at the rim\n",
-    "   of a sheet, they tell little. */\n",
+    "   of a sheet, they are uncertain. */\n",
     "SPRINGLS__MATHS springls__sheet springls__fitted_sheet(springls__sheet_sums sum, bool level)\n",
     "{\n",
     "    const float flat = 0.5f, steepest = 0.15f; /* flat: a slope of few neighbours is less */\n",

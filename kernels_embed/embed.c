@@ -122,7 +122,7 @@ static void add_string(lines *list, const char *string)
     add_line(list, l);
 }
 
-/* A copy of the line in which comments are blanks. It knows literals: in them nothing begins a comment. */
+/* A copy of the line in which comments are blanks. Nothing begins a comment within a literal. */
 static const char *blank_comments(const char *string, int *in_comment)
 {
     char *s = copy(string, strlen(string)), *code = s;

@@ -196,7 +196,7 @@ valgrind: deps-valgrind springls.h   ## models' lives under valgrind (memory tha
 	$(SAY)$(CC) -std=c99 -O1 -g $(EXACT) -I. -Itests -o build/lives-valgrind tests/portability/hashes.c tests/library.c $(TEST_LIBS)
 	valgrind --quiet --leak-check=full --show-leak-kinds=all --error-exitcode=1 build/lives-valgrind
 
-# All tests, on the host and on OpenCL, and what the fuzzers have found worth keeping; tests that fail are for `make test` to tell.
+# All tests, on the host and on OpenCL, and what the fuzzers have found worth keeping; tests that fail are left to `make test`.
 cover-lines: deps-fuzz   ## how many lines of springls.h all tests reach, by part (clang, llvm-cov)
 	@rm -rf build/cover && mkdir -p build/cover
 	-@LLVM_PROFILE_FILE='$(CURDIR)/build/cover/%4m.profraw' $(MAKE) --no-print-directory test VARIANT=cover CC=clang CXX=clang++ \

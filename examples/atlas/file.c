@@ -330,7 +330,7 @@ static const char *read_raw(FILE *file, struct atlas *atlas)
         words += arrays[p].count;
     }
     if (fseek(file, 0, SEEK_END) != 0 || ftell(file) != (long)(4 * words) || fseek(file, 0, SEEK_SET) != 0) {
-        return "its size is not what the header says";
+        return "its size is not that of its header";
     }
     for (int p = 0; p < count; ++p) {
         arrays[p].data = *places[p] = malloc(4 * arrays[p].count + 4);

@@ -2,7 +2,7 @@
  *
  * 1. Inside is where the generalized winding number exceeds one half (springls_set_mesh): overlapping parts are united, open
  *    cuffs are closed by a film.
- * 2. Sheets, which have no inside, become solid: one voxel thick, or as --thicken says (character/sheets.h).
+ * 2. Sheets, which have no inside, become solid: one voxel thick, or by --thicken (character/sheets.h).
  * 3. Cavities, which are not connected with the outside, are filled.
  * 4. Bodies that touch nothing are connected with the largest one by bridges. */
 #include "morph/morph.h"

@@ -240,7 +240,7 @@ static int read_command_line(struct segment_settings *set, int argc, char **argv
         {"label", CLI_STRING, &set->label_text, "K[,K2..][;..]",
          "its labels, without: all but 0; of each object between semicolons, and the first one is written", 0, 0, NULL},
         {"compare-level-set", CLI_FLAG, &set->compare_level_set, NULL,
-         "do the same by a level set without springls, and tell how far apart the two surfaces are", 0, 0, NULL},
+         "do the same by a level set without springls, and report how far apart the two surfaces are", 0, 0, NULL},
     };
     const struct cli_positional image = {"IMAGE", &set->image, "NIfTI, NRRD or MetaImage", true};
     const struct cli_program program = {.name = "segment",

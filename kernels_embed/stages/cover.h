@@ -62,7 +62,7 @@ SPRINGLS__MATHS void springls__sheet_add(springls__sheet_sums *sum, float x, flo
 }
 
 /* Returns the sheet of least squares; level: true where it has no slopes. They are bounded: where neighbours are few, as at the rim
-   of a sheet, they tell little. */
+   of a sheet, they are uncertain. */
 SPRINGLS__MATHS springls__sheet springls__fitted_sheet(springls__sheet_sums sum, bool level)
 {
     const float flat = 0.5f, steepest = 0.15f; /* flat: a slope of few neighbours is less */

@@ -276,7 +276,7 @@ SPRINGLS__FN const char *springls__head_fault(const char *block, size_t size, ui
     SPRINGLS__CODE(&c, bytes);
     SPRINGLS__CODE(&c, checksum);
     if (version != SPRINGLS__SNAPSHOT_VERSION) return "of another version of the format";
-    if (bytes != size) return "not as long as it says";
+    if (bytes != size) return "not as long as its header has it";
     if (checksum != springls__checksum(bytes, block + SPRINGLS__HEAD_BYTES, size - SPRINGLS__HEAD_BYTES, false)) return "damaged";
     return NULL;
 }

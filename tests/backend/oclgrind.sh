@@ -3,7 +3,7 @@
 # races between work items, and the calls into OpenCL. Fails when it reports anything. Takes a minute of processor time.
 #   Optimised text has instructions that it does not know: hence the build options.
 #   Not asked for are uninitialised values (OCLGRIND_UNINITIALIZED=1): five times as slow, and it takes particles after `relax` for
-#   such, which MemorySanitizer, that knows the same text in C, does not (make msan).
+#   such, which MemorySanitizer does not, on the same text compiled as C (make msan).
 #   The library is named rather than preloaded (what the command oclgrind does): PoCL's calls into itself would end in it as well.
 set -u
 library=

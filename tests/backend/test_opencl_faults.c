@@ -49,7 +49,7 @@ FIXTURE void fault_count(void)
 
 FIXTURE bool fault_leaves_nothing(void) { return stub->objects() == objects_before && stub->misuse()[0] == 0; }
 
-/* Whichever call fails: no backend, a status, one line that says so, nothing left. */
+/* Whichever call fails: no backend, a status, a message of one line, nothing left. */
 TEST making_a_backend_fails(int error)
 {
     int call, calls;
@@ -297,7 +297,7 @@ enum { FAULT_SIZE = 20 };
 typedef struct fault_outcome {
     uint64_t hash;
     int calls;               /* into OpenCL                                               */
-    int failures;            /* calls that have told one                                  */
+    int failures;            /* calls that have returned one                                */
     int lost;                /* models                                                    */
     springls_status status;  /* of the failure                                            */
     char text[256];
@@ -350,7 +350,7 @@ FIXTURE springls_status fault_call(fault_life *life, int call)
 
 FIXTURE void fault_note(fault_outcome *out, const char *fault) { if (!out->fault) out->fault = fault; }
 
-/* After a failure: what the context says, and whether it goes on. */
+/* After a failure: the context's message, and whether it goes on. */
 FIXTURE void fault_after(fault_life *life, fault_outcome *out, int call, springls_status status)
 {
     int i;
@@ -360,7 +360,7 @@ FIXTURE void fault_after(fault_life *life, fault_outcome *out, int call, springl
     if (stub && stub->memories() != 0) fault_note(out, "device memory is left");
     if (springls_count(life->ctx) == 0) {
         out->lost++;
-        if (strstr(out->text, "the model is lost") == NULL) fault_note(out, "the model is gone and nobody says so");
+        if (strstr(out->text, "the model is lost") == NULL) fault_note(out, "the model is gone without a message");
         if (springls_get_stats(life->ctx).bricks != 0) fault_note(out, "the level set is left of a lost model");
         for (i = 0; i <= call; i++) /* another one, the same */
             if (fault_call(life, i) != SPRINGLS_OK) fault_note(out, "the context does not go on after the model was lost");
@@ -399,7 +399,7 @@ FIXTURE fault_outcome fault_run(springls_backend *backend, const char *function)
         if (status != SPRINGLS_OK) fault_after(&life, &out, i, status);
     }
     out.calls = stub->calls(function);
-    stub->fail(NULL, 0, CL_SUCCESS, 0); /* the hash has no status to tell of more */
+    stub->fail(NULL, 0, CL_SUCCESS, 0); /* the hash has no status */
     out.hash = springls_state_hash(life.ctx);
     springls_destroy(life.ctx);
     if (heap.blocks != 0 || heap.wrong_sizes != 0) fault_note(&out, "memory is left");
@@ -419,16 +419,16 @@ FIXTURE const char *fault_verdict(const char *function, int call, int error, int
     *lost += out.lost;
     if (!fault && stub->failed()[0] == 0) fault = "nothing has failed";
     if (!fault && !fault_leaves_nothing()) fault = stub->misuse()[0] ? "something is used that there is not" : "something is left";
-    if (!fault && out.log.errors != out.failures) fault = "errors logged and told are not the same";
-    if (!fault && out.failures != 1) fault = "not one failure is told";
-    if (!fault && out.status != SPRINGLS_DEVICE_FAILED) fault = "it is not told as one of the device";
+    if (!fault && out.log.errors != out.failures) fault = "errors logged and returned are not the same";
+    if (!fault && out.failures != 1) fault = "not one failure is returned";
+    if (!fault && out.status != SPRINGLS_DEVICE_FAILED) fault = "its status is not that of the device";
     if (!fault
         && (strcmp(out.text, out.log.error) != 0 || strstr(out.text, "opencl: ") != out.text
             || strstr(out.text, "going on without the device") == NULL))
         fault = "the text is not clear";
     if (!fault && out.hash != expected) fault = "the model is another one";
     if (!fault) return NULL;
-    snprintf(message, sizeof message, "call %d, %s, error %d%s: %s. %d told, %d lost; \"%s\"", call, stub->failed(), error,
+    snprintf(message, sizeof message, "call %d, %s, error %d%s: %s. %d returned, %d lost; \"%s\"", call, stub->failed(), error,
              on ? " and all after it" : "", fault, out.failures, out.lost, out.text);
     return message;
 }
@@ -457,7 +457,7 @@ TEST a_call_fails(const char *function, int error, int on, int stride)
     PASS();
 }
 
-/* What has no status to tell a failure by: nothing to see of a lost model, and all of one that was brought back. */
+/* Calls without a status: nothing to see of a lost model, and all of one that was brought back. */
 TEST a_view_fails(int on)
 {
     fault_log log;

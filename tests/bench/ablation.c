@@ -220,7 +220,7 @@ int main(void)
         }
     }
     printf("LeVeque's test, %d^3, period %g. Lengths in voxels; every figure is the mean over %d orders of the springls, which\n"
-           "differ by chance alone: the column of orders tells by how much. ms and s are processor time of the steps.\n\n",
+           "differ by chance alone: the column of orders shows by how much. ms and s are processor time of the steps.\n\n",
            grid, period, orders);
     fflush(stdout);
     motion_run_all(cases, CASES, orders);

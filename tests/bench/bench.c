@@ -21,7 +21,7 @@
 
 enum { METHODS = 3, MEMORY_ROWS = 3, MAX_RUNS = 64 };
 
-/* What the tables' column "wanted" says. */
+/* The goals, for the tables' column "wanted". */
 static const double implementation_seconds = 4.0; /* of a program's build, once: nobody should mind waiting for it */
 static const double declarations_seconds = 0.05;  /* of every file that includes the header: not to be noticed */
 static const double model_mib = 120.0;            /* at 512^3: less than a quarter of one dense grid of floats (512 MiB) */
@@ -535,7 +535,7 @@ int main(void)
         fprintf(stderr, "bench: GRID must be between 16 and 512\n");
         return 2;
     }
-    printf("One thread each unless said otherwise; lengths in voxels. Time is the wall's, processor time that of the whole\n"
+    printf("One thread each unless noted; lengths in voxels. Time is the wall's, processor time that of the whole\n"
            "process with set-up and measuring: where the two differ much, something else was running. Surface and volume are\n"
            "those of each method's own mesh; volume error is against the exact shape, volume change against the mesh at the\n"
            "start.\n\n");

@@ -8,7 +8,7 @@ enum imaging_kind { IMAGING_PREPARE, IMAGING_SEGMENT, IMAGING_REGISTER, IMAGING_
                     IMAGING_ATLAS, IMAGING_KINDS };
 enum { IMAGING_STEPS = 48 };
 
-/* What the command line says; NULL: not given. */
+/* The options; NULL: not given. */
 struct imaging_settings {
     const char *templates;             /* folder of mricron's images */
     const char *collection;            /* SPRINGLS_DATA */

@@ -22,7 +22,7 @@ size_t paper_section_find(const char *page, const char *part, const char **secti
 bool paper_section_stamp(const char *section, char stamp[PAPER_STAMP]);
 
 /* Puts a page together: `text` with each line <!-- part NAME --> replaced by the section of that part, which `section_of` returns
-   as a string to be freed, or NULL: then a line tells how to make it. The result is to be freed; NULL: memory is short. */
+   as a string to be freed, or NULL: then a line has the command that makes it. The result is to be freed; NULL: memory is short. */
 typedef char *(*paper_section_fn)(void *user, const char *part);
 char *paper_page(const char *text, paper_section_fn section_of, void *user);
 

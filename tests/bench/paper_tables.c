@@ -4,7 +4,7 @@
 #include <math.h>
 #include <unistd.h>
 
-/* What the paper reports of a run; NAN where it says nothing. */
+/* What the paper reports of a run; NAN where it has no figure. */
 struct reported {
     int grid;
     double springls, deformation, deformation_std, tracking, tracking_std, volume, steps;

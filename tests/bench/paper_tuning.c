@@ -86,7 +86,7 @@ static void do_sweep(struct paper *paper, int grid, double period, struct sweep 
     for (int pair = 0; pair < PAIRS; ++pair) {
         for (int c = 0; c < CELLS; ++c) {
             const struct run *run = &paper->runs[sweep->runs[pair][c]];
-            paper->failures += !run->json && run->exit_status != 1; /* 1 is how a program says that a step failed */
+            paper->failures += !run->json && run->exit_status != 1; /* 1: a step failed */
             sweep->metrics[0][pair][c] = run_number(run, "deformation_mean");
             sweep->metrics[1][pair][c] = run_number(run, "tracking_mean");
             sweep->metrics[2][pair][c] = 1e-3 * run_number(run, "springls_mean");

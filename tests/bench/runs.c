@@ -131,7 +131,7 @@ static void file_of(const struct run *run, const struct run_options *options, co
 
 /* ---- starting and waiting ---- */
 
-/* The file says the same command, and the program is not younger than the result. */
+/* Returns whether the file is of the same command, and the program not younger than the result. */
 static bool is_kept(const struct run *run, const struct run_options *options)
 {
     char path[PATH_SIZE], program[RUN_COMMAND];

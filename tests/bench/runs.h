@@ -34,7 +34,7 @@ void run_add(struct run *run, const char *format, ...); /* a blank and more word
 /* Text that may hold blanks, as one word of a command; returns `word`. */
 const char *run_word(const char *text, char *word, size_t size);
 
-/* Does them all; the number of failures. A failure says so on stderr and names its log. */
+/* Does them all; the number of failures. A failure is printed on stderr with the name of its log. */
 int runs_do(struct run *runs, int count, const struct run_options *options);
 void runs_free(struct run *runs, int count);
 /* The member "runs" of the object that is open: what each said, by its name; null when it failed. */

@@ -1,5 +1,5 @@
 /* vtk_image.h - reads what scalismo's tori are kept in: legacy VTK files, STRUCTURED_POINTS of big-endian floats, gzipped
- * or not. VTK says nothing of patients: its axes are taken as they are. */
+ * or not. VTK has no orientation of a patient: its axes are taken as they are. */
 #ifndef TESTS_BENCH_VTK_IMAGE_H
 #define TESTS_BENCH_VTK_IMAGE_H
 

@@ -1,4 +1,4 @@
-/* gltf_problems.h - judges binary glTF files by gltf_check.py, which asks Khronos' validator too where it is installed. */
+/* gltf_problems.h - judges binary glTF files by gltf_check.py, which runs Khronos' validator too where it is installed. */
 #ifndef GLTF_PROBLEMS_H
 #define GLTF_PROBLEMS_H
 

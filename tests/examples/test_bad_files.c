@@ -1,5 +1,5 @@
 /* test_bad_files.c - every file of a collection of broken ones, through the readers of examples/common and on into
-   the library: a reader says in one line what is wrong, or what it has read becomes a model, or the library says why not.
+   the library: a reader fails with one line, or what it has read becomes a model, or the library refuses it with a reason.
    Compiled with examples/common as test_common.c is; skipped where SPRINGLS_DATA is not set. */
 #define _POSIX_C_SOURCE 200809L
 #include "fixtures.h"
@@ -10,7 +10,7 @@
 #include <dirent.h>
 #include <sys/stat.h>
 
-/* assimp 5.2 loses memory of its own on some broken files; LeakSanitizer asks this function what to pass over. */
+/* assimp 5.2 loses memory of its own on some broken files; LeakSanitizer calls this function for what to ignore. */
 const char *__lsan_default_suppressions(void);
 const char *__lsan_default_suppressions(void) { return "leak:libassimp\n"; }
 
@@ -94,7 +94,7 @@ static greatest_test_res try_volume(const struct volume *volume, tally *t)
     PASS();
 }
 
-/* Both readers on one file, whatever its name says it is. */
+/* Both readers on one file, whatever its name. */
 static greatest_test_res try_file(const char *path, tally *t)
 {
     char error[512]; /* room for MESH_TEXT and VOLUME_TEXT */

@@ -80,7 +80,7 @@ static bool save(const struct volume *v, const char *path)
 /* ---- gradient vector flow ---- */
 
 /* Outside of a ball the flow leads inward from everywhere, inside outward; of length 1 but at the edge. At half resolution
- * it says the same. */
+ * it is the same. */
 TEST flow_leads_to_edges_from_afar(void)
 {
     struct volume image;

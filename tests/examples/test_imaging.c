@@ -1,6 +1,6 @@
 /* make imaging: commands with blanks in their words, pages whose text is no markup, steps that fail, the plans. */
 #ifdef TEST_EXAMPLES_COMMON
-#include "bench/runs.c" /* first: it says which standard it needs */
+#include "bench/runs.c" /* first: it defines the standard that it needs */
 #endif
 
 #include "greatest.h"

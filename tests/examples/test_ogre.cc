@@ -28,7 +28,7 @@ int main(int argc, char **argv)
 #include <sys/wait.h>
 #include <unistd.h>
 
-/* Starts a virtual display, which tells its number when it is ready. Returns its process, or 0 where there is none. */
+/* Starts a virtual display, which prints its number when it is ready. Returns its process, or 0 where there is none. */
 static pid_t start_display()
 {
     char number[16] = ":", end[16];

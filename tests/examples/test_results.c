@@ -1,6 +1,6 @@
 /* docs/results.md: it is its text with its sections, the library still gives its figures, and the README has the same ones. */
 #ifdef TEST_EXAMPLES_COMMON
-#include "bench/runs.c" /* first: it says which standard it needs */
+#include "bench/runs.c" /* first: it defines the standard that it needs */
 #endif
 
 #include "greatest.h"

@@ -34,7 +34,7 @@ int main(int argc, char **argv)
 #include "gltf_problems.h"
 #include "scratch.h"
 
-/* assimp 5.2 loses memory of its own on some broken files; LeakSanitizer asks this function what to pass over. */
+/* assimp 5.2 loses memory of its own on some broken files; LeakSanitizer calls this function for what to ignore. */
 const char *__lsan_default_suppressions(void);
 const char *__lsan_default_suppressions(void) { return "leak:libassimp\n"; }
 

@@ -83,7 +83,7 @@ static bool make_files(void)
     return write_ball("image.nii", "label.nii", &image, center, 8.0f);
 }
 
-/* The program's status; what it says goes into files. */
+/* The program's status; its output goes into files. */
 static int run_program(int argc, const char *const *argv)
 {
     fflush(stdout);

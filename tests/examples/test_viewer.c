@@ -172,7 +172,7 @@ TEST inflate_grows_and_deflate_shrinks(void)
     PASS();
 }
 
-/* A bump grows lower in the brush; without a brush the ball shrinks as motion by curvature says: dR/dt = -2 / R. */
+/* A bump grows lower in the brush; without a brush the ball shrinks by motion by curvature: dR/dt = -2 / R. */
 TEST smooth_levels_a_bump(void)
 {
     struct viewer_model model = ball();
@@ -757,7 +757,7 @@ TEST a_script_that_is_wrong_is_refused(void)
     ASSERT(strstr(error, "cannot open"));
     ASSERT(play(&app, "# a remark\n\nkey 3 # another\n", error));
     ASSERT_EQ(VIEWER_INFLATE, app.tool);
-    ASSERT(play(&app, "drop nowhere.obj\n", error)); /* told in the window; the model stays */
+    ASSERT(play(&app, "drop nowhere.obj\n", error)); /* shown in the window; the model stays */
     ASSERT(strstr(app.message, "nowhere.obj"));
     ASSERT(springls_count(app.model.ctx) > 0);
     viewer_app_close(&app);
@@ -802,7 +802,7 @@ TEST colors_of_a_mesh_are_carried(void)
 
 static pid_t display; /* a virtual one; 0: there is none here */
 
-/* Xvfb tells the number that it has chosen when it is ready. */
+/* Xvfb prints the number that it has chosen when it is ready. */
 static void start_display(void)
 {
     char number[16] = ":";

@@ -112,7 +112,7 @@ embed_includes() (
     [ "$(grep -c '^int once;$' out.h) $(grep -c '^int many;$' out.h) $(grep -c 'include ' out.h)" = '1 2 4' ] || cat out.h
 )
 
-# The text in the literals is the text of the parts, byte for byte, and its #line directives tell the truth.
+# The text in the literals is the text of the parts, byte for byte, and its #line directives are right.
 embed_kernels() (
     cd $w
     tricky='/* tab	quote " backslash \ question ??/ ??? umlaut ä percent %d \n */'

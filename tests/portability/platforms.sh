@@ -18,7 +18,7 @@ begin() {
     printf '%s | `%s`' "$1" "${*:2}" > $w/name
 }
 
-# size_of OBJECT COMPILER: bytes of program and data. The size of binutils knows the objects of its own platform.
+# size_of OBJECT COMPILER: bytes of program and data. The size of binutils reads objects of its own platform alone.
 size_of() {
     local tool=size
     case $2 in
@@ -49,7 +49,7 @@ platform() {
     ( make_and_run "$runner" "$@" > $w/log 2>&1; echo $? > $w/status ) &
 }
 
-# refused "NAME" "WORDS" COMPILER FLAGS...: the header says why it cannot be compiled, and nothing else is said.
+# refused "NAME" "WORDS" COMPILER FLAGS...: the header is refused with a reason, and no other message.
 refused() {
     local name=$1 words=$2; shift 2
     command -v "$1" > /dev/null || { echo "$name: $1 is not here"; return; }

@@ -200,7 +200,7 @@ TEST half_time_sampling_shows_the_defect(void)
     PASS();
 }
 
-/* Euler asks once, at t, and moves by dt times the answer. */
+/* Euler evaluates once, at t, and moves by dt times the velocity. */
 TEST euler_asks_once(void)
 {
     springls_params p = vertices_move(0);
@@ -349,7 +349,7 @@ static void home(void *user, const float *points, const float *correspondences, 
         }
 }
 
-/* The affine force knows the correspondences: particles can be sent back to where they come from. */
+/* The affine force is given the correspondences: particles can be sent back to where they come from. */
 TEST affine_knows_correspondences(void)
 {
     springls_params p = vertices_move(0);

@@ -1,5 +1,5 @@
-/* test_allocation.c - memory that runs out, at every allocation in turn: the call says so, later calls survive, the context
-   can be used again and gives back every byte. */
+/* test_allocation.c - memory that runs out, at every allocation in turn: the call fails with that status, later calls survive, the
+   context can be used again and gives back every byte. */
 #include "every_call.h"
 
 enum { INPUTS, MESHES, RAW_SPRINGLS, FLUID, FLUID_PAPER, ELASTIC, STAGES, FRAMES, READING, SCENARIOS };

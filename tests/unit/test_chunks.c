@@ -1,5 +1,5 @@
 /* test_chunks.c - the zero level in chunks: what a consumer has put together from changes is the whole surface, watertight,
-   near the zero level; only what has changed is told. */
+   near the zero level; only what has changed is listed. */
 #include "fixtures.h"
 
 enum { SIZE = 40, SIDE = 5 };
@@ -243,7 +243,7 @@ TEST a_push_changes_what_it_touches(void)
     PASS();
 }
 
-/* Another model: chunks that are gone are told, and afterwards all is the new one; and an empty one at last. */
+/* Another model: chunks that are gone are listed, and afterwards all is the new one; and an empty one at last. */
 TEST chunks_come_and_go(void)
 {
     springls_chunks_desc exact = { -1.0f, false };
@@ -364,7 +364,7 @@ TEST material_comes_along(void)
     PASS();
 }
 
-/* A failed update loses nothing: the next one tells all. */
+/* A failed update loses nothing: the next one lists all. */
 TEST memory_may_run_out(void)
 {
     fixture_heap heap;

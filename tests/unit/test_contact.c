@@ -547,7 +547,7 @@ static void ball_and_drop(void *user, const float *points, int count, float *out
                              ball((double)points[0] - 24.0, (double)points[1] - 16.0, (double)points[2] - 16.0, (double)*radius));
 }
 
-/* A drop goes at the first step when it is smaller than min_component; one of 5.6 voxels only when that says so. */
+/* A drop goes at the first step when it is smaller than min_component; one of 5.6 voxels only with a larger one. */
 TEST a_drop_goes(float radius, float min_component, int left)
 {
     springls_params p = springls_default_params();

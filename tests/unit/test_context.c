@@ -1,5 +1,5 @@
-/* test_context.c - the life of a context: what springls_create accepts, what belongs to whom, what fails and says why, and
-   that every function knows what to do without a context. */
+/* test_context.c - the life of a context: what springls_create accepts, what belongs to whom, what fails for what reason, and
+   that every function can be called without a context. */
 #include "fixtures.h"
 
 /* ---- logs ---- */
@@ -229,8 +229,8 @@ TEST memory_grows_by_little(void)
     PASS();
 }
 
-/* All memory comes from the allocator, called from the caller's thread only; memory_used knows every byte; frees get back
-   the sizes that were asked for; a mesh lives until it is freed; reset keeps memory, destroy returns all. */
+/* All memory comes from the allocator, called from the caller's thread only; memory_used counts every byte; frees get back
+   the sizes that were allocated; a mesh lives until it is freed; reset keeps memory, destroy returns all. */
 TEST memory_is_accounted_for(void)
 {
     guarded_heap g;

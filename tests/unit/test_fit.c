@@ -136,7 +136,7 @@ TEST sphere_is_found(void)
     PASS();
 }
 
-/* Neighbours that all lie further than 1.5 voxels to one side tell the correspondence, but no place. */
+/* Neighbours that all lie further than 1.5 voxels to one side determine the correspondence, but no place. */
 TEST a_rim_gives_no_place(void)
 {
     int i, k;

@@ -329,7 +329,7 @@ TEST memory_is_aligned_as_mallocs(springls_mode mode)
 
 /* ---- callbacks that use another model ---- */
 
-/* Steps another model, and asks it, once in every call; and looks at its own springls. */
+/* Steps another model, and queries it, once in every call; and looks at its own springls. */
 static void busy_velocity(void *user, const float *points, int count, float time, float *out)
 {
     host_force *force = (host_force *)user;

@@ -121,8 +121,8 @@ TEST border_is_closed(void)
     PASS();
 }
 
-/* Each vertex knows its nearest springl, as looking at all of them finds it, and where it comes from: at first, and after
-   the model has moved away. Where there are no springls it says so and is its own correspondence. */
+/* Each vertex has its nearest springl, as looking at all of them finds it, and its correspondence: at first, and after
+   the model has moved away. Where there are no springls it has none and is its own correspondence. */
 TEST vertices_know_their_origin(void)
 {
     springls_context *ctx = fixture_sphere(size, NULL, 12.5f, 15.5f, 15.5f, 8.0f);

@@ -225,7 +225,7 @@ TEST rays_from_inside_meet_the_mesh(int which)
     PASS();
 }
 
-/* What a hit says of itself. */
+/* The members of a hit agree with each other. */
 TEST hits_are_whole(void)
 {
     judge j;

@@ -61,7 +61,7 @@ static void cut_mesh(float x, float y, float z, float r)
     triangles = n;
 }
 
-/* What is outside stays outside: through a hole no voxel tells another its side. */
+/* What is outside stays outside: no voxel passes its side on through a hole. */
 TEST holes_do_not_leak(float r)
 {
     springls_desc desc = cube(48);

@@ -267,7 +267,7 @@ TEST lies_are_refused(int frame)
             status = springls_restore(s.ctx, bytes, b.size);
             if (status == SPRINGLS_OK) {
                 taken++;
-                if (taken % 50 == 0) springls_step(s.ctx, &s.step); /* whatever it says, memory stays whole */
+                if (taken % 50 == 0) springls_step(s.ctx, &s.step); /* whatever its status, memory stays whole */
                 memcpy(bytes + i, &kept, 4);
                 fixture_seal(bytes, b.size);
                 ASSERT_OK(springls_restore(s.ctx, bytes, b.size));

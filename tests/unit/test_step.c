@@ -147,7 +147,7 @@ TEST relax_is_left_out_in_a_flow_only(int pressure, int wind, float curvature)
     PASS();
 }
 
-/* Begins and ends pair up; a begin tells no time; an end tells the clock's time since its begin, inner stages included; the
+/* Begins and ends pair up; a begin has no time; an end has the clock's time since its begin, inner stages included; the
    statistics add them up. */
 TEST stages_are_timed(int which)
 {
@@ -210,7 +210,7 @@ static double tracking_error(springls_context *ctx, d3 shift)
     return sum / count;
 }
 
-/* A sphere in the wind arrives where the wind sends it, as large as it was, and knows where it came from. With the paper's
+/* A sphere in the wind arrives where the wind sends it, as large as it was, with its correspondences. With the paper's
    rules it starts from springls of two voxels, which lie 4 / (8 * 8) inside the sphere, and its level set lags behind. */
 TEST wind_carries_the_model(int which, springls_mode mode, float dt, int steps)
 {
@@ -642,7 +642,7 @@ static void not_a_number(void *user, const float *points, int count, float time,
     for (i = 0; i < 3 * count; i++) out[i] = i == 3 * count / 2 ? (bad == 0 ? NAN : bad == 1 ? INFINITY : 3e38f) : 0.1f;
 }
 
-/* A force that is not finite is refused, says so, and leaves model and time as they were. */
+/* A force that is not finite is refused with a message, and leaves model and time as they were. */
 TEST bad_forces_leave_the_model(int bad, springls_mode mode, float dt)
 {
     springls_context *ctx = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 8.0f);

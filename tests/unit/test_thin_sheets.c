@@ -129,7 +129,7 @@ static int bodies(springls_context *ctx)
     return n;
 }
 
-/* Carries each of two bodies along the x axis by its own speed: the side of a correspondence tells them apart. */
+/* Carries each of two bodies along the x axis by its own speed: the side of a correspondence distinguishes them. */
 static void toward_velocity(void *user, const float *x, const float *a, int count, float time, float *out)
 {
     const squeeze *s = (const squeeze *)user;

@@ -197,7 +197,7 @@ TEST phi_before_does_not_matter(int which)
     PASS();
 }
 
-/* Springls that have left the domain wholly do not harm; without springls the call says so. */
+/* Springls that have left the domain wholly do not harm; without springls the call is refused. */
 TEST springls_may_be_outside(void)
 {
     springls_context *ctx = make(1, SPHERE, 0);

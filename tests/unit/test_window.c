@@ -256,7 +256,7 @@ static char *snapshot_of(springls_context *ctx, springls_snapshot_kind kind, siz
     return NULL;
 }
 
-/* A snapshot knows where the window is: what is restored goes on with the same bits, and a frame brings the window back. */
+/* A snapshot has the place of the window: what is restored goes on with the same bits, and a frame brings the window back. */
 TEST snapshots_keep_the_window(void)
 {
     springls_context *ctx = ball(true, NULL, (float)MIDDLE, 6.0f, NULL), *other = ball(true, NULL, (float)MIDDLE, 4.0f, NULL);

@@ -1,7 +1,7 @@
 /* skeleton_embed.h - places the joints of a template in a body (compare Baran & Popovic 2007, the paper's reference [59]).
  *
- * 1. The ends of the medial tree are assigned to the template's ends by a discrete search (skeleton_roles.c). Its cost knows no
- *    left and right: it counts asymmetry, limbs in the wrong order, wrong proportions and ends that get no role.
+ * 1. The ends of the medial tree are assigned to the template's ends by a discrete search (skeleton_roles.c). Its cost does
+ *    not distinguish left and right: it counts asymmetry, limbs in the wrong order, wrong proportions and ends that get no role.
  * 2. Up is where the body stands, forward is where a biped's feet point or a quadruped's head is. Left follows from both.
  * 3. Joints are placed along the medial curves (skeleton_embed.c): first those with a place of their own, such as where a limb
  *    leaves the trunk, then those between, as in the rest pose but nearer to where the limb is thin. */
