@@ -211,6 +211,7 @@ fuzz: deps-fuzz springls.h   ## random inputs for MINUTES=10 each, by libFuzzer 
 	@mkdir -p build/fuzz
 	$(SAY)$(FUZZ_BUILD) -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-coverage=trace-cmp -c -o build/fuzz/library.o tests/library.c
 	@$(foreach f,$(or $(FUZZ),$(FUZZERS)),$(MAKE) --no-print-directory build/fuzz/$(f) && tests/fuzz/fuzz.sh $(f) $(or $(MINUTES),10) &&) true
+$(foreach f,$(FUZZERS),$(eval build/fuzz/$(f): $(wildcard tests/fuzz/*.h) $(call folder_sources,$(fuzz_$(f)_USES))))
 build/fuzz/%: tests/fuzz/fuzz_%.c springls.h
 	$(SAY)$(FUZZ_BUILD) -fsanitize=fuzzer,address,undefined -o $@ $< build/fuzz/library.o \
 	  $(filter-out %/implementation.c,$(call folder_sources,$(fuzz_$*_USES))) $(call folder_libs,$(fuzz_$*_USES))

@@ -32,6 +32,7 @@ int main(int argc, char **argv)
 #include "../../examples/common/pictures/raycast.h"
 #include "../../examples/common/imaging/slices.h"
 #include "../../examples/common/imaging/volume.h"
+#include "scratch.h"
 
 #include <dirent.h>
 #include <math.h>
@@ -43,15 +44,6 @@ int main(int argc, char **argv)
 /* assimp 5.2 loses memory of its own on some broken PLY files; LeakSanitizer calls this function for what to ignore. */
 const char *__lsan_default_suppressions(void);
 const char *__lsan_default_suppressions(void) { return "leak:libassimp\n"; }
-
-static char folder[256]; /* scratch, made by main */
-static char path_buffer[512];
-
-static const char *scratch(const char *name)
-{
-    snprintf(path_buffer, sizeof path_buffer, "%s/%s", folder, name);
-    return path_buffer;
-}
 
 static float uniform(uint32_t *state) /* 0..1 */
 {
@@ -472,6 +464,35 @@ TEST ply_comes_back_welded(void)
     PASS();
 }
 
+/* What assimp would wait for, end the program at, or reserve all memory for. */
+TEST broken_surfaces_are_refused(void)
+{
+#define PLY_VERTICES "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+#define PLY_FACES "element face 2\nproperty list uchar int vertex_indices\n"
+#define PLY_PLACES "0 0 0\n1 0 0\n0 1 0\n"
+    static const struct { const char *name, *text, *reason; } files[] = {
+        {"a.ply", PLY_VERTICES "element face 1\n", "has no end"},
+        {"a.ply", PLY_VERTICES PLY_FACES "end_headers\n" PLY_PLACES, "line 9 of the PLY header"},
+        {"a.ply", PLY_VERTICES "\n" PLY_FACES "end_header\n" PLY_PLACES, "line 7 of the PLY header"},
+        {"a.ply", "PLY\nformat ascii 1.0\nelement vertex 4000000000\nend_header\n", "promises 4000000000 elements"},
+        {"a.ply", PLY_VERTICES PLY_FACES "end_header\n" PLY_PLACES "3 0 1 2\n0\n", "a face has no corners"},
+        {"a.ply", PLY_VERTICES PLY_FACES "end_header\n" PLY_PLACES "3 0 1 2\n3 0 1 7\n", "names vertex 7 of 3"},
+        {"a.off", "OFF\n# places\n3 4000000000 0\n" PLY_PLACES "3 0 1 2\n", "promises 4000000000 elements"},
+        {"a.off", "COFF 4000000000 1 0\n", "promises 4000000000 elements"},
+        {"a.off", "OFF\n3 2 0\n" PLY_PLACES, "a face has no corners"},
+    };
+    for (size_t i = 0; i < sizeof files / sizeof *files; ++i) {
+        char error[MESH_TEXT];
+        struct mesh mesh;
+        FILE *file = fopen(scratch(files[i].name), "wb");
+        ASSERT(file && fputs(files[i].text, file) >= 0);
+        fclose(file);
+        ASSERT_FALSE(mesh_read(scratch(files[i].name), &mesh, error));
+        ASSERTm(error, strstr(error, files[i].reason) && !strchr(error, '\n'));
+    }
+    PASS();
+}
+
 /* ---- volumes ---- */
 
 TEST volume_comes_back_in_its_geometry(void)
@@ -486,8 +507,7 @@ TEST volume_comes_back_in_its_geometry(void)
         made.data[i] = (float)i * 0.5f;
     }
     for (int n = 0; n < 2; ++n) {
-        char path[sizeof path_buffer];
-        strcpy(path, scratch(names[n]));
+        const char *path = scratch(names[n]);
         ASSERTm(error, volume_write(path, &made, VOLUME_FLOAT32, made.data, error));
         ASSERTm(error, volume_read(path, 0, &back, error));
         ASSERT(volume_same_grid(&made, &back));
@@ -524,8 +544,7 @@ TEST cut_volumes_are_refused(void)
     char error[VOLUME_TEXT], text[4096];
     ASSERT(volume_create(dims, spacing, origin, &made));
     for (int n = 0; n < 2; ++n) {
-        char path[sizeof path_buffer];
-        strcpy(path, scratch(names[n]));
+        const char *path = scratch(names[n]);
         ASSERT(volume_write(path, &made, VOLUME_FLOAT32, made.data, error));
         const size_t size = read_text(path, text, sizeof text);
         for (size_t cut = 0; cut < size; cut += 3) {
@@ -628,7 +647,7 @@ TEST bad_files_end_in_one_line(void)
 
 static void remove_scratch(void)
 {
-    static const char *const names[] = {"stderr", "stdout", "a.json", "b.json", "a.png", "a.ply",
+    static const char *const names[] = {"stderr", "stdout", "a.json", "b.json", "a.png", "a.ply", "a.off",
                                         "v.nii",  "v.nii.gz", "c.nii",  "c.nii.gz"};
     for (size_t i = 0; i < sizeof names / sizeof *names; ++i) {
         remove(scratch(names[i]));
@@ -638,13 +657,8 @@ static void remove_scratch(void)
 
 int main(int argc, char **argv)
 {
-    const char *temporary = getenv("TMPDIR");
     GREATEST_MAIN_BEGIN();
-    snprintf(folder, sizeof folder, "%s/springls_test_XXXXXX", temporary && *temporary ? temporary : "/tmp");
-    if (!mkdtemp(folder)) {
-        perror(folder);
-        return 1;
-    }
+    if (!make_folder()) { return 1; }
     RUN_TEST(cli_reads_every_type);
     RUN_TEST(cli_refuses_in_one_line_with_status_2);
     RUN_TEST(cli_help_ends_well_and_names_defaults);
@@ -661,6 +675,7 @@ int main(int argc, char **argv)
     RUN_TEST(concentric_spheres_are_their_gap_apart);
     RUN_TEST(overlap_by_hand);
     RUN_TEST(ply_comes_back_welded);
+    RUN_TEST(broken_surfaces_are_refused);
     RUN_TEST(volume_comes_back_in_its_geometry);
     RUN_TEST(cut_volumes_are_refused);
     RUN_TEST(contours_are_drawn_where_they_are);

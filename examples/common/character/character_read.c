@@ -4,12 +4,10 @@
  * the joint's neutral placement, and all vertices are transformed to that pose. */
 #include "character/character.h"
 
-#include "surface/mesh_io.h"
+#include "surface/scene_read.h"
 
 #include <assimp/cimport.h>
-#include <assimp/config.h>
 #include <assimp/material.h>
-#include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
 #include <ctype.h>
@@ -22,7 +20,7 @@
 enum { MAX_JOINTS = 4096 };
 
 /* Fails to compile unless both texts have the same length. */
-typedef char same_length[CHARACTER_TEXT == (int)MESH_TEXT ? 1 : -1];
+typedef char same_length[CHARACTER_TEXT == (int)SCENE_TEXT ? 1 : -1];
 
 struct reader {
     const char *path;
@@ -643,19 +641,9 @@ bool character_read(const char *path, const char *props, struct character *chara
 {
     struct reader r = {.path = path, .character = character, .error = error};
     memset(character, 0, sizeof *character);
-    if (!mesh_counts_plausible(path, error)) {
-        return false;
-    }
-    struct aiPropertyStore *properties = aiCreatePropertyStore();
-    if (!properties) {
-        return no_memory(&r);
-    }
-    aiSetImportPropertyInteger(properties, AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-    r.scene = aiImportFileExWithProperties(path, aiProcess_Triangulate | aiProcess_SortByPType, NULL, properties);
-    aiReleasePropertyStore(properties);
+    r.scene = scene_read(path, 0, error);
     if (!r.scene) {
-        const char *reason = aiGetErrorString();
-        return fail(&r, "%.180s", reason && *reason ? reason : "cannot be read");
+        return false;
     }
     const bool good = read_scene(&r, props);
     aiReleaseImport(r.scene);

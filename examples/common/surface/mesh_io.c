@@ -1,87 +1,15 @@
 #include "surface/mesh_io.h"
 
+#include "surface/scene_read.h"
+
 #include <assimp/cimport.h>
-#include <assimp/config.h>
 #include <assimp/material.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 
 #include <math.h>
-#include <stdarg.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-static bool fail(char error[MESH_TEXT], const char *path, const char *format, ...)
-{
-    const size_t length = strlen(path);
-    const int used =
-        snprintf(error, MESH_TEXT, "%s%s: ", length > 100 ? "..." : "", length > 100 ? path + length - 97 : path);
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(error + used, MESH_TEXT - (size_t)used, format, arguments);
-    va_end(arguments);
-    for (char *c = error; *c; ++c) { /* assimp's texts may contain line ends */
-        *c = *c == '\n' || *c == '\r' ? ' ' : *c;
-    }
-    return false;
-}
-
-/* Compares the element counts of PLY and OFF headers with the file's length, an element taking at least one byte: assimp would
- * allocate memory for any count. */
-bool mesh_counts_plausible(const char *path, char error[MESH_TEXT])
-{
-    char line[512];
-    FILE *file = fopen(path, "rb");
-    if (!file) {
-        return fail(error, path, "cannot open");
-    }
-    if (fseek(file, 0, SEEK_END) != 0) {
-        fclose(file);
-        return fail(error, path, "not a regular file");
-    }
-    const long size = ftell(file);
-    rewind(file);
-    bool good = size > 0;
-    bool ply = false, off = false, ply_end = false;
-    if (!good) {
-        fail(error, path, "empty file");
-    }
-    for (int row = 0; good && row < 200 && fgets(line, sizeof line, file); ++row) {
-        if (row == 0) {
-            ply = strncmp(line, "ply", 3) == 0;
-            off = strncmp(line, "OFF", 3) == 0;
-            if (!ply && !off) {
-                break;
-            }
-            continue;
-        }
-        double count[2] = {0.0, 0.0};
-        bool counts = false;
-        if (ply) {
-            if (strncmp(line, "end_header", 10) == 0) {
-                ply_end = true;
-                break;
-            }
-            counts = sscanf(line, "element %*s %lf", &count[0]) == 1;
-        } else {
-            counts = line[0] != '#' && sscanf(line, "%lf %lf", &count[0], &count[1]) >= 1;
-        }
-        if (counts
-            && (!(count[0] >= 0.0 && count[0] <= (double)size) || !(count[1] >= 0.0 && count[1] <= (double)size))) {
-            good = fail(error, path, "the header promises %.0f elements, the file has %ld bytes",
-                        count[0] < 0.0 || count[0] > (double)size ? count[0] : count[1], size);
-        }
-        if (off && counts) {
-            break;
-        }
-    }
-    if (good && ply && !ply_end) {
-        good = fail(error, path, "the PLY header has no end");
-    }
-    fclose(file);
-    return good;
-}
 
 static uint32_t hash_position(const float p[3])
 {
@@ -143,10 +71,10 @@ static bool allocate(struct builder *b)
         triangles += b->scene->mMeshes[m]->mNumFaces;
     }
     if (triangles == 0) {
-        return fail(b->error, b->path, "no triangles");
+        return scene_fail(b->error, b->path, "no triangles");
     }
     if (triangles > UINT32_MAX / 8) {
-        return fail(b->error, b->path, "too many triangles: %zu", triangles);
+        return scene_fail(b->error, b->path, "too many triangles: %zu", triangles);
     }
     while (slots < 6 * triangles) {
         slots *= 2;
@@ -158,7 +86,7 @@ static bool allocate(struct builder *b)
     b->mesh->indices = malloc(3 * triangles * sizeof *b->mesh->indices);
     b->mesh->colors = colored ? malloc(9 * triangles * sizeof *b->mesh->colors) : NULL;
     if (!b->table || !b->mesh->positions || !b->mesh->indices || (colored && !b->mesh->colors)) {
-        return fail(b->error, b->path, "not enough memory for %zu triangles", triangles);
+        return scene_fail(b->error, b->path, "not enough memory for %zu triangles", triangles);
     }
     return true;
 }
@@ -183,12 +111,12 @@ static uint32_t weld(struct builder *b, const float p[3])
 static bool add_corner(struct builder *b, const struct aiMesh *part, unsigned index, uint32_t *corner)
 {
     if (index >= part->mNumVertices) {
-        return fail(b->error, b->path, "a face names vertex %u of %u", index, part->mNumVertices);
+        return scene_fail(b->error, b->path, "a face names vertex %u of %u", index, part->mNumVertices);
     }
     const struct aiVector3D *v = &part->mVertices[index];
     const float p[3] = {v->x + 0.0f, v->y + 0.0f, v->z + 0.0f}; /* -0 and 0 are the same place */
     if (!isfinite(p[0]) || !isfinite(p[1]) || !isfinite(p[2])) {
-        return fail(b->error, b->path, "a vertex is not finite");
+        return scene_fail(b->error, b->path, "a vertex is not finite");
     }
     const size_t before = b->mesh->vertex_count;
     *corner = weld(b, p);
@@ -230,7 +158,7 @@ static bool build(struct builder *b)
     }
     free(b->table);
     if (good && b->mesh->triangle_count == 0) {
-        good = fail(b->error, b->path, "no triangles%s", b->mesh->dropped ? ": all of them are degenerate" : "");
+        good = scene_fail(b->error, b->path, "no triangles%s", b->mesh->dropped ? ": all of them are degenerate" : "");
     }
     return good;
 }
@@ -239,20 +167,9 @@ bool mesh_read(const char *path, struct mesh *mesh, char error[MESH_TEXT])
 {
     memset(mesh, 0, sizeof *mesh);
     error[0] = '\0';
-    if (!mesh_counts_plausible(path, error)) {
-        return false;
-    }
-    struct aiPropertyStore *properties = aiCreatePropertyStore();
-    if (!properties) {
-        return fail(error, path, "not enough memory");
-    }
-    aiSetImportPropertyInteger(properties, AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-    const struct aiScene *scene = aiImportFileExWithProperties(
-        path, aiProcess_Triangulate | aiProcess_SortByPType | aiProcess_PreTransformVertices, NULL, properties);
-    aiReleasePropertyStore(properties);
+    const struct aiScene *scene = scene_read(path, aiProcess_PreTransformVertices, error);
     if (!scene) {
-        const char *reason = aiGetErrorString();
-        return fail(error, path, "%.180s", reason && *reason ? reason : "cannot be read");
+        return false;
     }
     struct builder builder = {.path = path, .scene = scene, .mesh = mesh, .error = error};
     const bool good = build(&builder);

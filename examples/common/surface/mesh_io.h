@@ -26,10 +26,6 @@ struct mesh {
 bool mesh_read(const char *path, struct mesh *mesh, char error[MESH_TEXT]);
 void mesh_free(struct mesh *mesh);
 
-/* Checks a file before it is passed to assimp, which trusts headers. Returns false with one line in `error` if it cannot be
- * opened, is empty, or its header promises more than it can contain. */
-bool mesh_counts_plausible(const char *path, char error[MESH_TEXT]);
-
 /* What is written; the members after the triangles may be NULL. */
 struct mesh_arrays {
     const float *positions; /* 3 a vertex */

@@ -1,0 +1,183 @@
+#include "surface/scene_read.h"
+
+#include <assimp/cimport.h>
+#include <assimp/config.h>
+#include <assimp/postprocess.h>
+#include <assimp/scene.h>
+
+#include <ctype.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+
+enum { LONGEST_LINE = 4096, MOST_LINES = 1000 }; /* of a header */
+
+bool scene_fail(char error[SCENE_TEXT], const char *path, const char *format, ...)
+{
+    const size_t length = strlen(path);
+    const int used =
+        snprintf(error, SCENE_TEXT, "%s%s: ", length > 100 ? "..." : "", length > 100 ? path + length - 97 : path);
+    va_list arguments;
+    va_start(arguments, format);
+    vsnprintf(error + used, SCENE_TEXT - (size_t)used, format, arguments);
+    va_end(arguments);
+    for (char *c = error; *c; ++c) { /* assimp's texts may contain line ends */
+        *c = *c == '\n' || *c == '\r' ? ' ' : *c;
+    }
+    return false;
+}
+
+/* ---- headers: assimp reserves memory for any count, and reads on for ever where a PLY header has no end ---- */
+
+struct header {
+    const char *path;
+    FILE *file;
+    long size; /* of the file, where an element takes at least one byte */
+    char line[LONGEST_LINE];
+    char *error;
+};
+
+static bool count_fits(struct header *h, double count)
+{
+    return (count >= 0.0 && count <= (double)h->size)
+           || scene_fail(h->error, h->path, "the header promises %.0f elements, the file has %ld bytes", count, h->size);
+}
+
+/* Returns whether the line begins with the word alone. */
+static bool is_word(const char *line, const char *word)
+{
+    const size_t length = strlen(word);
+    return strncmp(line, word, length) == 0 && (line[length] == '\0' || isspace((unsigned char)line[length]));
+}
+
+/* Every line is one of those that the format has. */
+static bool ply_header_is_whole(struct header *h)
+{
+    static const char *const words[] = {"format", "comment", "obj_info", "element", "property"};
+    for (int row = 2; row < MOST_LINES && fgets(h->line, LONGEST_LINE, h->file); ++row) {
+        bool known = false;
+        double count;
+        if (is_word(h->line, "end_header")) {
+            return true;
+        }
+        for (size_t i = 0; i < sizeof words / sizeof *words; ++i) {
+            known = known || is_word(h->line, words[i]);
+        }
+        if (!known || !strchr(h->line, '\n')) {
+            return scene_fail(h->error, h->path, "line %d of the PLY header is none that it can have", row);
+        }
+        if (sscanf(h->line, "element %*s %lf", &count) == 1 && !count_fits(h, count)) {
+            return false;
+        }
+    }
+    return scene_fail(h->error, h->path, "the PLY header has no end");
+}
+
+/* The counts stand behind the first word, or on the first line after it that is no comment. */
+static bool off_counts_fit(struct header *h, const char *behind)
+{
+    double count[2] = {0.0, 0.0};
+    for (int row = 1; row < MOST_LINES; ++row) {
+        if (sscanf(behind, "%lf %lf", &count[0], &count[1]) >= 1) {
+            return count_fits(h, count[0]) && count_fits(h, count[1]);
+        }
+        behind = h->line;
+        if (!fgets(h->line, LONGEST_LINE, h->file)) {
+            break;
+        }
+    }
+    return true; /* assimp says what is missing */
+}
+
+static bool header_is_good(struct header *h)
+{
+    if (fseek(h->file, 0, SEEK_END) != 0) {
+        return scene_fail(h->error, h->path, "not a regular file");
+    }
+    h->size = ftell(h->file);
+    rewind(h->file);
+    if (h->size <= 0) {
+        return scene_fail(h->error, h->path, "empty file");
+    }
+    if (!fgets(h->line, LONGEST_LINE, h->file)) {
+        return true;
+    }
+    if (tolower((unsigned char)h->line[0]) == 'p' && tolower((unsigned char)h->line[1]) == 'l'
+        && tolower((unsigned char)h->line[2]) == 'y') {
+        return ply_header_is_whole(h);
+    }
+    const char *off = h->line + strspn(h->line, "STCN4n"); /* what its vertices have beside their places */
+    return strncmp(off, "OFF", 3) != 0 || off_counts_fit(h, off + 3);
+}
+
+static bool file_is_good(const char *path, char error[SCENE_TEXT])
+{
+    struct header h = {.path = path, .file = fopen(path, "rb"), .error = error};
+    if (!h.file) {
+        return scene_fail(error, path, "cannot open");
+    }
+    const bool good = header_is_good(&h);
+    fclose(h.file);
+    return good;
+}
+
+/* ---- faces: assimp's steps end the program where one has no corners, and read beyond the vertices ---- */
+
+static bool faces_are_good(const struct aiMesh *part, const char *path, char error[SCENE_TEXT])
+{
+    for (unsigned f = 0; f < part->mNumFaces; ++f) {
+        const struct aiFace *face = &part->mFaces[f];
+        if (face->mNumIndices == 0) {
+            return scene_fail(error, path, "a face has no corners");
+        }
+        for (unsigned k = 0; k < face->mNumIndices; ++k) {
+            if (face->mIndices[k] >= part->mNumVertices) {
+                return scene_fail(error, path, "a face names vertex %u of %u", face->mIndices[k], part->mNumVertices);
+            }
+        }
+    }
+    return true;
+}
+
+static bool all_faces_are_good(const struct aiScene *scene, const char *path, char error[SCENE_TEXT])
+{
+    bool good = true;
+    for (unsigned m = 0; good && m < scene->mNumMeshes; ++m) {
+        good = faces_are_good(scene->mMeshes[m], path, error);
+    }
+    return good;
+}
+
+static const struct aiScene *import(const char *path, unsigned steps, const struct aiPropertyStore *properties,
+                                    char error[SCENE_TEXT])
+{
+    const struct aiScene *scene = aiImportFileExWithProperties(path, steps, NULL, properties);
+    if (!scene) {
+        const char *reason = aiGetErrorString();
+        scene_fail(error, path, "%.180s", reason && *reason ? reason : "cannot be read");
+    }
+    return scene;
+}
+
+/* Reads the file twice, in a tenth of a second for 5 MB: aiApplyPostProcessing frees a scene twice where a step fails. */
+const struct aiScene *scene_read(const char *path, unsigned steps, char error[SCENE_TEXT])
+{
+    error[0] = '\0';
+    if (!file_is_good(path, error)) {
+        return NULL;
+    }
+    struct aiPropertyStore *properties = aiCreatePropertyStore();
+    if (!properties) {
+        scene_fail(error, path, "not enough memory");
+        return NULL;
+    }
+    aiSetImportPropertyInteger(properties, AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
+    const struct aiScene *scene = import(path, 0, properties, error);
+    if (scene) {
+        const bool good = all_faces_are_good(scene, path, error);
+        aiReleaseImport(scene);
+        scene = good ? import(path, aiProcess_Triangulate | aiProcess_SortByPType | steps, properties, error) : NULL;
+    }
+    aiReleasePropertyStore(properties);
+    return scene;
+}
