@@ -22,6 +22,12 @@ SPRINGLS__MATHS int springls__entry_at(const springls__grid *g, int x, int y, in
     return g->plane[x >> 3] + g->plane[SPRINGLS__MOST_PLANES + (y >> 3)] + g->plane[2 * SPRINGLS__MOST_PLANES + (z >> 3)];
 }
 
+/* Returns the entry of the brick x, y and z bricks (-1, 0 or 1) beside one that is active: the top table has a layer around it. */
+SPRINGLS__MATHS int springls__entry_beside(const springls__grid *g, int entry, int x, int y, int z)
+{
+    return entry + x + g->table.bricks[0] * (y + g->table.bricks[1] * z);
+}
+
 /* Returns the first brick, as a place along an axis, of a plane of the top table. */
 SPRINGLS__MATHS int springls__place_of_plane(const springls__grid *g, int axis, int plane)
 {
@@ -309,16 +315,16 @@ SPRINGLS__MATHS void springls__copy_voxel_row(SPRINGLS__GLOBAL const float *from
     for (x = 0; x < 8; x += SPRINGLS__LANES) springls__vec_store(to + x, springls__vec_load(from + x));
 }
 
-/* Loads row (y, z), counted from a brick's first voxel, of a tile of it with `margin` voxels around. */
+/* Loads row (y, z), counted from a brick's first voxel, of a tile of it with `margin` voxels around. entry: of the brick. */
 SPRINGLS__MATHS void springls__load_tile_row(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
-                                             bool border, int margin, int y, int z, SPRINGLS__LOCAL float *out)
+                                             int entry, bool border, int margin, int y, int z, SPRINGLS__LOCAL float *out)
 {
     int x;
     if (border) {
         for (x = -margin; x < SPRINGLS__BRICK + margin; x++)
             *out++ = springls__grid_phi(g, field, origin[0] + x, origin[1] + y, origin[2] + z);
     } else {
-        SPRINGLS__GLOBAL const int *top = g->top + springls__entry_at(g, origin[0], origin[1] + y, origin[2] + z);
+        SPRINGLS__GLOBAL const int *top = g->top + springls__entry_beside(g, entry, 0, y >> 3, z >> 3);
         SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);
         SPRINGLS__GLOBAL const float *before = in + (size_t)top[-1] * SPRINGLS__BRICK_VOXELS + SPRINGLS__BRICK - margin;
         SPRINGLS__GLOBAL const float *behind = in + (size_t)top[1] * SPRINGLS__BRICK_VOXELS;
@@ -332,12 +338,12 @@ SPRINGLS__MATHS void springls__load_tile_row(const springls__grid *g, SPRINGLS__
 SPRINGLS__MATHS void springls__load_rows(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
                                          bool border, int margin, springls__group group, SPRINGLS__LOCAL float *tile)
 {
-    const int width = SPRINGLS__BRICK + 2 * margin;
+    const int width = SPRINGLS__BRICK + 2 * margin, entry = springls__entry_at(g, origin[0], origin[1], origin[2]);
     int row = group.item, y = row, z = 0;
     SPRINGLS__BARRIER; /* other items may still read the old values */
     for (; row < width * width; row += group.items, y += group.items) {
         for (; y >= width; y -= width) z++;
-        springls__load_tile_row(g, field, origin, border, margin, y - margin, z - margin, tile + width * row);
+        springls__load_tile_row(g, field, origin, entry, border, margin, y - margin, z - margin, tile + width * row);
     }
     SPRINGLS__BARRIER;
 }

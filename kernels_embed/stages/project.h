@@ -13,8 +13,19 @@
 /* What the level set takes from a springl: particle, unit normal, displacement since phi was last synced; edge: 1 at a crease. */
 typedef struct springls__oriented { springls__v3 p, n, moved; int edge; } springls__oriented;
 
-/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */
-typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;
+/* Sums of a brick's voxels, eight floats a row of voxels each: the members of springls__moments, the squared distance to the
+   nearest particle, and its normal (0: none is near). */
+#define SPRINGLS__SUM_OFFSET 0
+#define SPRINGLS__SUM_NORMAL 3
+#define SPRINGLS__SUM_MOVED 6
+#define SPRINGLS__SUM_WEIGHT 9
+#define SPRINGLS__SUM_HEIGHT 10
+#define SPRINGLS__SUMS 11
+#define SPRINGLS__NEAREST2 11
+#define SPRINGLS__FACING 12
+#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)
+#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */
+
 
 #include "../language/width_float.h"
 #include "project_body.h"
@@ -38,55 +49,11 @@ SPRINGLS__MATHS springls__estimate springls__oriented_distance(springls__v3 x, s
 /* Sums of less weight do not count. */
 #define SPRINGLS__MIN_WEIGHT 1e-3f
 
-/* A signed distance from sums, and its trust: by how much it may differ from phi, in voxels. */
-typedef struct springls__projection { float distance, trust; } springls__projection;
-
-/* Returns the distance of a voxel from its sums. One springl stands for the circle arc through its particle p with normal n
-   that meets the voxel x in the mean direction g: (g + n).(x - p) / (1 + g.n), exact on spheres and planes, where the plane
-   of the springl alone would be biased outwards. 1 / (1 + g.n) is taken at the mean of g.n and to first order about 1, so
-   that sums do. The further the springls lie to one side of the voxel, the less certain is the bend of the surface in
-   between. */
-SPRINGLS__MATHS springls__projection springls__moments_distance(springls__moments sum)
-{
-    float inverse = 1.0f / sum.weight, bend = 1.0f - springls__length(sum.normal) * inverse;
-    springls__v3 g = springls__normalize(sum.normal), offset = springls__scale(sum.offset, inverse);
-    float along = springls__dot(g, offset), aside2 = springls__max(springls__length2(offset) - along * along, 0.0f);
-    springls__projection f;
-    f.distance = 0.5f * (along + sum.height * inverse) * (1.0f + 0.5f * bend);
-    f.trust = 0.5f - aside2;
-    return f;
-}
-
-/* Returns the value to take: the springls' where it is close to phi, which decides the side otherwise. It is also taken where
-   the springls are closer than |phi|: phi may have lost a sheet here. */
-SPRINGLS__MATHS float springls__corrected_phi(float phi, springls__projection f)
-{
-    float change = springls__fabs(f.distance - phi);
-    int same_side = (f.distance < 0.0f) == (phi < 0.0f);
-    int closer = f.trust > 0.2f && springls__fabs(f.distance) < springls__fabs(phi);
-    return change < f.trust || (same_side && (closer || change < 1.5f * f.trust)) ? f.distance : phi;
-}
-
-/* Returns whether phi may have lost a voxel: springls have it on their other side, not deep and not aside. */
-SPRINGLS__MATHS int springls__can_nucleate(float phi, springls__projection f)
-{
-    return (f.distance < 0.0f) != (phi < 0.0f) && springls__fabs(f.distance) < 0.8f && f.trust > 0.1f;
-}
-
 /* Returns phi of a voxel; one that the surface passes through, but for rounding, is outside. */
 SPRINGLS__MATHS float springls__outside_on_surface(float phi)
 {
     const float rounding = 1e-3f; /* voxel */
     return springls__fabs(phi) < rounding ? springls__fabs(phi) : phi;
-}
-
-/* Returns the distance that springls give a voxel. It stays on the side that it has by phi until they show it clearly on the other:
-   else the voxels on the faces of a box that lies on voxel planes would change sides with every error of springls. */
-SPRINGLS__MATHS float springls__on_known_side(float distance, float phi)
-{
-    const float clearly = 0.02f, beside = 1e-6f; /* voxel */
-    if ((distance < 0.0f) == (phi < 0.0f) || springls__fabs(distance) >= clearly) return distance;
-    return phi < 0.0f ? -beside : beside;
 }
 
 /* Returns phi with the mark of an unknown side, for a voxel that the surface may have passed: a value beyond every distance, the

@@ -59,6 +59,7 @@ SPRINGLS__MATHS void springls__near_ranges_add(springls__near_ranges *near_by, i
 SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model *model, const int origin[3])
 {
     const springls__grid *g = &model->grid;
+    const int entry = springls__entry_at(g, origin[0], origin[1], origin[2]);
     springls__near_ranges near_by;
     int x, y, z;
     near_by.count = 0;
@@ -69,7 +70,7 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
                 SPRINGLS__GLOBAL const uint32_t *cell;
                 if (bx < 0 || by < 0 || bz < 0 || bx >= 8 * g->bricks[0] || by >= 8 * g->bricks[1] || bz >= 8 * g->bricks[2])
                     continue;
-                cell = g->cell + (size_t)springls__slot_at(g, bx, by, bz) * SPRINGLS__CELLS;
+                cell = springls__cells_of(g, g->top[springls__entry_beside(g, entry, x >> 3, y >> 3, z >> 3)]);
                 first = springls__cell_in_brick(x < 0 ? 8 - SPRINGLS__CELL : 0, by, bz);
                 last = springls__cell_in_brick(x > 0 ? 0 : 8 - SPRINGLS__CELL, by, bz);
                 springls__near_ranges_add(&near_by, (int)cell[first], (int)cell[last + 1], y, z);
@@ -87,38 +88,8 @@ SPRINGLS__MATHS bool springls__range_reaches(const springls__near_ranges *near_b
     return r >= near_by->rows || (y >= before && y <= behind && z >= before && z <= behind);
 }
 
-/* Sums of a brick's voxels, eight floats a row of voxels each: the members of springls__moments, the squared distance to the
-   nearest particle, and its normal (0: none is near). */
-#define SPRINGLS__SUM_OFFSET 0
-#define SPRINGLS__SUM_NORMAL 3
-#define SPRINGLS__SUM_MOVED 6
-#define SPRINGLS__SUM_WEIGHT 9
-#define SPRINGLS__SUM_HEIGHT 10
-#define SPRINGLS__SUMS 11
-#define SPRINGLS__NEAREST2 11
-#define SPRINGLS__FACING 12
-#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)
-#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */
-
 /* Returns where a row's sums are; those of one member follow on each other, those of the next begin 8 further on. */
 SPRINGLS__MATHS int springls__sums_of_row(int row) { return 8 * SPRINGLS__SUM_MEMBERS * row; }
-
-/* Returns the sum of a vector, whose x is `member`, at a voxel of a row. */
-SPRINGLS__MATHS springls__v3 springls__sum3_load(SPRINGLS__LOCAL const float *sums, int member, int x)
-{
-    return springls__v3_make(sums[8 * member + x], sums[8 * member + 8 + x], sums[8 * member + 16 + x]);
-}
-
-SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const float *sums, int x)
-{
-    springls__moments m;
-    m.offset = springls__sum3_load(sums, SPRINGLS__SUM_OFFSET, x);
-    m.normal = springls__sum3_load(sums, SPRINGLS__SUM_NORMAL, x);
-    m.moved = springls__sum3_load(sums, SPRINGLS__SUM_MOVED, x);
-    m.weight = sums[8 * SPRINGLS__SUM_WEIGHT + x];
-    m.height = sums[8 * SPRINGLS__SUM_HEIGHT + x];
-    return m;
-}
 
 /* Takes one springl as the nearest of the voxels `first` to `last` of a row, where it is; sums: of the row; offset: from the
    particle to the row's first voxel. */
@@ -195,15 +166,34 @@ SPRINGLS__MATHS int springls__last_near(float x, float radius) { return (int)spr
 #define SPRINGLS__TAKE_SUMS 1      /* adds it to the sums of the voxels of its sheet */
 #define SPRINGLS__TAKE_ONE_SHEET 2 /* adds it to the sums of all: the springls near the brick are of one sheet */
 
-/* Takes a springl into the rows of a brick that are near it. */
+/* The sums of a brick while springls are taken into them. */
+typedef struct springls__brick_sums {
+    SPRINGLS__LOCAL float *value;     /* SUMS_FLOATS; of rows that no springl has reached they are not begun */
+    SPRINGLS__GLOBAL uint8_t *opposed; /* whether springls near one voxel face against each other */
+    bool reached[SPRINGLS__ROWS];     /* rows that springls are near */
+} springls__brick_sums;
+
+/* Begins the sums of a row, if no springl has reached it before; none is nearest yet. */
+SPRINGLS__MATHS void springls__reach_row(springls__brick_sums *sums, int row)
+{
+    const float farthest2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
+    SPRINGLS__LOCAL float *value = sums->value + springls__sums_of_row(row);
+    int i;
+    if (sums->reached[row]) return;
+    sums->reached[row] = true;
+    for (i = 0; i < 8 * SPRINGLS__SUM_MEMBERS; i++) value[i] = 0.0f;
+    for (i = 0; i < 8; i++) value[8 * SPRINGLS__NEAREST2 + i] = farthest2;
+}
+
+/* Takes a springl into the rows of a brick that are near it. It is near at most four voxels of a row. */
 SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group, int take,
-                                            SPRINGLS__LOCAL float *sums, SPRINGLS__GLOBAL uint8_t *opposed)
+                                            springls__brick_sums *sums)
 {
     const float radius = SPRINGLS__PROJECT_RADIUS;
     springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;
     int first, last, y, y1, z, z1;
     if (!springls__near_axis(p.x) || !springls__near_axis(p.y) || !springls__near_axis(p.z)) return;
-    first = springls__first_near(p.x, radius) & -SPRINGLS__LANES;
+    first = springls__imin(springls__first_near(p.x, radius), 8 - SPRINGLS__LANES);
     last = springls__last_near(p.x, radius);
     z1 = springls__last_near(p.z, radius);
     offset.x = -p.x;
@@ -213,17 +203,18 @@ SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const in
         reach = springls__sqrt(springls__max(radius * radius - offset.z * offset.z, 0.0f));
         y1 = springls__last_near(p.y, reach);
         for (y = springls__first_near(p.y, reach); y <= y1; y++) {
-            SPRINGLS__LOCAL float *row = sums + springls__sums_of_row(y + 8 * z);
+            SPRINGLS__LOCAL float *row = sums->value + springls__sums_of_row(y + 8 * z);
             offset.y = (float)y - p.y;
             if (!springls__is_mine(group, y + 8 * z)) continue;
+            springls__reach_row(sums, y + 8 * z);
             if (take == SPRINGLS__TAKE_NEAREST) springls__nearest_row(s, offset, row, first, last);
-            else springls__moments_row(s, offset, row, first, last, take == SPRINGLS__TAKE_ONE_SHEET, opposed);
+            else springls__moments_row(s, offset, row, first, last, take == SPRINGLS__TAKE_ONE_SHEET, sums->opposed);
         }
     }
 }
 
-/* Returns the mean direction of the springls near a brick when all are of one sheet, whatever the voxel; else 0. */
-SPRINGLS__MATHS springls__v3 springls__common_facing(const springls__model *model, const springls__near_ranges *near_by)
+/* Returns whether the springls near a brick are all of one sheet, whatever the voxel. */
+SPRINGLS__MATHS bool springls__are_one_sheet(const springls__model *model, const springls__near_ranges *near_by)
 {
     const float along = 0.84f; /* two directions this close to a third differ by less than SAME_SHEET permits */
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
@@ -234,39 +225,21 @@ SPRINGLS__MATHS springls__v3 springls__common_facing(const springls__model *mode
     sum = springls__normalize(sum);
     for (r = 0; r < near_by->count; r++)
         for (k = near_by->first[r]; k < near_by->end[r]; k++)
-            if (!(springls__dot(sum, oriented[k].n) > along)) return springls__v3_make(0.0f, 0.0f, 0.0f);
-    return sum;
-}
-
-/* Begins the sums of a row; no springl is nearest yet. */
-SPRINGLS__MATHS void springls__clear_row(SPRINGLS__LOCAL float *sums, springls__v3 facing)
-{
-    const float farthest2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
-    int i;
-    for (i = 0; i < 8 * SPRINGLS__SUMS; i++) sums[i] = 0.0f;
-    for (i = 0; i < 8; i++) {
-        sums[8 * SPRINGLS__NEAREST2 + i] = farthest2;
-        sums[8 * SPRINGLS__FACING + i] = facing.x;
-        sums[8 * (SPRINGLS__FACING + 1) + i] = facing.y;
-        sums[8 * (SPRINGLS__FACING + 2) + i] = facing.z;
-    }
+            if (!(springls__dot(sum, oriented[k].n) > along)) return false;
+    return true;
 }
 
 /* Finds the nearest springl of every voxel, where they are not all of one sheet, then sums over those that face the same way. */
 SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by,
-                                               const int origin[3], SPRINGLS__LOCAL float *sums,
-                                               SPRINGLS__GLOBAL uint8_t *opposed)
+                                               const int origin[3], springls__brick_sums *sums)
 {
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
-    springls__v3 common = springls__common_facing(model, near_by);
-    bool one_sheet = springls__length2(common) > 0.5f;
+    bool one_sheet = springls__are_one_sheet(model, near_by);
     int last = one_sheet ? SPRINGLS__TAKE_ONE_SHEET : SPRINGLS__TAKE_SUMS, take, r, k;
-    for (r = model->group.item; r < SPRINGLS__ROWS; r += model->group.items)
-        springls__clear_row(sums + springls__sums_of_row(r), common);
     for (take = one_sheet ? SPRINGLS__TAKE_ONE_SHEET : SPRINGLS__TAKE_NEAREST; take <= last; take++)
         for (r = 0; r < near_by->count; r++)
             for (k = near_by->first[r]; k < near_by->end[r]; k++)
-                springls__reached_rows(oriented[k], origin, model->group, take, sums, opposed);
+                springls__reached_rows(oriented[k], origin, model->group, take, sums);
 }
 
 /* The box of the places that springls at an edge may be near; empty where there are none. */
@@ -364,34 +337,91 @@ SPRINGLS__MATHS springls__v3 springls__voxel_place(const int origin[3], int v)
     return springls__v3_make((float)(origin[0] + (v & 7)), (float)(origin[1] + (v >> 3 & 7)), (float)(origin[2] + (v >> 6)));
 }
 
-/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put on the other side where phi has lost
-   a sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */
+#define SPRINGLS__BESIDE_ZERO 1.2f /* voxels: none beyond it is next to the zero level */
+
+/* Returns phi at a voxel v that springls are near and have carried `phi` to: made exact by them, and put on the other side where
+   phi has lost a sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */
 SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,
-                                              const springls__wide_tile *tile, const int origin[3], int v,
-                                              springls__moments sum, springls__arguments args, springls__edge_box edges,
-                                              float phi)
+                                              const int origin[3], int v, springls__moments sum, springls__arguments args,
+                                              springls__edge_box edges, float phi)
 {
-    const float width = 1.2f; /* no voxel beyond it is next to the zero level */
-    springls__v3 at = springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6));
     springls__v3 x = springls__voxel_place(origin, v);
+    springls__projection f = springls__moments_distance(sum);
     springls__estimate edge;
-    springls__projection f;
-    if (args.project.carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));
-    if (!model->params.project_level_set) return phi;
     edge.weight = edge.distance = 0.0f;
-    if (springls__fabs(phi) < width && springls__in_edge_box(edges, x)) edge = springls__height_at_edge(model, near_by, v, x);
+    if (springls__fabs(phi) < SPRINGLS__BESIDE_ZERO && springls__in_edge_box(edges, x))
+        edge = springls__height_at_edge(model, near_by, v, x);
     if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance))
         return springls__on_known_side(edge.distance, phi);
-    f = springls__moments_distance(sum);
     if (model->params.nucleate && springls__can_nucleate(phi, f)
         && springls__between_sides(model, near_by, x, springls__normalize(sum.normal), phi < 0.0f ? -1.0f : 1.0f)
         && springls__in_sheet(model, x, springls__normalize(sum.normal)))
         return f.distance;
-    if ((f.distance < 0.0f) != (phi < 0.0f)) {
+    if (springls__other_side(f.distance, phi)) {
         int side = springls__side_of_bodies(model, x, args.project.max_displacement);
         if (side != 0 && (side < 0) == (f.distance < 0.0f)) return f.distance;
     }
     return edge.weight > 0.0f ? phi : springls__on_known_side(springls__corrected_phi(phi, f), phi);
+}
+
+/* Returns where voxels, SPRINGLS__LANES of a row from number `first` on, may need springls__project_voxel: elsewhere only the sums
+   count. */
+SPRINGLS__VEC_MATHS springls__vmask springls__needs_project_voxel(const springls__model *model, const int origin[3], int first,
+                                                                  springls__edge_box edges, springls__vec phi,
+                                                                  springls__vec_projection f)
+{
+    springls__v3 x = springls__voxel_place(origin, first);
+    springls__vec along_x = x.x + springls__vec_from(0);
+    springls__vmask needed = phi < phi; /* nowhere */
+    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE) needed = springls__vec_other_side(f.distance, phi);
+    if (model->params.nucleate) needed = needed | springls__vec_can_nucleate(phi, f);
+    if (x.y >= edges.lower.y && x.y <= edges.upper.y && x.z >= edges.lower.z && x.z <= edges.upper.z)
+        needed = needed | ((springls__vec_fabs(phi) < SPRINGLS__BESIDE_ZERO) & (along_x >= edges.lower.x)
+                           & (along_x <= edges.upper.x));
+    return needed;
+}
+
+/* Carries phi of a row along with the springls near its voxels: takes it from the places that they have come from. */
+SPRINGLS__MATHS void springls__carry_row(const springls__wide_tile *tile, int row, SPRINGLS__LOCAL const float *sums, float phi[8])
+{
+    const float y = (float)(row & 7), z = (float)(row >> 3);
+    float from[3][8];
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec_moments sum = springls__vec_moments_load(sums + i);
+        springls__vec back = -1.0f / sum.weight;
+        springls__vec_store(from[0] + i, springls__vec_from(i) + sum.moved.x * back);
+        springls__vec_store(from[1] + i, y + sum.moved.y * back);
+        springls__vec_store(from[2] + i, z + sum.moved.z * back);
+    }
+    for (i = 0; i < 8; i++)
+        if (sums[8 * SPRINGLS__SUM_WEIGHT + i] > SPRINGLS__MIN_WEIGHT)
+            phi[i] = springls__wide_tile_sample(tile, springls__v3_make(from[0][i], from[1][i], from[2][i]));
+}
+
+/* Makes phi of a row's voxels exact where springls are near. */
+SPRINGLS__MATHS void springls__correct_row(const springls__model *model, const springls__near_ranges *near_by, const int origin[3],
+                                           int row, SPRINGLS__LOCAL const float *sums, springls__arguments args,
+                                           springls__edge_box edges, float phi[8])
+{
+    float needed[8];
+    bool some_needed = false;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec_moments sum = springls__vec_moments_load(sums + i);
+        springls__vec old = springls__vec_load(phi + i), exact;
+        springls__vec_projection f = springls__vec_moments_distance(sum);
+        springls__vmask counts = sum.weight > SPRINGLS__MIN_WEIGHT;
+        springls__vmask needs = counts & springls__needs_project_voxel(model, origin, 8 * row + i, edges, old, f);
+        some_needed = some_needed || springls__vec_any(needs);
+        springls__vec_store(needed + i, springls__vec_select(needs, springls__vec_broadcast(1.0f), springls__vec_broadcast(0.0f)));
+        exact = springls__vec_on_known_side(springls__vec_corrected_phi(old, f), old);
+        springls__vec_store(phi + i, springls__vec_select(counts & springls__vec_not(needs), exact, old));
+    }
+    for (i = 0; some_needed && i < 8; i++)
+        if (needed[i] > 0.0f)
+            phi[i] = springls__project_voxel(model, near_by, origin, 8 * row + i, springls__moments_load(sums + i), args, edges,
+                                             phi[i]);
 }
 
 /* Returns whether the surface may have passed a voxel that no springl is near. Where bodies overlap phi is that of their union,
@@ -412,19 +442,58 @@ SPRINGLS__MATHS float springls__passed_phi(const springls__model *model, springl
     return springls__fabs(phi) < max_displacement ? springls__side_unknown(phi, model->grid.far_value) : phi;
 }
 
-/* Returns whether projecting may change a row of voxels: springls are near one of them, or the surface may have passed it.
-   weight: of the row's sums, if there are `some`. */
-SPRINGLS__MATHS bool springls__projects_row(const springls__model *model, bool some, SPRINGLS__LOCAL const float *weight,
-                                            SPRINGLS__GLOBAL const float *phi, springls__arguments args)
+/* Returns whether the surface may have passed a voxel of a row that no springl is near; true too where only a look at each tells.
+   sums: of the row, if a springl has reached it. */
+SPRINGLS__MATHS bool springls__some_passed(const springls__model *model, SPRINGLS__GLOBAL const float *phi, bool reached,
+                                           SPRINGLS__LOCAL const float *sums, float max_displacement)
 {
-    const float passed = args.project.carry ? args.project.max_displacement : 0.0f;
     int i;
-    if (args.project.carry && model->params.contact == SPRINGLS_CONTACT_SEPARATE) return true;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        if (springls__vec_any(springls__vec_fabs(springls__vec_load(phi + i)) < passed)) return true;
-        if (some && springls__vec_any(springls__vec_load(weight + i) > SPRINGLS__MIN_WEIGHT)) return true;
+        springls__vmask passed = springls__vec_fabs(springls__vec_load(phi + i)) < max_displacement;
+        if (reached) passed = passed & (springls__vec_load(sums + 8 * SPRINGLS__SUM_WEIGHT + i) <= SPRINGLS__MIN_WEIGHT);
+        if (springls__vec_any(passed)) return true;
     }
-    return false;
+    return model->params.contact == SPRINGLS_CONTACT_SEPARATE;
+}
+
+/* Marks the voxels of a row that the surface may have passed and no springl is near; returns whether the side of one is unknown. */
+SPRINGLS__MATHS bool springls__mark_passed(const springls__model *model, const int origin[3], int row, bool reached,
+                                           SPRINGLS__LOCAL const float *sums, float max_displacement, float phi[8])
+{
+    bool unknown = false;
+    int i;
+    for (i = 0; i < 8; i++) {
+        if (reached && sums[8 * SPRINGLS__SUM_WEIGHT + i] > SPRINGLS__MIN_WEIGHT) continue;
+        if (!springls__may_be_passed(model, phi[i], max_displacement)) continue;
+        phi[i] = springls__passed_phi(model, springls__voxel_place(origin, 8 * row + i), phi[i], max_displacement);
+        unknown = unknown || springls__fabs(phi[i]) > model->grid.far_value;
+    }
+    return unknown;
+}
+
+/* Projects a row of a brick, from phi to out, by its sums, if a springl has reached it; returns whether the side of a voxel is
+   unknown. */
+SPRINGLS__MATHS bool springls__project_row(const springls__model *model, const springls__near_ranges *near_by,
+                                           const springls__wide_tile *tile, const int origin[3], int row, bool reached,
+                                           SPRINGLS__LOCAL const float *sums, springls__arguments args, springls__edge_box edges,
+                                           SPRINGLS__GLOBAL const float *phi, SPRINGLS__GLOBAL float *out)
+{
+    const bool carry = args.project.carry != 0;
+    const float passed = args.project.max_displacement;
+    bool some_passed = carry && springls__some_passed(model, phi, reached, sums, passed), unknown = false;
+    float value[8];
+    int i;
+    if (!reached && !some_passed) {
+        springls__copy_voxel_row(phi, out);
+        return false;
+    }
+    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__vec_store(value + i, springls__vec_load(phi + i));
+    if (some_passed) unknown = springls__mark_passed(model, origin, row, reached, sums, passed, value);
+    if (reached && carry) springls__carry_row(tile, row, sums, value);
+    if (reached && model->params.project_level_set)
+        springls__correct_row(model, near_by, origin, row, sums, args, edges, value);
+    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__vec_store(out + i, springls__vec_load(value + i));
+    return unknown;
 }
 
 /* What has_opposed has of a brick that is asleep, in which nothing is found. */
@@ -436,45 +505,36 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
                                                SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
-    SPRINGLS__LOCAL float *sums = memory;
     SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL uint8_t *side_unknown = springls__has_unknown_side(model) + i;
-    SPRINGLS__GLOBAL uint8_t *opposed = springls__has_opposed(model) + i;
-    bool carry = args.project.carry != 0, some;
+    bool some;
+    springls__brick_sums sums;
     springls__wide_tile tile;
     springls__near_ranges near_by;
     springls__edge_box edges;
-    int row, v, o[3];
+    int row, o[3];
+    sums.value = memory;
+    sums.opposed = springls__has_opposed(model) + i;
     tile.value = memory + SPRINGLS__SUMS_FLOATS;
     springls__slot_origin(g, g->active[i], o);
     if (model->group.item == 0) {
         *side_unknown = 0;
-        *opposed = springls__keeps_phi(model, i) ? SPRINGLS__OPPOSED_ASLEEP : 0;
+        *sums.opposed = springls__keeps_phi(model, i) ? SPRINGLS__OPPOSED_ASLEEP : 0;
     }
     if (springls__keeps_phi(model, i)) return;
     SPRINGLS__BARRIER; /* both are cleared before an item sets one */
     near_by = springls__near_brick(model, o);
     some = near_by.count > 0;
-    springls__load_wide_tile(g, g->phi, o, model->group, carry && some, &tile);
+    springls__load_wide_tile(g, g->phi, o, model->group, args.project.carry && some, &tile);
     edges = springls__edge_box_of(model, &near_by);
-    if (some) springls__brick_sums_take(model, &near_by, o, sums, opposed);
+    for (row = 0; row < SPRINGLS__ROWS; row++) sums.reached[row] = false;
+    if (some) springls__brick_sums_take(model, &near_by, o, &sums);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
-        SPRINGLS__LOCAL const float *of_row = sums + springls__sums_of_row(row);
-        if (!springls__projects_row(model, some, of_row + 8 * SPRINGLS__SUM_WEIGHT, phi + 8 * row, args)) {
-            springls__copy_voxel_row(phi + 8 * row, out + 8 * row);
-            continue;
-        }
-        for (v = 8 * row; v < 8 * row + 8; v++) {
-            out[v] = phi[v];
-            if (some && of_row[8 * SPRINGLS__SUM_WEIGHT + (v & 7)] > SPRINGLS__MIN_WEIGHT) {
-                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(of_row, v & 7), args,
-                                                 edges, phi[v]);
-            } else if (carry && springls__may_be_passed(model, phi[v], args.project.max_displacement)) {
-                out[v] = springls__passed_phi(model, springls__voxel_place(o, v), phi[v], args.project.max_displacement);
-                if (springls__fabs(out[v]) > g->far_value) *side_unknown = 1;
-            }
-        }
+        SPRINGLS__LOCAL const float *of_row = sums.value + springls__sums_of_row(row);
+        if (springls__project_row(model, &near_by, &tile, o, row, sums.reached[row], of_row, args, edges, phi + 8 * row,
+                                  out + 8 * row))
+            *side_unknown = 1;
     }
 }
 

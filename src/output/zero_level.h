@@ -248,11 +248,12 @@ SPRINGLS__FN void springls__level_try_row(springls__level_search *search, int br
                                           const int span[2], int y, int z)
 {
     const springls__grid *g = &search->ctx->model.grid;
+    const int entry = springls__entry_at(g, origin[0], origin[1], origin[2]);
     float phi[4][SPRINGLS__TILE];
     uint32_t row[4], some = 0u, all = (1u << SPRINGLS__TILE) - 1u;
     int k, c, at[3], end[3];
     for (k = 0; k < 4; k++) {
-        springls__load_tile_row(g, g->phi, origin, border, 1, y - origin[1] + (k & 1), z - origin[2] + (k >> 1), phi[k]);
+        springls__load_tile_row(g, g->phi, origin, entry, border, 1, y - origin[1] + (k & 1), z - origin[2] + (k >> 1), phi[k]);
         row[k] = springls__signs_of_row(phi[k]);
         some |= row[k];
         all &= row[k];
