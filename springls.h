@@ -3533,6 +3533,12 @@ SPRINGLS__MATHS int springls__entry_at(const springls__grid *g, int x, int y, in
     return g->plane[x >> 3] + g->plane[SPRINGLS__MOST_PLANES + (y >> 3)] + g->plane[2 * SPRINGLS__MOST_PLANES + (z >> 3)];
 }
 
+/* Returns the entry of the brick x, y and z bricks (-1, 0 or 1) beside one that is active: the top table has a layer around it. */
+SPRINGLS__MATHS int springls__entry_beside(const springls__grid *g, int entry, int x, int y, int z)
+{
+    return entry + x + g->table.bricks[0] * (y + g->table.bricks[1] * z);
+}
+
 /* Returns the first brick, as a place along an axis, of a plane of the top table. */
 SPRINGLS__MATHS int springls__place_of_plane(const springls__grid *g, int axis, int plane)
 {
@@ -3820,16 +3826,16 @@ SPRINGLS__MATHS void springls__copy_voxel_row(SPRINGLS__GLOBAL const float *from
     for (x = 0; x < 8; x += SPRINGLS__LANES) springls__vec_store(to + x, springls__vec_load(from + x));
 }
 
-/* Loads row (y, z), counted from a brick's first voxel, of a tile of it with `margin` voxels around. */
+/* Loads row (y, z), counted from a brick's first voxel, of a tile of it with `margin` voxels around. entry: of the brick. */
 SPRINGLS__MATHS void springls__load_tile_row(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
-                                             bool border, int margin, int y, int z, SPRINGLS__LOCAL float *out)
+                                             int entry, bool border, int margin, int y, int z, SPRINGLS__LOCAL float *out)
 {
     int x;
     if (border) {
         for (x = -margin; x < SPRINGLS__BRICK + margin; x++)
             *out++ = springls__grid_phi(g, field, origin[0] + x, origin[1] + y, origin[2] + z);
     } else {
-        SPRINGLS__GLOBAL const int *top = g->top + springls__entry_at(g, origin[0], origin[1] + y, origin[2] + z);
+        SPRINGLS__GLOBAL const int *top = g->top + springls__entry_beside(g, entry, 0, y >> 3, z >> 3);
         SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);
         SPRINGLS__GLOBAL const float *before = in + (size_t)top[-1] * SPRINGLS__BRICK_VOXELS + SPRINGLS__BRICK - margin;
         SPRINGLS__GLOBAL const float *behind = in + (size_t)top[1] * SPRINGLS__BRICK_VOXELS;
@@ -3843,12 +3849,12 @@ SPRINGLS__MATHS void springls__load_tile_row(const springls__grid *g, SPRINGLS__
 SPRINGLS__MATHS void springls__load_rows(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
                                          bool border, int margin, springls__group group, SPRINGLS__LOCAL float *tile)
 {
-    const int width = SPRINGLS__BRICK + 2 * margin;
+    const int width = SPRINGLS__BRICK + 2 * margin, entry = springls__entry_at(g, origin[0], origin[1], origin[2]);
     int row = group.item, y = row, z = 0;
     SPRINGLS__BARRIER; /* other items may still read the old values */
     for (; row < width * width; row += group.items, y += group.items) {
         for (; y >= width; y -= width) z++;
-        springls__load_tile_row(g, field, origin, border, margin, y - margin, z - margin, tile + width * row);
+        springls__load_tile_row(g, field, origin, entry, border, margin, y - margin, z - margin, tile + width * row);
     }
     SPRINGLS__BARRIER;
 }
@@ -7471,8 +7477,19 @@ SPRINGLS__MATHS void springls__orient_element(const springls__model *model, spri
 /* What the level set takes from a springl: particle, unit normal, displacement since phi was last synced; edge: 1 at a crease. */
 typedef struct springls__oriented { springls__v3 p, n, moved; int edge; } springls__oriented;
 
-/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */
-typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;
+/* Sums of a brick's voxels, eight floats a row of voxels each: the members of springls__moments, the squared distance to the
+   nearest particle, and its normal (0: none is near). */
+#define SPRINGLS__SUM_OFFSET 0
+#define SPRINGLS__SUM_NORMAL 3
+#define SPRINGLS__SUM_MOVED 6
+#define SPRINGLS__SUM_WEIGHT 9
+#define SPRINGLS__SUM_HEIGHT 10
+#define SPRINGLS__SUMS 11
+#define SPRINGLS__NEAREST2 11
+#define SPRINGLS__FACING 12
+#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)
+#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */
+
 
 /* -------- again: kernels_embed/language/width_float.h -------- */
 /* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
@@ -7491,7 +7508,29 @@ typedef struct springls__moments { springls__v3 offset, normal, moved; float wei
 #define SPRINGLS__W_MATHS SPRINGLS__MATHS
 
 /* ======== >>project_body:kernel  (kernels_embed/stages/project_body.h) ========================================= */
-/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */
+/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around
+   it, and what phi takes of it; for one voxel and for several. */
+
+/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */
+typedef struct SPRINGLS__W(moments) { SPRINGLS__NUM3 offset, normal, moved; SPRINGLS__NUM weight, height; } SPRINGLS__W(moments);
+
+/* Reads the sums of a voxel of a row, or of several side by side. */
+SPRINGLS__W_MATHS SPRINGLS__W(moments) SPRINGLS__W(moments_load)(SPRINGLS__LOCAL const float *sums)
+{
+    SPRINGLS__NUM v[SPRINGLS__SUMS];
+    SPRINGLS__W(moments) m;
+    int k;
+    for (k = 0; k < SPRINGLS__SUMS; k++) v[k] = SPRINGLS__W(load)(sums + 8 * k);
+    m.offset = SPRINGLS__W(v3_make)(v[0], v[1], v[2]);
+    m.normal = SPRINGLS__W(v3_make)(v[3], v[4], v[5]);
+    m.moved = SPRINGLS__W(v3_make)(v[6], v[7], v[8]);
+    m.weight = v[SPRINGLS__SUM_WEIGHT];
+    m.height = v[SPRINGLS__SUM_HEIGHT];
+    return m;
+}
+
+/* A signed distance from sums, and its trust: by how much it may differ from phi, in voxels. */
+typedef struct SPRINGLS__W(projection) { SPRINGLS__NUM distance, trust; } SPRINGLS__W(projection);
 
 /* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(project_weight)(SPRINGLS__NUM d2)
@@ -7500,6 +7539,55 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(project_weight)(SPRINGLS__NUM d2)
     t = SPRINGLS__W(max)(t, SPRINGLS__W(broadcast)(0.0f));
     t = t * t;
     return t * t;
+}
+
+/* Returns the distance of a voxel from its sums. One springl stands for the circle arc through its particle p with normal n
+   that meets the voxel x in the mean direction g: (g + n).(x - p) / (1 + g.n), exact on spheres and planes, where the plane
+   of the springl alone would be biased outwards. 1 / (1 + g.n) is taken at the mean of g.n and to first order about 1, so
+   that sums do. The further the springls lie to one side of the voxel, the less certain is the bend of the surface in
+   between. */
+SPRINGLS__W_MATHS SPRINGLS__W(projection) SPRINGLS__W(moments_distance)(SPRINGLS__W(moments) sum)
+{
+    SPRINGLS__NUM inverse = 1.0f / sum.weight, bend = 1.0f - SPRINGLS__W(length)(sum.normal) * inverse;
+    SPRINGLS__NUM3 g = SPRINGLS__W(normalize)(sum.normal), offset = SPRINGLS__W(scale)(sum.offset, inverse);
+    SPRINGLS__NUM along = SPRINGLS__W(dot)(g, offset);
+    SPRINGLS__NUM aside2 = SPRINGLS__W(max)(SPRINGLS__W(length2)(offset) - along * along, SPRINGLS__W(broadcast)(0.0f));
+    SPRINGLS__W(projection) f;
+    f.distance = 0.5f * (along + sum.height * inverse) * (1.0f + 0.5f * bend);
+    f.trust = 0.5f - aside2;
+    return f;
+}
+
+/* Returns whether springls have a voxel on its other side. */
+SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(other_side)(SPRINGLS__NUM distance, SPRINGLS__NUM phi)
+{
+    return (distance < 0.0f) != (phi < 0.0f);
+}
+
+/* Returns the value to take: the springls' where it is close to phi, which decides the side otherwise. It is also taken where
+   the springls are closer than |phi|: phi may have lost a sheet here. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(corrected_phi)(SPRINGLS__NUM phi, SPRINGLS__W(projection) f)
+{
+    SPRINGLS__NUM change = SPRINGLS__W(fabs)(f.distance - phi);
+    SPRINGLS__COND same_side = (f.distance < 0.0f) == (phi < 0.0f);
+    SPRINGLS__COND closer = (f.trust > 0.2f) & (SPRINGLS__W(fabs)(f.distance) < SPRINGLS__W(fabs)(phi));
+    return SPRINGLS__W(select)((change < f.trust) | (same_side & (closer | (change < 1.5f * f.trust))), f.distance, phi);
+}
+
+/* Returns whether phi may have lost a voxel: springls have it on their other side, not deep and not aside. */
+SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(can_nucleate)(SPRINGLS__NUM phi, SPRINGLS__W(projection) f)
+{
+    return SPRINGLS__W(other_side)(f.distance, phi) & (SPRINGLS__W(fabs)(f.distance) < 0.8f) & (f.trust > 0.1f);
+}
+
+/* Returns the distance that springls give a voxel. It stays on the side that it has by phi until they show it clearly on the other:
+   else the voxels on the faces of a box that lies on voxel planes would change sides with every error of springls. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(on_known_side)(SPRINGLS__NUM distance, SPRINGLS__NUM phi)
+{
+    const float clearly = 0.02f, beside = 1e-6f; /* voxel */
+    SPRINGLS__COND stays = SPRINGLS__W(other_side)(distance, phi) & (SPRINGLS__W(fabs)(distance) < clearly);
+    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));
+    return SPRINGLS__W(select)(stays, known, distance);
 }
 /* -------- again: kernels_embed/language/width_simd.h -------- */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
@@ -7517,7 +7605,29 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(project_weight)(SPRINGLS__NUM d2)
 #define SPRINGLS__W(name) springls__vec_##name
 #define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
 /* -------- again: kernels_embed/stages/project_body.h -------- */
-/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */
+/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around
+   it, and what phi takes of it; for one voxel and for several. */
+
+/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */
+typedef struct SPRINGLS__W(moments) { SPRINGLS__NUM3 offset, normal, moved; SPRINGLS__NUM weight, height; } SPRINGLS__W(moments);
+
+/* Reads the sums of a voxel of a row, or of several side by side. */
+SPRINGLS__W_MATHS SPRINGLS__W(moments) SPRINGLS__W(moments_load)(SPRINGLS__LOCAL const float *sums)
+{
+    SPRINGLS__NUM v[SPRINGLS__SUMS];
+    SPRINGLS__W(moments) m;
+    int k;
+    for (k = 0; k < SPRINGLS__SUMS; k++) v[k] = SPRINGLS__W(load)(sums + 8 * k);
+    m.offset = SPRINGLS__W(v3_make)(v[0], v[1], v[2]);
+    m.normal = SPRINGLS__W(v3_make)(v[3], v[4], v[5]);
+    m.moved = SPRINGLS__W(v3_make)(v[6], v[7], v[8]);
+    m.weight = v[SPRINGLS__SUM_WEIGHT];
+    m.height = v[SPRINGLS__SUM_HEIGHT];
+    return m;
+}
+
+/* A signed distance from sums, and its trust: by how much it may differ from phi, in voxels. */
+typedef struct SPRINGLS__W(projection) { SPRINGLS__NUM distance, trust; } SPRINGLS__W(projection);
 
 /* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(project_weight)(SPRINGLS__NUM d2)
@@ -7526,6 +7636,55 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(project_weight)(SPRINGLS__NUM d2)
     t = SPRINGLS__W(max)(t, SPRINGLS__W(broadcast)(0.0f));
     t = t * t;
     return t * t;
+}
+
+/* Returns the distance of a voxel from its sums. One springl stands for the circle arc through its particle p with normal n
+   that meets the voxel x in the mean direction g: (g + n).(x - p) / (1 + g.n), exact on spheres and planes, where the plane
+   of the springl alone would be biased outwards. 1 / (1 + g.n) is taken at the mean of g.n and to first order about 1, so
+   that sums do. The further the springls lie to one side of the voxel, the less certain is the bend of the surface in
+   between. */
+SPRINGLS__W_MATHS SPRINGLS__W(projection) SPRINGLS__W(moments_distance)(SPRINGLS__W(moments) sum)
+{
+    SPRINGLS__NUM inverse = 1.0f / sum.weight, bend = 1.0f - SPRINGLS__W(length)(sum.normal) * inverse;
+    SPRINGLS__NUM3 g = SPRINGLS__W(normalize)(sum.normal), offset = SPRINGLS__W(scale)(sum.offset, inverse);
+    SPRINGLS__NUM along = SPRINGLS__W(dot)(g, offset);
+    SPRINGLS__NUM aside2 = SPRINGLS__W(max)(SPRINGLS__W(length2)(offset) - along * along, SPRINGLS__W(broadcast)(0.0f));
+    SPRINGLS__W(projection) f;
+    f.distance = 0.5f * (along + sum.height * inverse) * (1.0f + 0.5f * bend);
+    f.trust = 0.5f - aside2;
+    return f;
+}
+
+/* Returns whether springls have a voxel on its other side. */
+SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(other_side)(SPRINGLS__NUM distance, SPRINGLS__NUM phi)
+{
+    return (distance < 0.0f) != (phi < 0.0f);
+}
+
+/* Returns the value to take: the springls' where it is close to phi, which decides the side otherwise. It is also taken where
+   the springls are closer than |phi|: phi may have lost a sheet here. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(corrected_phi)(SPRINGLS__NUM phi, SPRINGLS__W(projection) f)
+{
+    SPRINGLS__NUM change = SPRINGLS__W(fabs)(f.distance - phi);
+    SPRINGLS__COND same_side = (f.distance < 0.0f) == (phi < 0.0f);
+    SPRINGLS__COND closer = (f.trust > 0.2f) & (SPRINGLS__W(fabs)(f.distance) < SPRINGLS__W(fabs)(phi));
+    return SPRINGLS__W(select)((change < f.trust) | (same_side & (closer | (change < 1.5f * f.trust))), f.distance, phi);
+}
+
+/* Returns whether phi may have lost a voxel: springls have it on their other side, not deep and not aside. */
+SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(can_nucleate)(SPRINGLS__NUM phi, SPRINGLS__W(projection) f)
+{
+    return SPRINGLS__W(other_side)(f.distance, phi) & (SPRINGLS__W(fabs)(f.distance) < 0.8f) & (f.trust > 0.1f);
+}
+
+/* Returns the distance that springls give a voxel. It stays on the side that it has by phi until they show it clearly on the other:
+   else the voxels on the faces of a box that lies on voxel planes would change sides with every error of springls. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(on_known_side)(SPRINGLS__NUM distance, SPRINGLS__NUM phi)
+{
+    const float clearly = 0.02f, beside = 1e-6f; /* voxel */
+    SPRINGLS__COND stays = SPRINGLS__W(other_side)(distance, phi) & (SPRINGLS__W(fabs)(distance) < clearly);
+    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));
+    return SPRINGLS__W(select)(stays, known, distance);
 }
 /* -------- back in kernels_embed/stages/project.h -------- */
 
@@ -7546,55 +7705,11 @@ SPRINGLS__MATHS springls__estimate springls__oriented_distance(springls__v3 x, s
 /* Sums of less weight do not count. */
 #define SPRINGLS__MIN_WEIGHT 1e-3f
 
-/* A signed distance from sums, and its trust: by how much it may differ from phi, in voxels. */
-typedef struct springls__projection { float distance, trust; } springls__projection;
-
-/* Returns the distance of a voxel from its sums. One springl stands for the circle arc through its particle p with normal n
-   that meets the voxel x in the mean direction g: (g + n).(x - p) / (1 + g.n), exact on spheres and planes, where the plane
-   of the springl alone would be biased outwards. 1 / (1 + g.n) is taken at the mean of g.n and to first order about 1, so
-   that sums do. The further the springls lie to one side of the voxel, the less certain is the bend of the surface in
-   between. */
-SPRINGLS__MATHS springls__projection springls__moments_distance(springls__moments sum)
-{
-    float inverse = 1.0f / sum.weight, bend = 1.0f - springls__length(sum.normal) * inverse;
-    springls__v3 g = springls__normalize(sum.normal), offset = springls__scale(sum.offset, inverse);
-    float along = springls__dot(g, offset), aside2 = springls__max(springls__length2(offset) - along * along, 0.0f);
-    springls__projection f;
-    f.distance = 0.5f * (along + sum.height * inverse) * (1.0f + 0.5f * bend);
-    f.trust = 0.5f - aside2;
-    return f;
-}
-
-/* Returns the value to take: the springls' where it is close to phi, which decides the side otherwise. It is also taken where
-   the springls are closer than |phi|: phi may have lost a sheet here. */
-SPRINGLS__MATHS float springls__corrected_phi(float phi, springls__projection f)
-{
-    float change = springls__fabs(f.distance - phi);
-    int same_side = (f.distance < 0.0f) == (phi < 0.0f);
-    int closer = f.trust > 0.2f && springls__fabs(f.distance) < springls__fabs(phi);
-    return change < f.trust || (same_side && (closer || change < 1.5f * f.trust)) ? f.distance : phi;
-}
-
-/* Returns whether phi may have lost a voxel: springls have it on their other side, not deep and not aside. */
-SPRINGLS__MATHS int springls__can_nucleate(float phi, springls__projection f)
-{
-    return (f.distance < 0.0f) != (phi < 0.0f) && springls__fabs(f.distance) < 0.8f && f.trust > 0.1f;
-}
-
 /* Returns phi of a voxel; one that the surface passes through, but for rounding, is outside. */
 SPRINGLS__MATHS float springls__outside_on_surface(float phi)
 {
     const float rounding = 1e-3f; /* voxel */
     return springls__fabs(phi) < rounding ? springls__fabs(phi) : phi;
-}
-
-/* Returns the distance that springls give a voxel. It stays on the side that it has by phi until they show it clearly on the other:
-   else the voxels on the faces of a box that lies on voxel planes would change sides with every error of springls. */
-SPRINGLS__MATHS float springls__on_known_side(float distance, float phi)
-{
-    const float clearly = 0.02f, beside = 1e-6f; /* voxel */
-    if ((distance < 0.0f) == (phi < 0.0f) || springls__fabs(distance) >= clearly) return distance;
-    return phi < 0.0f ? -beside : beside;
 }
 
 /* Returns phi with the mark of an unknown side, for a voxel that the surface may have passed: a value beyond every distance, the
@@ -9318,6 +9433,7 @@ SPRINGLS__MATHS void springls__near_ranges_add(springls__near_ranges *near_by, i
 SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model *model, const int origin[3])
 {
     const springls__grid *g = &model->grid;
+    const int entry = springls__entry_at(g, origin[0], origin[1], origin[2]);
     springls__near_ranges near_by;
     int x, y, z;
     near_by.count = 0;
@@ -9328,7 +9444,7 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
                 SPRINGLS__GLOBAL const uint32_t *cell;
                 if (bx < 0 || by < 0 || bz < 0 || bx >= 8 * g->bricks[0] || by >= 8 * g->bricks[1] || bz >= 8 * g->bricks[2])
                     continue;
-                cell = g->cell + (size_t)springls__slot_at(g, bx, by, bz) * SPRINGLS__CELLS;
+                cell = springls__cells_of(g, g->top[springls__entry_beside(g, entry, x >> 3, y >> 3, z >> 3)]);
                 first = springls__cell_in_brick(x < 0 ? 8 - SPRINGLS__CELL : 0, by, bz);
                 last = springls__cell_in_brick(x > 0 ? 0 : 8 - SPRINGLS__CELL, by, bz);
                 springls__near_ranges_add(&near_by, (int)cell[first], (int)cell[last + 1], y, z);
@@ -9346,38 +9462,8 @@ SPRINGLS__MATHS bool springls__range_reaches(const springls__near_ranges *near_b
     return r >= near_by->rows || (y >= before && y <= behind && z >= before && z <= behind);
 }
 
-/* Sums of a brick's voxels, eight floats a row of voxels each: the members of springls__moments, the squared distance to the
-   nearest particle, and its normal (0: none is near). */
-#define SPRINGLS__SUM_OFFSET 0
-#define SPRINGLS__SUM_NORMAL 3
-#define SPRINGLS__SUM_MOVED 6
-#define SPRINGLS__SUM_WEIGHT 9
-#define SPRINGLS__SUM_HEIGHT 10
-#define SPRINGLS__SUMS 11
-#define SPRINGLS__NEAREST2 11
-#define SPRINGLS__FACING 12
-#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)
-#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */
-
 /* Returns where a row's sums are; those of one member follow on each other, those of the next begin 8 further on. */
 SPRINGLS__MATHS int springls__sums_of_row(int row) { return 8 * SPRINGLS__SUM_MEMBERS * row; }
-
-/* Returns the sum of a vector, whose x is `member`, at a voxel of a row. */
-SPRINGLS__MATHS springls__v3 springls__sum3_load(SPRINGLS__LOCAL const float *sums, int member, int x)
-{
-    return springls__v3_make(sums[8 * member + x], sums[8 * member + 8 + x], sums[8 * member + 16 + x]);
-}
-
-SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const float *sums, int x)
-{
-    springls__moments m;
-    m.offset = springls__sum3_load(sums, SPRINGLS__SUM_OFFSET, x);
-    m.normal = springls__sum3_load(sums, SPRINGLS__SUM_NORMAL, x);
-    m.moved = springls__sum3_load(sums, SPRINGLS__SUM_MOVED, x);
-    m.weight = sums[8 * SPRINGLS__SUM_WEIGHT + x];
-    m.height = sums[8 * SPRINGLS__SUM_HEIGHT + x];
-    return m;
-}
 
 /* Takes one springl as the nearest of the voxels `first` to `last` of a row, where it is; sums: of the row; offset: from the
    particle to the row's first voxel. */
@@ -9454,15 +9540,34 @@ SPRINGLS__MATHS int springls__last_near(float x, float radius) { return (int)spr
 #define SPRINGLS__TAKE_SUMS 1      /* adds it to the sums of the voxels of its sheet */
 #define SPRINGLS__TAKE_ONE_SHEET 2 /* adds it to the sums of all: the springls near the brick are of one sheet */
 
-/* Takes a springl into the rows of a brick that are near it. */
+/* The sums of a brick while springls are taken into them. */
+typedef struct springls__brick_sums {
+    SPRINGLS__LOCAL float *value;     /* SUMS_FLOATS; of rows that no springl has reached they are not begun */
+    SPRINGLS__GLOBAL uint8_t *opposed; /* whether springls near one voxel face against each other */
+    bool reached[SPRINGLS__ROWS];     /* rows that springls are near */
+} springls__brick_sums;
+
+/* Begins the sums of a row, if no springl has reached it before; none is nearest yet. */
+SPRINGLS__MATHS void springls__reach_row(springls__brick_sums *sums, int row)
+{
+    const float farthest2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
+    SPRINGLS__LOCAL float *value = sums->value + springls__sums_of_row(row);
+    int i;
+    if (sums->reached[row]) return;
+    sums->reached[row] = true;
+    for (i = 0; i < 8 * SPRINGLS__SUM_MEMBERS; i++) value[i] = 0.0f;
+    for (i = 0; i < 8; i++) value[8 * SPRINGLS__NEAREST2 + i] = farthest2;
+}
+
+/* Takes a springl into the rows of a brick that are near it. It is near at most four voxels of a row. */
 SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group, int take,
-                                            SPRINGLS__LOCAL float *sums, SPRINGLS__GLOBAL uint8_t *opposed)
+                                            springls__brick_sums *sums)
 {
     const float radius = SPRINGLS__PROJECT_RADIUS;
     springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;
     int first, last, y, y1, z, z1;
     if (!springls__near_axis(p.x) || !springls__near_axis(p.y) || !springls__near_axis(p.z)) return;
-    first = springls__first_near(p.x, radius) & -SPRINGLS__LANES;
+    first = springls__imin(springls__first_near(p.x, radius), 8 - SPRINGLS__LANES);
     last = springls__last_near(p.x, radius);
     z1 = springls__last_near(p.z, radius);
     offset.x = -p.x;
@@ -9472,17 +9577,18 @@ SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const in
         reach = springls__sqrt(springls__max(radius * radius - offset.z * offset.z, 0.0f));
         y1 = springls__last_near(p.y, reach);
         for (y = springls__first_near(p.y, reach); y <= y1; y++) {
-            SPRINGLS__LOCAL float *row = sums + springls__sums_of_row(y + 8 * z);
+            SPRINGLS__LOCAL float *row = sums->value + springls__sums_of_row(y + 8 * z);
             offset.y = (float)y - p.y;
             if (!springls__is_mine(group, y + 8 * z)) continue;
+            springls__reach_row(sums, y + 8 * z);
             if (take == SPRINGLS__TAKE_NEAREST) springls__nearest_row(s, offset, row, first, last);
-            else springls__moments_row(s, offset, row, first, last, take == SPRINGLS__TAKE_ONE_SHEET, opposed);
+            else springls__moments_row(s, offset, row, first, last, take == SPRINGLS__TAKE_ONE_SHEET, sums->opposed);
         }
     }
 }
 
-/* Returns the mean direction of the springls near a brick when all are of one sheet, whatever the voxel; else 0. */
-SPRINGLS__MATHS springls__v3 springls__common_facing(const springls__model *model, const springls__near_ranges *near_by)
+/* Returns whether the springls near a brick are all of one sheet, whatever the voxel. */
+SPRINGLS__MATHS bool springls__are_one_sheet(const springls__model *model, const springls__near_ranges *near_by)
 {
     const float along = 0.84f; /* two directions this close to a third differ by less than SAME_SHEET permits */
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
@@ -9493,39 +9599,21 @@ SPRINGLS__MATHS springls__v3 springls__common_facing(const springls__model *mode
     sum = springls__normalize(sum);
     for (r = 0; r < near_by->count; r++)
         for (k = near_by->first[r]; k < near_by->end[r]; k++)
-            if (!(springls__dot(sum, oriented[k].n) > along)) return springls__v3_make(0.0f, 0.0f, 0.0f);
-    return sum;
-}
-
-/* Begins the sums of a row; no springl is nearest yet. */
-SPRINGLS__MATHS void springls__clear_row(SPRINGLS__LOCAL float *sums, springls__v3 facing)
-{
-    const float farthest2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
-    int i;
-    for (i = 0; i < 8 * SPRINGLS__SUMS; i++) sums[i] = 0.0f;
-    for (i = 0; i < 8; i++) {
-        sums[8 * SPRINGLS__NEAREST2 + i] = farthest2;
-        sums[8 * SPRINGLS__FACING + i] = facing.x;
-        sums[8 * (SPRINGLS__FACING + 1) + i] = facing.y;
-        sums[8 * (SPRINGLS__FACING + 2) + i] = facing.z;
-    }
+            if (!(springls__dot(sum, oriented[k].n) > along)) return false;
+    return true;
 }
 
 /* Finds the nearest springl of every voxel, where they are not all of one sheet, then sums over those that face the same way. */
 SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by,
-                                               const int origin[3], SPRINGLS__LOCAL float *sums,
-                                               SPRINGLS__GLOBAL uint8_t *opposed)
+                                               const int origin[3], springls__brick_sums *sums)
 {
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
-    springls__v3 common = springls__common_facing(model, near_by);
-    bool one_sheet = springls__length2(common) > 0.5f;
+    bool one_sheet = springls__are_one_sheet(model, near_by);
     int last = one_sheet ? SPRINGLS__TAKE_ONE_SHEET : SPRINGLS__TAKE_SUMS, take, r, k;
-    for (r = model->group.item; r < SPRINGLS__ROWS; r += model->group.items)
-        springls__clear_row(sums + springls__sums_of_row(r), common);
     for (take = one_sheet ? SPRINGLS__TAKE_ONE_SHEET : SPRINGLS__TAKE_NEAREST; take <= last; take++)
         for (r = 0; r < near_by->count; r++)
             for (k = near_by->first[r]; k < near_by->end[r]; k++)
-                springls__reached_rows(oriented[k], origin, model->group, take, sums, opposed);
+                springls__reached_rows(oriented[k], origin, model->group, take, sums);
 }
 
 /* The box of the places that springls at an edge may be near; empty where there are none. */
@@ -9623,34 +9711,91 @@ SPRINGLS__MATHS springls__v3 springls__voxel_place(const int origin[3], int v)
     return springls__v3_make((float)(origin[0] + (v & 7)), (float)(origin[1] + (v >> 3 & 7)), (float)(origin[2] + (v >> 6)));
 }
 
-/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put on the other side where phi has lost
-   a sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */
+#define SPRINGLS__BESIDE_ZERO 1.2f /* voxels: none beyond it is next to the zero level */
+
+/* Returns phi at a voxel v that springls are near and have carried `phi` to: made exact by them, and put on the other side where
+   phi has lost a sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */
 SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,
-                                              const springls__wide_tile *tile, const int origin[3], int v,
-                                              springls__moments sum, springls__arguments args, springls__edge_box edges,
-                                              float phi)
+                                              const int origin[3], int v, springls__moments sum, springls__arguments args,
+                                              springls__edge_box edges, float phi)
 {
-    const float width = 1.2f; /* no voxel beyond it is next to the zero level */
-    springls__v3 at = springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6));
     springls__v3 x = springls__voxel_place(origin, v);
+    springls__projection f = springls__moments_distance(sum);
     springls__estimate edge;
-    springls__projection f;
-    if (args.project.carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));
-    if (!model->params.project_level_set) return phi;
     edge.weight = edge.distance = 0.0f;
-    if (springls__fabs(phi) < width && springls__in_edge_box(edges, x)) edge = springls__height_at_edge(model, near_by, v, x);
+    if (springls__fabs(phi) < SPRINGLS__BESIDE_ZERO && springls__in_edge_box(edges, x))
+        edge = springls__height_at_edge(model, near_by, v, x);
     if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance))
         return springls__on_known_side(edge.distance, phi);
-    f = springls__moments_distance(sum);
     if (model->params.nucleate && springls__can_nucleate(phi, f)
         && springls__between_sides(model, near_by, x, springls__normalize(sum.normal), phi < 0.0f ? -1.0f : 1.0f)
         && springls__in_sheet(model, x, springls__normalize(sum.normal)))
         return f.distance;
-    if ((f.distance < 0.0f) != (phi < 0.0f)) {
+    if (springls__other_side(f.distance, phi)) {
         int side = springls__side_of_bodies(model, x, args.project.max_displacement);
         if (side != 0 && (side < 0) == (f.distance < 0.0f)) return f.distance;
     }
     return edge.weight > 0.0f ? phi : springls__on_known_side(springls__corrected_phi(phi, f), phi);
+}
+
+/* Returns where voxels, SPRINGLS__LANES of a row from number `first` on, may need springls__project_voxel: elsewhere only the sums
+   count. */
+SPRINGLS__VEC_MATHS springls__vmask springls__needs_project_voxel(const springls__model *model, const int origin[3], int first,
+                                                                  springls__edge_box edges, springls__vec phi,
+                                                                  springls__vec_projection f)
+{
+    springls__v3 x = springls__voxel_place(origin, first);
+    springls__vec along_x = x.x + springls__vec_from(0);
+    springls__vmask needed = phi < phi; /* nowhere */
+    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE) needed = springls__vec_other_side(f.distance, phi);
+    if (model->params.nucleate) needed = needed | springls__vec_can_nucleate(phi, f);
+    if (x.y >= edges.lower.y && x.y <= edges.upper.y && x.z >= edges.lower.z && x.z <= edges.upper.z)
+        needed = needed | ((springls__vec_fabs(phi) < SPRINGLS__BESIDE_ZERO) & (along_x >= edges.lower.x)
+                           & (along_x <= edges.upper.x));
+    return needed;
+}
+
+/* Carries phi of a row along with the springls near its voxels: takes it from the places that they have come from. */
+SPRINGLS__MATHS void springls__carry_row(const springls__wide_tile *tile, int row, SPRINGLS__LOCAL const float *sums, float phi[8])
+{
+    const float y = (float)(row & 7), z = (float)(row >> 3);
+    float from[3][8];
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec_moments sum = springls__vec_moments_load(sums + i);
+        springls__vec back = -1.0f / sum.weight;
+        springls__vec_store(from[0] + i, springls__vec_from(i) + sum.moved.x * back);
+        springls__vec_store(from[1] + i, y + sum.moved.y * back);
+        springls__vec_store(from[2] + i, z + sum.moved.z * back);
+    }
+    for (i = 0; i < 8; i++)
+        if (sums[8 * SPRINGLS__SUM_WEIGHT + i] > SPRINGLS__MIN_WEIGHT)
+            phi[i] = springls__wide_tile_sample(tile, springls__v3_make(from[0][i], from[1][i], from[2][i]));
+}
+
+/* Makes phi of a row's voxels exact where springls are near. */
+SPRINGLS__MATHS void springls__correct_row(const springls__model *model, const springls__near_ranges *near_by, const int origin[3],
+                                           int row, SPRINGLS__LOCAL const float *sums, springls__arguments args,
+                                           springls__edge_box edges, float phi[8])
+{
+    float needed[8];
+    bool some_needed = false;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec_moments sum = springls__vec_moments_load(sums + i);
+        springls__vec old = springls__vec_load(phi + i), exact;
+        springls__vec_projection f = springls__vec_moments_distance(sum);
+        springls__vmask counts = sum.weight > SPRINGLS__MIN_WEIGHT;
+        springls__vmask needs = counts & springls__needs_project_voxel(model, origin, 8 * row + i, edges, old, f);
+        some_needed = some_needed || springls__vec_any(needs);
+        springls__vec_store(needed + i, springls__vec_select(needs, springls__vec_broadcast(1.0f), springls__vec_broadcast(0.0f)));
+        exact = springls__vec_on_known_side(springls__vec_corrected_phi(old, f), old);
+        springls__vec_store(phi + i, springls__vec_select(counts & springls__vec_not(needs), exact, old));
+    }
+    for (i = 0; some_needed && i < 8; i++)
+        if (needed[i] > 0.0f)
+            phi[i] = springls__project_voxel(model, near_by, origin, 8 * row + i, springls__moments_load(sums + i), args, edges,
+                                             phi[i]);
 }
 
 /* Returns whether the surface may have passed a voxel that no springl is near. Where bodies overlap phi is that of their union,
@@ -9671,19 +9816,58 @@ SPRINGLS__MATHS float springls__passed_phi(const springls__model *model, springl
     return springls__fabs(phi) < max_displacement ? springls__side_unknown(phi, model->grid.far_value) : phi;
 }
 
-/* Returns whether projecting may change a row of voxels: springls are near one of them, or the surface may have passed it.
-   weight: of the row's sums, if there are `some`. */
-SPRINGLS__MATHS bool springls__projects_row(const springls__model *model, bool some, SPRINGLS__LOCAL const float *weight,
-                                            SPRINGLS__GLOBAL const float *phi, springls__arguments args)
+/* Returns whether the surface may have passed a voxel of a row that no springl is near; true too where only a look at each tells.
+   sums: of the row, if a springl has reached it. */
+SPRINGLS__MATHS bool springls__some_passed(const springls__model *model, SPRINGLS__GLOBAL const float *phi, bool reached,
+                                           SPRINGLS__LOCAL const float *sums, float max_displacement)
 {
-    const float passed = args.project.carry ? args.project.max_displacement : 0.0f;
     int i;
-    if (args.project.carry && model->params.contact == SPRINGLS_CONTACT_SEPARATE) return true;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        if (springls__vec_any(springls__vec_fabs(springls__vec_load(phi + i)) < passed)) return true;
-        if (some && springls__vec_any(springls__vec_load(weight + i) > SPRINGLS__MIN_WEIGHT)) return true;
+        springls__vmask passed = springls__vec_fabs(springls__vec_load(phi + i)) < max_displacement;
+        if (reached) passed = passed & (springls__vec_load(sums + 8 * SPRINGLS__SUM_WEIGHT + i) <= SPRINGLS__MIN_WEIGHT);
+        if (springls__vec_any(passed)) return true;
     }
-    return false;
+    return model->params.contact == SPRINGLS_CONTACT_SEPARATE;
+}
+
+/* Marks the voxels of a row that the surface may have passed and no springl is near; returns whether the side of one is unknown. */
+SPRINGLS__MATHS bool springls__mark_passed(const springls__model *model, const int origin[3], int row, bool reached,
+                                           SPRINGLS__LOCAL const float *sums, float max_displacement, float phi[8])
+{
+    bool unknown = false;
+    int i;
+    for (i = 0; i < 8; i++) {
+        if (reached && sums[8 * SPRINGLS__SUM_WEIGHT + i] > SPRINGLS__MIN_WEIGHT) continue;
+        if (!springls__may_be_passed(model, phi[i], max_displacement)) continue;
+        phi[i] = springls__passed_phi(model, springls__voxel_place(origin, 8 * row + i), phi[i], max_displacement);
+        unknown = unknown || springls__fabs(phi[i]) > model->grid.far_value;
+    }
+    return unknown;
+}
+
+/* Projects a row of a brick, from phi to out, by its sums, if a springl has reached it; returns whether the side of a voxel is
+   unknown. */
+SPRINGLS__MATHS bool springls__project_row(const springls__model *model, const springls__near_ranges *near_by,
+                                           const springls__wide_tile *tile, const int origin[3], int row, bool reached,
+                                           SPRINGLS__LOCAL const float *sums, springls__arguments args, springls__edge_box edges,
+                                           SPRINGLS__GLOBAL const float *phi, SPRINGLS__GLOBAL float *out)
+{
+    const bool carry = args.project.carry != 0;
+    const float passed = args.project.max_displacement;
+    bool some_passed = carry && springls__some_passed(model, phi, reached, sums, passed), unknown = false;
+    float value[8];
+    int i;
+    if (!reached && !some_passed) {
+        springls__copy_voxel_row(phi, out);
+        return false;
+    }
+    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__vec_store(value + i, springls__vec_load(phi + i));
+    if (some_passed) unknown = springls__mark_passed(model, origin, row, reached, sums, passed, value);
+    if (reached && carry) springls__carry_row(tile, row, sums, value);
+    if (reached && model->params.project_level_set)
+        springls__correct_row(model, near_by, origin, row, sums, args, edges, value);
+    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__vec_store(out + i, springls__vec_load(value + i));
+    return unknown;
 }
 
 /* What has_opposed has of a brick that is asleep, in which nothing is found. */
@@ -9695,45 +9879,36 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
                                                SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
-    SPRINGLS__LOCAL float *sums = memory;
     SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL uint8_t *side_unknown = springls__has_unknown_side(model) + i;
-    SPRINGLS__GLOBAL uint8_t *opposed = springls__has_opposed(model) + i;
-    bool carry = args.project.carry != 0, some;
+    bool some;
+    springls__brick_sums sums;
     springls__wide_tile tile;
     springls__near_ranges near_by;
     springls__edge_box edges;
-    int row, v, o[3];
+    int row, o[3];
+    sums.value = memory;
+    sums.opposed = springls__has_opposed(model) + i;
     tile.value = memory + SPRINGLS__SUMS_FLOATS;
     springls__slot_origin(g, g->active[i], o);
     if (model->group.item == 0) {
         *side_unknown = 0;
-        *opposed = springls__keeps_phi(model, i) ? SPRINGLS__OPPOSED_ASLEEP : 0;
+        *sums.opposed = springls__keeps_phi(model, i) ? SPRINGLS__OPPOSED_ASLEEP : 0;
     }
     if (springls__keeps_phi(model, i)) return;
     SPRINGLS__BARRIER; /* both are cleared before an item sets one */
     near_by = springls__near_brick(model, o);
     some = near_by.count > 0;
-    springls__load_wide_tile(g, g->phi, o, model->group, carry && some, &tile);
+    springls__load_wide_tile(g, g->phi, o, model->group, args.project.carry && some, &tile);
     edges = springls__edge_box_of(model, &near_by);
-    if (some) springls__brick_sums_take(model, &near_by, o, sums, opposed);
+    for (row = 0; row < SPRINGLS__ROWS; row++) sums.reached[row] = false;
+    if (some) springls__brick_sums_take(model, &near_by, o, &sums);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
-        SPRINGLS__LOCAL const float *of_row = sums + springls__sums_of_row(row);
-        if (!springls__projects_row(model, some, of_row + 8 * SPRINGLS__SUM_WEIGHT, phi + 8 * row, args)) {
-            springls__copy_voxel_row(phi + 8 * row, out + 8 * row);
-            continue;
-        }
-        for (v = 8 * row; v < 8 * row + 8; v++) {
-            out[v] = phi[v];
-            if (some && of_row[8 * SPRINGLS__SUM_WEIGHT + (v & 7)] > SPRINGLS__MIN_WEIGHT) {
-                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(of_row, v & 7), args,
-                                                 edges, phi[v]);
-            } else if (carry && springls__may_be_passed(model, phi[v], args.project.max_displacement)) {
-                out[v] = springls__passed_phi(model, springls__voxel_place(o, v), phi[v], args.project.max_displacement);
-                if (springls__fabs(out[v]) > g->far_value) *side_unknown = 1;
-            }
-        }
+        SPRINGLS__LOCAL const float *of_row = sums.value + springls__sums_of_row(row);
+        if (springls__project_row(model, &near_by, &tile, o, row, sums.reached[row], of_row, args, edges, phi + 8 * row,
+                                  out + 8 * row))
+            *side_unknown = 1;
     }
 }
 
@@ -22290,11 +22465,12 @@ SPRINGLS__FN void springls__level_try_row(springls__level_search *search, int br
                                           const int span[2], int y, int z)
 {
     const springls__grid *g = &search->ctx->model.grid;
+    const int entry = springls__entry_at(g, origin[0], origin[1], origin[2]);
     float phi[4][SPRINGLS__TILE];
     uint32_t row[4], some = 0u, all = (1u << SPRINGLS__TILE) - 1u;
     int k, c, at[3], end[3];
     for (k = 0; k < 4; k++) {
-        springls__load_tile_row(g, g->phi, origin, border, 1, y - origin[1] + (k & 1), z - origin[2] + (k >> 1), phi[k]);
+        springls__load_tile_row(g, g->phi, origin, entry, border, 1, y - origin[1] + (k & 1), z - origin[2] + (k >> 1), phi[k]);
         row[k] = springls__signs_of_row(phi[k]);
         some |= row[k];
         all &= row[k];
@@ -27073,6 +27249,12 @@ static const char *const springls__kernel_lines[] = {
     "    return g->plane[x >> 3] + g->plane[SPRINGLS__MOST_PLANES + (y >> 3)] + g->plane[2 * SPRINGLS__MOST_PLANES + (z >> 3)];\n",
     "}\n",
     "\n",
+    "/* Returns the entry of the brick x, y and z bricks (-1, 0 or 1) beside one that is active: the top table has a layer around it. */\n",
+    "SPRINGLS__MATHS int springls__entry_beside(const springls__grid *g, int entry, int x, int y, int z)\n",
+    "{\n",
+    "    return entry + x + g->table.bricks[0] * (y + g->table.bricks[1] * z);\n",
+    "}\n",
+    "\n",
     "/* Returns the first brick, as a place along an axis, of a plane of the top table. */\n",
     "SPRINGLS__MATHS int springls__place_of_plane(const springls__grid *g, int axis, int plane)\n",
     "{\n",
@@ -27360,16 +27542,16 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < 8; x += SPRINGLS__LANES) springls__vec_store(to + x, springls__vec_load(from + x));\n",
     "}\n",
     "\n",
-    "/* Loads row (y, z), counted from a brick's first voxel, of a tile of it with `margin` voxels around. */\n",
+    "/* Loads row (y, z), counted from a brick's first voxel, of a tile of it with `margin` voxels around. entry: of the brick. */\n",
     "SPRINGLS__MATHS void springls__load_tile_row(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],\n",
-    "                                             bool border, int margin, int y, int z, SPRINGLS__LOCAL float *out)\n",
+    "                                             int entry, bool border, int margin, int y, int z, SPRINGLS__LOCAL float *out)\n",
     "{\n",
     "    int x;\n",
     "    if (border) {\n",
     "        for (x = -margin; x < SPRINGLS__BRICK + margin; x++)\n",
     "            *out++ = springls__grid_phi(g, field, origin[0] + x, origin[1] + y, origin[2] + z);\n",
     "    } else {\n",
-    "        SPRINGLS__GLOBAL const int *top = g->top + springls__entry_at(g, origin[0], origin[1] + y, origin[2] + z);\n",
+    "        SPRINGLS__GLOBAL const int *top = g->top + springls__entry_beside(g, entry, 0, y >> 3, z >> 3);\n",
     "        SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);\n",
     "        SPRINGLS__GLOBAL const float *before = in + (size_t)top[-1] * SPRINGLS__BRICK_VOXELS + SPRINGLS__BRICK - margin;\n",
     "        SPRINGLS__GLOBAL const float *behind = in + (size_t)top[1] * SPRINGLS__BRICK_VOXELS;\n",
@@ -27383,12 +27565,12 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__load_rows(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],\n",
     "                                         bool border, int margin, springls__group group, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
-    "    const int width = SPRINGLS__BRICK + 2 * margin;\n",
+    "    const int width = SPRINGLS__BRICK + 2 * margin, entry = springls__entry_at(g, origin[0], origin[1], origin[2]);\n",
     "    int row = group.item, y = row, z = 0;\n",
     "    SPRINGLS__BARRIER; /* other items may still read the old values */\n",
     "    for (; row < width * width; row += group.items, y += group.items) {\n",
     "        for (; y >= width; y -= width) z++;\n",
-    "        springls__load_tile_row(g, field, origin, border, margin, y - margin, z - margin, tile + width * row);\n",
+    "        springls__load_tile_row(g, field, origin, entry, border, margin, y - margin, z - margin, tile + width * row);\n",
     "    }\n",
     "    SPRINGLS__BARRIER;\n",
     "}\n",
@@ -27678,7 +27860,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4143 \"springls.h\"\n",
+    "#line 4149 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -27869,7 +28051,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4335 \"springls.h\"\n",
+    "#line 4341 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -27878,7 +28060,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__FIT_VALUES 4 /* height, and the three coordinates of a      */\n",
     "#define SPRINGLS__FIT_RADIUS 2.5f /* voxels */\n",
     "\n",
-    "#line 4344 \"springls.h\"\n",
+    "#line 4350 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27893,7 +28075,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4360 \"springls.h\"\n",
+    "#line 4366 \"springls.h\"\n",
     "/* fit_body.h - the quadratic fit of fit.h, for one place and for several at once. */\n",
     "\n",
     "typedef struct SPRINGLS__W(fit) {\n",
@@ -28133,7 +28315,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok & (off2 <= 1.0f) & (facing >= 0.3f);\n",
     "    return result;\n",
     "}\n",
-    "#line 4600 \"springls.h\"\n",
+    "#line 4606 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28148,7 +28330,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4615 \"springls.h\"\n",
+    "#line 4621 \"springls.h\"\n",
     "/* fit_body.h - the quadratic fit of fit.h, for one place and for several at once. */\n",
     "\n",
     "typedef struct SPRINGLS__W(fit) {\n",
@@ -28388,7 +28570,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok & (off2 <= 1.0f) & (facing >= 0.3f);\n",
     "    return result;\n",
     "}\n",
-    "#line 4855 \"springls.h\"\n",
+    "#line 4861 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls__v3 n, springls__v3 a0)\n",
     "{\n",
@@ -28397,7 +28579,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Returns how many terms a number of neighbors is enough for: a quadratic's with ten or more, a plane's with four or more. */\n",
     "SPRINGLS__MATHS int springls__fit_terms(float count) { return count >= 10.0f ? 6 : count >= 4.0f ? 3 : 0; }\n",
-    "#line 4865 \"springls.h\"\n",
+    "#line 4871 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -28516,7 +28698,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 4985 \"springls.h\"\n",
+    "#line 4991 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -28666,7 +28848,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;\n",
     "}\n",
     "\n",
-    "#line 5135 \"springls.h\"\n",
+    "#line 5141 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28681,7 +28863,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5151 \"springls.h\"\n",
+    "#line 5157 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -29012,7 +29194,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5482 \"springls.h\"\n",
+    "#line 5488 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29027,7 +29209,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5497 \"springls.h\"\n",
+    "#line 5503 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -29358,7 +29540,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5828 \"springls.h\"\n",
+    "#line 5834 \"springls.h\"\n",
     "\n",
     "/* Finds what becomes of springl i by the forces of the rule. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -29375,7 +29557,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 6428 \"springls.h\"\n",
+    "#line 6434 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -29401,7 +29583,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6455 \"springls.h\"\n",
+    "#line 6461 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -29490,7 +29672,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6545 \"springls.h\"\n",
+    "#line 6551 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -29630,7 +29812,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6686 \"springls.h\"\n",
+    "#line 6692 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -29730,7 +29912,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6787 \"springls.h\"\n",
+    "#line 6793 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -29951,7 +30133,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7009 \"springls.h\"\n",
+    "#line 7015 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -29981,7 +30163,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7039 \"springls.h\"\n",
+    "#line 7045 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29996,7 +30178,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7055 \"springls.h\"\n",
+    "#line 7061 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -30165,7 +30347,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7224 \"springls.h\"\n",
+    "#line 7230 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30180,7 +30362,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7239 \"springls.h\"\n",
+    "#line 7245 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -30349,7 +30531,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7408 \"springls.h\"\n",
+    "#line 7414 \"springls.h\"\n",
     "\n",
     "/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -30403,7 +30585,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7463 \"springls.h\"\n",
+    "#line 7469 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -30415,10 +30597,21 @@ static const char *const springls__kernel_lines[] = {
     "/* What the level set takes from a springl: particle, unit normal, displacement since phi was last synced; edge: 1 at a crease. */\n",
     "typedef struct springls__oriented { springls__v3 p, n, moved; int edge; } springls__oriented;\n",
     "\n",
-    "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
-    "typedef struct springls__moments { springls__v3 offset, normal, moved; float weight, height; } springls__moments;\n",
+    "/* Sums of a brick's voxels, eight floats a row of voxels each: the members of springls__moments, the squared distance to the\n",
+    "   nearest particle, and its normal (0: none is near). */\n",
+    "#define SPRINGLS__SUM_OFFSET 0\n",
+    "#define SPRINGLS__SUM_NORMAL 3\n",
+    "#define SPRINGLS__SUM_MOVED 6\n",
+    "#define SPRINGLS__SUM_WEIGHT 9\n",
+    "#define SPRINGLS__SUM_HEIGHT 10\n",
+    "#define SPRINGLS__SUMS 11\n",
+    "#define SPRINGLS__NEAREST2 11\n",
+    "#define SPRINGLS__FACING 12\n",
+    "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
+    "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7478 \"springls.h\"\n",
+    "\n",
+    "#line 7495 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30433,8 +30626,30 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7494 \"springls.h\"\n",
-    "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
+    "#line 7511 \"springls.h\"\n",
+    "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
+    "   it, and what phi takes of it; for one voxel and for several. */\n",
+    "\n",
+    "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
+    "typedef struct SPRINGLS__W(moments) { SPRINGLS__NUM3 offset, normal, moved; SPRINGLS__NUM weight, height; } SPRINGLS__W(moments);\n",
+    "\n",
+    "/* Reads the sums of a voxel of a row, or of several side by side. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(moments) SPRINGLS__W(moments_load)(SPRINGLS__LOCAL const float *sums)\n",
+    "{\n",
+    "    SPRINGLS__NUM v[SPRINGLS__SUMS];\n",
+    "    SPRINGLS__W(moments) m;\n",
+    "    int k;\n",
+    "    for (k = 0; k < SPRINGLS__SUMS; k++) v[k] = SPRINGLS__W(load)(sums + 8 * k);\n",
+    "    m.offset = SPRINGLS__W(v3_make)(v[0], v[1], v[2]);\n",
+    "    m.normal = SPRINGLS__W(v3_make)(v[3], v[4], v[5]);\n",
+    "    m.moved = SPRINGLS__W(v3_make)(v[6], v[7], v[8]);\n",
+    "    m.weight = v[SPRINGLS__SUM_WEIGHT];\n",
+    "    m.height = v[SPRINGLS__SUM_HEIGHT];\n",
+    "    return m;\n",
+    "}\n",
+    "\n",
+    "/* A signed distance from sums, and its trust: by how much it may differ from phi, in voxels. */\n",
+    "typedef struct SPRINGLS__W(projection) { SPRINGLS__NUM distance, trust; } SPRINGLS__W(projection);\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(project_weight)(SPRINGLS__NUM d2)\n",
@@ -30444,7 +30659,56 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 7505 \"springls.h\"\n",
+    "\n",
+    "/* Returns the distance of a voxel from its sums. One springl stands for the circle arc through its particle p with normal n\n",
+    "   that meets the voxel x in the mean direction g: (g + n).(x - p) / (1 + g.n), exact on spheres and planes, where the plane\n",
+    "   of the springl alone would be biased outwards. 1 / (1 + g.n) is taken at the mean of g.n and to first order about 1, so\n",
+    "   that sums do. The further the springls lie to one side of the voxel, the less certain is the bend of the surface in\n",
+    "   between. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(projection) SPRINGLS__W(moments_distance)(SPRINGLS__W(moments) sum)\n",
+    "{\n",
+    "    SPRINGLS__NUM inverse = 1.0f / sum.weight, bend = 1.0f - SPRINGLS__W(length)(sum.normal) * inverse;\n",
+    "    SPRINGLS__NUM3 g = SPRINGLS__W(normalize)(sum.normal), offset = SPRINGLS__W(scale)(sum.offset, inverse);\n",
+    "    SPRINGLS__NUM along = SPRINGLS__W(dot)(g, offset);\n",
+    "    SPRINGLS__NUM aside2 = SPRINGLS__W(max)(SPRINGLS__W(length2)(offset) - along * along, SPRINGLS__W(broadcast)(0.0f));\n",
+    "    SPRINGLS__W(projection) f;\n",
+    "    f.distance = 0.5f * (along + sum.height * inverse) * (1.0f + 0.5f * bend);\n",
+    "    f.trust = 0.5f - aside2;\n",
+    "    return f;\n",
+    "}\n",
+    "\n",
+    "/* Returns whether springls have a voxel on its other side. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(other_side)(SPRINGLS__NUM distance, SPRINGLS__NUM phi)\n",
+    "{\n",
+    "    return (distance < 0.0f) != (phi < 0.0f);\n",
+    "}\n",
+    "\n",
+    "/* Returns the value to take: the springls' where it is close to phi, which decides the side otherwise. It is also taken where\n",
+    "   the springls are closer than |phi|: phi may have lost a sheet here. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(corrected_phi)(SPRINGLS__NUM phi, SPRINGLS__W(projection) f)\n",
+    "{\n",
+    "    SPRINGLS__NUM change = SPRINGLS__W(fabs)(f.distance - phi);\n",
+    "    SPRINGLS__COND same_side = (f.distance < 0.0f) == (phi < 0.0f);\n",
+    "    SPRINGLS__COND closer = (f.trust > 0.2f) & (SPRINGLS__W(fabs)(f.distance) < SPRINGLS__W(fabs)(phi));\n",
+    "    return SPRINGLS__W(select)((change < f.trust) | (same_side & (closer | (change < 1.5f * f.trust))), f.distance, phi);\n",
+    "}\n",
+    "\n",
+    "/* Returns whether phi may have lost a voxel: springls have it on their other side, not deep and not aside. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(can_nucleate)(SPRINGLS__NUM phi, SPRINGLS__W(projection) f)\n",
+    "{\n",
+    "    return SPRINGLS__W(other_side)(f.distance, phi) & (SPRINGLS__W(fabs)(f.distance) < 0.8f) & (f.trust > 0.1f);\n",
+    "}\n",
+    "\n",
+    "/* Returns the distance that springls give a voxel. It stays on the side that it has by phi until they show it clearly on the other:\n",
+    "   else the voxels on the faces of a box that lies on voxel planes would change sides with every error of springls. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(on_known_side)(SPRINGLS__NUM distance, SPRINGLS__NUM phi)\n",
+    "{\n",
+    "    const float clearly = 0.02f, beside = 1e-6f; /* voxel */\n",
+    "    SPRINGLS__COND stays = SPRINGLS__W(other_side)(distance, phi) & (SPRINGLS__W(fabs)(distance) < clearly);\n",
+    "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
+    "    return SPRINGLS__W(select)(stays, known, distance);\n",
+    "}\n",
+    "#line 7593 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30459,8 +30723,30 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7520 \"springls.h\"\n",
-    "/* project_body.h - the weight of a springl at a squared distance, for one place and for several. */\n",
+    "#line 7608 \"springls.h\"\n",
+    "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
+    "   it, and what phi takes of it; for one voxel and for several. */\n",
+    "\n",
+    "/* Weighted sums over the springls around a voxel: offset is from particle to voxel, height its part along the normal. */\n",
+    "typedef struct SPRINGLS__W(moments) { SPRINGLS__NUM3 offset, normal, moved; SPRINGLS__NUM weight, height; } SPRINGLS__W(moments);\n",
+    "\n",
+    "/* Reads the sums of a voxel of a row, or of several side by side. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(moments) SPRINGLS__W(moments_load)(SPRINGLS__LOCAL const float *sums)\n",
+    "{\n",
+    "    SPRINGLS__NUM v[SPRINGLS__SUMS];\n",
+    "    SPRINGLS__W(moments) m;\n",
+    "    int k;\n",
+    "    for (k = 0; k < SPRINGLS__SUMS; k++) v[k] = SPRINGLS__W(load)(sums + 8 * k);\n",
+    "    m.offset = SPRINGLS__W(v3_make)(v[0], v[1], v[2]);\n",
+    "    m.normal = SPRINGLS__W(v3_make)(v[3], v[4], v[5]);\n",
+    "    m.moved = SPRINGLS__W(v3_make)(v[6], v[7], v[8]);\n",
+    "    m.weight = v[SPRINGLS__SUM_WEIGHT];\n",
+    "    m.height = v[SPRINGLS__SUM_HEIGHT];\n",
+    "    return m;\n",
+    "}\n",
+    "\n",
+    "/* A signed distance from sums, and its trust: by how much it may differ from phi, in voxels. */\n",
+    "typedef struct SPRINGLS__W(projection) { SPRINGLS__NUM distance, trust; } SPRINGLS__W(projection);\n",
     "\n",
     "/* Returns a weight that falls smoothly from 1 to 0 at PROJECT_RADIUS. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(project_weight)(SPRINGLS__NUM d2)\n",
@@ -30470,7 +30756,56 @@ static const char *const springls__kernel_lines[] = {
     "    t = t * t;\n",
     "    return t * t;\n",
     "}\n",
-    "#line 7531 \"springls.h\"\n",
+    "\n",
+    "/* Returns the distance of a voxel from its sums. One springl stands for the circle arc through its particle p with normal n\n",
+    "   that meets the voxel x in the mean direction g: (g + n).(x - p) / (1 + g.n), exact on spheres and planes, where the plane\n",
+    "   of the springl alone would be biased outwards. 1 / (1 + g.n) is taken at the mean of g.n and to first order about 1, so\n",
+    "   that sums do. The further the springls lie to one side of the voxel, the less certain is the bend of the surface in\n",
+    "   between. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(projection) SPRINGLS__W(moments_distance)(SPRINGLS__W(moments) sum)\n",
+    "{\n",
+    "    SPRINGLS__NUM inverse = 1.0f / sum.weight, bend = 1.0f - SPRINGLS__W(length)(sum.normal) * inverse;\n",
+    "    SPRINGLS__NUM3 g = SPRINGLS__W(normalize)(sum.normal), offset = SPRINGLS__W(scale)(sum.offset, inverse);\n",
+    "    SPRINGLS__NUM along = SPRINGLS__W(dot)(g, offset);\n",
+    "    SPRINGLS__NUM aside2 = SPRINGLS__W(max)(SPRINGLS__W(length2)(offset) - along * along, SPRINGLS__W(broadcast)(0.0f));\n",
+    "    SPRINGLS__W(projection) f;\n",
+    "    f.distance = 0.5f * (along + sum.height * inverse) * (1.0f + 0.5f * bend);\n",
+    "    f.trust = 0.5f - aside2;\n",
+    "    return f;\n",
+    "}\n",
+    "\n",
+    "/* Returns whether springls have a voxel on its other side. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(other_side)(SPRINGLS__NUM distance, SPRINGLS__NUM phi)\n",
+    "{\n",
+    "    return (distance < 0.0f) != (phi < 0.0f);\n",
+    "}\n",
+    "\n",
+    "/* Returns the value to take: the springls' where it is close to phi, which decides the side otherwise. It is also taken where\n",
+    "   the springls are closer than |phi|: phi may have lost a sheet here. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(corrected_phi)(SPRINGLS__NUM phi, SPRINGLS__W(projection) f)\n",
+    "{\n",
+    "    SPRINGLS__NUM change = SPRINGLS__W(fabs)(f.distance - phi);\n",
+    "    SPRINGLS__COND same_side = (f.distance < 0.0f) == (phi < 0.0f);\n",
+    "    SPRINGLS__COND closer = (f.trust > 0.2f) & (SPRINGLS__W(fabs)(f.distance) < SPRINGLS__W(fabs)(phi));\n",
+    "    return SPRINGLS__W(select)((change < f.trust) | (same_side & (closer | (change < 1.5f * f.trust))), f.distance, phi);\n",
+    "}\n",
+    "\n",
+    "/* Returns whether phi may have lost a voxel: springls have it on their other side, not deep and not aside. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(can_nucleate)(SPRINGLS__NUM phi, SPRINGLS__W(projection) f)\n",
+    "{\n",
+    "    return SPRINGLS__W(other_side)(f.distance, phi) & (SPRINGLS__W(fabs)(f.distance) < 0.8f) & (f.trust > 0.1f);\n",
+    "}\n",
+    "\n",
+    "/* Returns the distance that springls give a voxel. It stays on the side that it has by phi until they show it clearly on the other:\n",
+    "   else the voxels on the faces of a box that lies on voxel planes would change sides with every error of springls. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(on_known_side)(SPRINGLS__NUM distance, SPRINGLS__NUM phi)\n",
+    "{\n",
+    "    const float clearly = 0.02f, beside = 1e-6f; /* voxel */\n",
+    "    SPRINGLS__COND stays = SPRINGLS__W(other_side)(distance, phi) & (SPRINGLS__W(fabs)(distance) < clearly);\n",
+    "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
+    "    return SPRINGLS__W(select)(stays, known, distance);\n",
+    "}\n",
+    "#line 7690 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -30489,55 +30824,11 @@ static const char *const springls__kernel_lines[] = {
     "/* Sums of less weight do not count. */\n",
     "#define SPRINGLS__MIN_WEIGHT 1e-3f\n",
     "\n",
-    "/* A signed distance from sums, and its trust: by how much it may differ from phi, in voxels. */\n",
-    "typedef struct springls__projection { float distance, trust; } springls__projection;\n",
-    "\n",
-    "/* Returns the distance of a voxel from its sums. One springl stands for the circle arc through its particle p with normal n\n",
-    "   that meets the voxel x in the mean direction g: (g + n).(x - p) / (1 + g.n), exact on spheres and planes, where the plane\n",
-    "   of the springl alone would be biased outwards. 1 / (1 + g.n) is taken at the mean of g.n and to first order about 1, so\n",
-    "   that sums do. The further the springls lie to one side of the voxel, the less certain is the bend of the surface in\n",
-    "   between. */\n",
-    "SPRINGLS__MATHS springls__projection springls__moments_distance(springls__moments sum)\n",
-    "{\n",
-    "    float inverse = 1.0f / sum.weight, bend = 1.0f - springls__length(sum.normal) * inverse;\n",
-    "    springls__v3 g = springls__normalize(sum.normal), offset = springls__scale(sum.offset, inverse);\n",
-    "    float along = springls__dot(g, offset), aside2 = springls__max(springls__length2(offset) - along * along, 0.0f);\n",
-    "    springls__projection f;\n",
-    "    f.distance = 0.5f * (along + sum.height * inverse) * (1.0f + 0.5f * bend);\n",
-    "    f.trust = 0.5f - aside2;\n",
-    "    return f;\n",
-    "}\n",
-    "\n",
-    "/* Returns the value to take: the springls' where it is close to phi, which decides the side otherwise. It is also taken where\n",
-    "   the springls are closer than |phi|: phi may have lost a sheet here. */\n",
-    "SPRINGLS__MATHS float springls__corrected_phi(float phi, springls__projection f)\n",
-    "{\n",
-    "    float change = springls__fabs(f.distance - phi);\n",
-    "    int same_side = (f.distance < 0.0f) == (phi < 0.0f);\n",
-    "    int closer = f.trust > 0.2f && springls__fabs(f.distance) < springls__fabs(phi);\n",
-    "    return change < f.trust || (same_side && (closer || change < 1.5f * f.trust)) ? f.distance : phi;\n",
-    "}\n",
-    "\n",
-    "/* Returns whether phi may have lost a voxel: springls have it on their other side, not deep and not aside. */\n",
-    "SPRINGLS__MATHS int springls__can_nucleate(float phi, springls__projection f)\n",
-    "{\n",
-    "    return (f.distance < 0.0f) != (phi < 0.0f) && springls__fabs(f.distance) < 0.8f && f.trust > 0.1f;\n",
-    "}\n",
-    "\n",
     "/* Returns phi of a voxel; one that the surface passes through, but for rounding, is outside. */\n",
     "SPRINGLS__MATHS float springls__outside_on_surface(float phi)\n",
     "{\n",
     "    const float rounding = 1e-3f; /* voxel */\n",
     "    return springls__fabs(phi) < rounding ? springls__fabs(phi) : phi;\n",
-    "}\n",
-    "\n",
-    "/* Returns the distance that springls give a voxel. It stays on the side that it has by phi until they show it clearly on the other:\n",
-    "   else the voxels on the faces of a box that lies on voxel planes would change sides with every error of springls. */\n",
-    "SPRINGLS__MATHS float springls__on_known_side(float distance, float phi)\n",
-    "{\n",
-    "    const float clearly = 0.02f, beside = 1e-6f; /* voxel */\n",
-    "    if ((distance < 0.0f) == (phi < 0.0f) || springls__fabs(distance) >= clearly) return distance;\n",
-    "    return phi < 0.0f ? -beside : beside;\n",
     "}\n",
     "\n",
     "/* Returns phi with the mark of an unknown side, for a voxel that the surface may have passed: a value beyond every distance, the\n",
@@ -30589,7 +30880,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7651 \"springls.h\"\n",
+    "#line 7766 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -31142,7 +31433,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8205 \"springls.h\"\n",
+    "#line 8320 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -31239,7 +31530,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8303 \"springls.h\"\n",
+    "#line 8418 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -31363,7 +31654,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8428 \"springls.h\"\n",
+    "#line 8543 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -31633,7 +31924,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8699 \"springls.h\"\n",
+    "#line 8814 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -31709,7 +32000,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8776 \"springls.h\"\n",
+    "#line 8891 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -31851,7 +32142,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 8919 \"springls.h\"\n",
+    "#line 9034 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -32040,7 +32331,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9109 \"springls.h\"\n",
+    "#line 9224 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -32167,7 +32458,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9237 \"springls.h\"\n",
+    "#line 9352 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -32200,7 +32491,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (others == 0) return 0;\n",
     "    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;\n",
     "}\n",
-    "#line 9271 \"springls.h\"\n",
+    "#line 9386 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -32251,6 +32542,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model *model, const int origin[3])\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
+    "    const int entry = springls__entry_at(g, origin[0], origin[1], origin[2]);\n",
     "    springls__near_ranges near_by;\n",
     "    int x, y, z;\n",
     "    near_by.count = 0;\n",
@@ -32261,7 +32553,7 @@ static const char *const springls__kernel_lines[] = {
     "                SPRINGLS__GLOBAL const uint32_t *cell;\n",
     "                if (bx < 0 || by < 0 || bz < 0 || bx >= 8 * g->bricks[0] || by >= 8 * g->bricks[1] || bz >= 8 * g->bricks[2])\n",
     "                    continue;\n",
-    "                cell = g->cell + (size_t)springls__slot_at(g, bx, by, bz) * SPRINGLS__CELLS;\n",
+    "                cell = springls__cells_of(g, g->top[springls__entry_beside(g, entry, x >> 3, y >> 3, z >> 3)]);\n",
     "                first = springls__cell_in_brick(x < 0 ? 8 - SPRINGLS__CELL : 0, by, bz);\n",
     "                last = springls__cell_in_brick(x > 0 ? 0 : 8 - SPRINGLS__CELL, by, bz);\n",
     "                springls__near_ranges_add(&near_by, (int)cell[first], (int)cell[last + 1], y, z);\n",
@@ -32279,38 +32571,8 @@ static const char *const springls__kernel_lines[] = {
     "    return r >= near_by->rows || (y >= before && y <= behind && z >= before && z <= behind);\n",
     "}\n",
     "\n",
-    "/* Sums of a brick's voxels, eight floats a row of voxels each: the members of springls__moments, the squared distance to the\n",
-    "   nearest particle, and its normal (0: none is near). */\n",
-    "#define SPRINGLS__SUM_OFFSET 0\n",
-    "#define SPRINGLS__SUM_NORMAL 3\n",
-    "#define SPRINGLS__SUM_MOVED 6\n",
-    "#define SPRINGLS__SUM_WEIGHT 9\n",
-    "#define SPRINGLS__SUM_HEIGHT 10\n",
-    "#define SPRINGLS__SUMS 11\n",
-    "#define SPRINGLS__NEAREST2 11\n",
-    "#define SPRINGLS__FACING 12\n",
-    "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
-    "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
-    "\n",
     "/* Returns where a row's sums are; those of one member follow on each other, those of the next begin 8 further on. */\n",
     "SPRINGLS__MATHS int springls__sums_of_row(int row) { return 8 * SPRINGLS__SUM_MEMBERS * row; }\n",
-    "\n",
-    "/* Returns the sum of a vector, whose x is `member`, at a voxel of a row. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__sum3_load(SPRINGLS__LOCAL const float *sums, int member, int x)\n",
-    "{\n",
-    "    return springls__v3_make(sums[8 * member + x], sums[8 * member + 8 + x], sums[8 * member + 16 + x]);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS springls__moments springls__moments_load(SPRINGLS__LOCAL const float *sums, int x)\n",
-    "{\n",
-    "    springls__moments m;\n",
-    "    m.offset = springls__sum3_load(sums, SPRINGLS__SUM_OFFSET, x);\n",
-    "    m.normal = springls__sum3_load(sums, SPRINGLS__SUM_NORMAL, x);\n",
-    "    m.moved = springls__sum3_load(sums, SPRINGLS__SUM_MOVED, x);\n",
-    "    m.weight = sums[8 * SPRINGLS__SUM_WEIGHT + x];\n",
-    "    m.height = sums[8 * SPRINGLS__SUM_HEIGHT + x];\n",
-    "    return m;\n",
-    "}\n",
     "\n",
     "/* Takes one springl as the nearest of the voxels `first` to `last` of a row, where it is; sums: of the row; offset: from the\n",
     "   particle to the row's first voxel. */\n",
@@ -32387,15 +32649,34 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__TAKE_SUMS 1      /* adds it to the sums of the voxels of its sheet */\n",
     "#define SPRINGLS__TAKE_ONE_SHEET 2 /* adds it to the sums of all: the springls near the brick are of one sheet */\n",
     "\n",
-    "/* Takes a springl into the rows of a brick that are near it. */\n",
+    "/* The sums of a brick while springls are taken into them. */\n",
+    "typedef struct springls__brick_sums {\n",
+    "    SPRINGLS__LOCAL float *value;     /* SUMS_FLOATS; of rows that no springl has reached they are not begun */\n",
+    "    SPRINGLS__GLOBAL uint8_t *opposed; /* whether springls near one voxel face against each other */\n",
+    "    bool reached[SPRINGLS__ROWS];     /* rows that springls are near */\n",
+    "} springls__brick_sums;\n",
+    "\n",
+    "/* Begins the sums of a row, if no springl has reached it before; none is nearest yet. */\n",
+    "SPRINGLS__MATHS void springls__reach_row(springls__brick_sums *sums, int row)\n",
+    "{\n",
+    "    const float farthest2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;\n",
+    "    SPRINGLS__LOCAL float *value = sums->value + springls__sums_of_row(row);\n",
+    "    int i;\n",
+    "    if (sums->reached[row]) return;\n",
+    "    sums->reached[row] = true;\n",
+    "    for (i = 0; i < 8 * SPRINGLS__SUM_MEMBERS; i++) value[i] = 0.0f;\n",
+    "    for (i = 0; i < 8; i++) value[8 * SPRINGLS__NEAREST2 + i] = farthest2;\n",
+    "}\n",
+    "\n",
+    "/* Takes a springl into the rows of a brick that are near it. It is near at most four voxels of a row. */\n",
     "SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group, int take,\n",
-    "                                            SPRINGLS__LOCAL float *sums, SPRINGLS__GLOBAL uint8_t *opposed)\n",
+    "                                            springls__brick_sums *sums)\n",
     "{\n",
     "    const float radius = SPRINGLS__PROJECT_RADIUS;\n",
     "    springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;\n",
     "    int first, last, y, y1, z, z1;\n",
     "    if (!springls__near_axis(p.x) || !springls__near_axis(p.y) || !springls__near_axis(p.z)) return;\n",
-    "    first = springls__first_near(p.x, radius) & -SPRINGLS__LANES;\n",
+    "    first = springls__imin(springls__first_near(p.x, radius), 8 - SPRINGLS__LANES);\n",
     "    last = springls__last_near(p.x, radius);\n",
     "    z1 = springls__last_near(p.z, radius);\n",
     "    offset.x = -p.x;\n",
@@ -32405,17 +32686,18 @@ static const char *const springls__kernel_lines[] = {
     "        reach = springls__sqrt(springls__max(radius * radius - offset.z * offset.z, 0.0f));\n",
     "        y1 = springls__last_near(p.y, reach);\n",
     "        for (y = springls__first_near(p.y, reach); y <= y1; y++) {\n",
-    "            SPRINGLS__LOCAL float *row = sums + springls__sums_of_row(y + 8 * z);\n",
+    "            SPRINGLS__LOCAL float *row = sums->value + springls__sums_of_row(y + 8 * z);\n",
     "            offset.y = (float)y - p.y;\n",
     "            if (!springls__is_mine(group, y + 8 * z)) continue;\n",
+    "            springls__reach_row(sums, y + 8 * z);\n",
     "            if (take == SPRINGLS__TAKE_NEAREST) springls__nearest_row(s, offset, row, first, last);\n",
-    "            else springls__moments_row(s, offset, row, first, last, take == SPRINGLS__TAKE_ONE_SHEET, opposed);\n",
+    "            else springls__moments_row(s, offset, row, first, last, take == SPRINGLS__TAKE_ONE_SHEET, sums->opposed);\n",
     "        }\n",
     "    }\n",
     "}\n",
     "\n",
-    "/* Returns the mean direction of the springls near a brick when all are of one sheet, whatever the voxel; else 0. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__common_facing(const springls__model *model, const springls__near_ranges *near_by)\n",
+    "/* Returns whether the springls near a brick are all of one sheet, whatever the voxel. */\n",
+    "SPRINGLS__MATHS bool springls__are_one_sheet(const springls__model *model, const springls__near_ranges *near_by)\n",
     "{\n",
     "    const float along = 0.84f; /* two directions this close to a third differ by less than SAME_SHEET permits */\n",
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
@@ -32426,39 +32708,21 @@ static const char *const springls__kernel_lines[] = {
     "    sum = springls__normalize(sum);\n",
     "    for (r = 0; r < near_by->count; r++)\n",
     "        for (k = near_by->first[r]; k < near_by->end[r]; k++)\n",
-    "            if (!(springls__dot(sum, oriented[k].n) > along)) return springls__v3_make(0.0f, 0.0f, 0.0f);\n",
-    "    return sum;\n",
-    "}\n",
-    "\n",
-    "/* Begins the sums of a row; no springl is nearest yet. */\n",
-    "SPRINGLS__MATHS void springls__clear_row(SPRINGLS__LOCAL float *sums, springls__v3 facing)\n",
-    "{\n",
-    "    const float farthest2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8 * SPRINGLS__SUMS; i++) sums[i] = 0.0f;\n",
-    "    for (i = 0; i < 8; i++) {\n",
-    "        sums[8 * SPRINGLS__NEAREST2 + i] = farthest2;\n",
-    "        sums[8 * SPRINGLS__FACING + i] = facing.x;\n",
-    "        sums[8 * (SPRINGLS__FACING + 1) + i] = facing.y;\n",
-    "        sums[8 * (SPRINGLS__FACING + 2) + i] = facing.z;\n",
-    "    }\n",
+    "            if (!(springls__dot(sum, oriented[k].n) > along)) return false;\n",
+    "    return true;\n",
     "}\n",
     "\n",
     "/* Finds the nearest springl of every voxel, where they are not all of one sheet, then sums over those that face the same way. */\n",
     "SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, const springls__near_ranges *near_by,\n",
-    "                                               const int origin[3], SPRINGLS__LOCAL float *sums,\n",
-    "                                               SPRINGLS__GLOBAL uint8_t *opposed)\n",
+    "                                               const int origin[3], springls__brick_sums *sums)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
-    "    springls__v3 common = springls__common_facing(model, near_by);\n",
-    "    bool one_sheet = springls__length2(common) > 0.5f;\n",
+    "    bool one_sheet = springls__are_one_sheet(model, near_by);\n",
     "    int last = one_sheet ? SPRINGLS__TAKE_ONE_SHEET : SPRINGLS__TAKE_SUMS, take, r, k;\n",
-    "    for (r = model->group.item; r < SPRINGLS__ROWS; r += model->group.items)\n",
-    "        springls__clear_row(sums + springls__sums_of_row(r), common);\n",
     "    for (take = one_sheet ? SPRINGLS__TAKE_ONE_SHEET : SPRINGLS__TAKE_NEAREST; take <= last; take++)\n",
     "        for (r = 0; r < near_by->count; r++)\n",
     "            for (k = near_by->first[r]; k < near_by->end[r]; k++)\n",
-    "                springls__reached_rows(oriented[k], origin, model->group, take, sums, opposed);\n",
+    "                springls__reached_rows(oriented[k], origin, model->group, take, sums);\n",
     "}\n",
     "\n",
     "/* The box of the places that springls at an edge may be near; empty where there are none. */\n",
@@ -32556,34 +32820,91 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__v3_make((float)(origin[0] + (v & 7)), (float)(origin[1] + (v >> 3 & 7)), (float)(origin[2] + (v >> 6)));\n",
     "}\n",
     "\n",
-    "/* Returns phi at a voxel that springls are near: carried along, made exact by them, and put on the other side where phi has lost\n",
-    "   a sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */\n",
+    "#define SPRINGLS__BESIDE_ZERO 1.2f /* voxels: none beyond it is next to the zero level */\n",
+    "\n",
+    "/* Returns phi at a voxel v that springls are near and have carried `phi` to: made exact by them, and put on the other side where\n",
+    "   phi has lost a sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */\n",
     "SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,\n",
-    "                                              const springls__wide_tile *tile, const int origin[3], int v,\n",
-    "                                              springls__moments sum, springls__arguments args, springls__edge_box edges,\n",
-    "                                              float phi)\n",
+    "                                              const int origin[3], int v, springls__moments sum, springls__arguments args,\n",
+    "                                              springls__edge_box edges, float phi)\n",
     "{\n",
-    "    const float width = 1.2f; /* no voxel beyond it is next to the zero level */\n",
-    "    springls__v3 at = springls__v3_make((float)(v & 7), (float)(v >> 3 & 7), (float)(v >> 6));\n",
     "    springls__v3 x = springls__voxel_place(origin, v);\n",
+    "    springls__projection f = springls__moments_distance(sum);\n",
     "    springls__estimate edge;\n",
-    "    springls__projection f;\n",
-    "    if (args.project.carry) phi = springls__wide_tile_sample(tile, springls__mad(at, sum.moved, -1.0f / sum.weight));\n",
-    "    if (!model->params.project_level_set) return phi;\n",
     "    edge.weight = edge.distance = 0.0f;\n",
-    "    if (springls__fabs(phi) < width && springls__in_edge_box(edges, x)) edge = springls__height_at_edge(model, near_by, v, x);\n",
+    "    if (springls__fabs(phi) < SPRINGLS__BESIDE_ZERO && springls__in_edge_box(edges, x))\n",
+    "        edge = springls__height_at_edge(model, near_by, v, x);\n",
     "    if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance))\n",
     "        return springls__on_known_side(edge.distance, phi);\n",
-    "    f = springls__moments_distance(sum);\n",
     "    if (model->params.nucleate && springls__can_nucleate(phi, f)\n",
     "        && springls__between_sides(model, near_by, x, springls__normalize(sum.normal), phi < 0.0f ? -1.0f : 1.0f)\n",
     "        && springls__in_sheet(model, x, springls__normalize(sum.normal)))\n",
     "        return f.distance;\n",
-    "    if ((f.distance < 0.0f) != (phi < 0.0f)) {\n",
+    "    if (springls__other_side(f.distance, phi)) {\n",
     "        int side = springls__side_of_bodies(model, x, args.project.max_displacement);\n",
     "        if (side != 0 && (side < 0) == (f.distance < 0.0f)) return f.distance;\n",
     "    }\n",
     "    return edge.weight > 0.0f ? phi : springls__on_known_side(springls__corrected_phi(phi, f), phi);\n",
+    "}\n",
+    "\n",
+    "/* Returns where voxels, SPRINGLS__LANES of a row from number `first` on, may need springls__project_voxel: elsewhere only the sums\n",
+    "   count. */\n",
+    "SPRINGLS__VEC_MATHS springls__vmask springls__needs_project_voxel(const springls__model *model, const int origin[3], int first,\n",
+    "                                                                  springls__edge_box edges, springls__vec phi,\n",
+    "                                                                  springls__vec_projection f)\n",
+    "{\n",
+    "    springls__v3 x = springls__voxel_place(origin, first);\n",
+    "    springls__vec along_x = x.x + springls__vec_from(0);\n",
+    "    springls__vmask needed = phi < phi; /* nowhere */\n",
+    "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE) needed = springls__vec_other_side(f.distance, phi);\n",
+    "    if (model->params.nucleate) needed = needed | springls__vec_can_nucleate(phi, f);\n",
+    "    if (x.y >= edges.lower.y && x.y <= edges.upper.y && x.z >= edges.lower.z && x.z <= edges.upper.z)\n",
+    "        needed = needed | ((springls__vec_fabs(phi) < SPRINGLS__BESIDE_ZERO) & (along_x >= edges.lower.x)\n",
+    "                           & (along_x <= edges.upper.x));\n",
+    "    return needed;\n",
+    "}\n",
+    "\n",
+    "/* Carries phi of a row along with the springls near its voxels: takes it from the places that they have come from. */\n",
+    "SPRINGLS__MATHS void springls__carry_row(const springls__wide_tile *tile, int row, SPRINGLS__LOCAL const float *sums, float phi[8])\n",
+    "{\n",
+    "    const float y = (float)(row & 7), z = (float)(row >> 3);\n",
+    "    float from[3][8];\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec_moments sum = springls__vec_moments_load(sums + i);\n",
+    "        springls__vec back = -1.0f / sum.weight;\n",
+    "        springls__vec_store(from[0] + i, springls__vec_from(i) + sum.moved.x * back);\n",
+    "        springls__vec_store(from[1] + i, y + sum.moved.y * back);\n",
+    "        springls__vec_store(from[2] + i, z + sum.moved.z * back);\n",
+    "    }\n",
+    "    for (i = 0; i < 8; i++)\n",
+    "        if (sums[8 * SPRINGLS__SUM_WEIGHT + i] > SPRINGLS__MIN_WEIGHT)\n",
+    "            phi[i] = springls__wide_tile_sample(tile, springls__v3_make(from[0][i], from[1][i], from[2][i]));\n",
+    "}\n",
+    "\n",
+    "/* Makes phi of a row's voxels exact where springls are near. */\n",
+    "SPRINGLS__MATHS void springls__correct_row(const springls__model *model, const springls__near_ranges *near_by, const int origin[3],\n",
+    "                                           int row, SPRINGLS__LOCAL const float *sums, springls__arguments args,\n",
+    "                                           springls__edge_box edges, float phi[8])\n",
+    "{\n",
+    "    float needed[8];\n",
+    "    bool some_needed = false;\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec_moments sum = springls__vec_moments_load(sums + i);\n",
+    "        springls__vec old = springls__vec_load(phi + i), exact;\n",
+    "        springls__vec_projection f = springls__vec_moments_distance(sum);\n",
+    "        springls__vmask counts = sum.weight > SPRINGLS__MIN_WEIGHT;\n",
+    "        springls__vmask needs = counts & springls__needs_project_voxel(model, origin, 8 * row + i, edges, old, f);\n",
+    "        some_needed = some_needed || springls__vec_any(needs);\n",
+    "        springls__vec_store(needed + i, springls__vec_select(needs, springls__vec_broadcast(1.0f), springls__vec_broadcast(0.0f)));\n",
+    "        exact = springls__vec_on_known_side(springls__vec_corrected_phi(old, f), old);\n",
+    "        springls__vec_store(phi + i, springls__vec_select(counts & springls__vec_not(needs), exact, old));\n",
+    "    }\n",
+    "    for (i = 0; some_needed && i < 8; i++)\n",
+    "        if (needed[i] > 0.0f)\n",
+    "            phi[i] = springls__project_voxel(model, near_by, origin, 8 * row + i, springls__moments_load(sums + i), args, edges,\n",
+    "                                             phi[i]);\n",
     "}\n",
     "\n",
     "/* Returns whether the surface may have passed a voxel that no springl is near. Where bodies overlap phi is that of their union,\n",
@@ -32604,19 +32925,58 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__fabs(phi) < max_displacement ? springls__side_unknown(phi, model->grid.far_value) : phi;\n",
     "}\n",
     "\n",
-    "/* Returns whether projecting may change a row of voxels: springls are near one of them, or the surface may have passed it.\n",
-    "   weight: of the row's sums, if there are `some`. */\n",
-    "SPRINGLS__MATHS bool springls__projects_row(const springls__model *model, bool some, SPRINGLS__LOCAL const float *weight,\n",
-    "                                            SPRINGLS__GLOBAL const float *phi, springls__arguments args)\n",
+    "/* Returns whether the surface may have passed a voxel of a row that no springl is near; true too where only a look at each tells.\n",
+    "   sums: of the row, if a springl has reached it. */\n",
+    "SPRINGLS__MATHS bool springls__some_passed(const springls__model *model, SPRINGLS__GLOBAL const float *phi, bool reached,\n",
+    "                                           SPRINGLS__LOCAL const float *sums, float max_displacement)\n",
     "{\n",
-    "    const float passed = args.project.carry ? args.project.max_displacement : 0.0f;\n",
     "    int i;\n",
-    "    if (args.project.carry && model->params.contact == SPRINGLS_CONTACT_SEPARATE) return true;\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
-    "        if (springls__vec_any(springls__vec_fabs(springls__vec_load(phi + i)) < passed)) return true;\n",
-    "        if (some && springls__vec_any(springls__vec_load(weight + i) > SPRINGLS__MIN_WEIGHT)) return true;\n",
+    "        springls__vmask passed = springls__vec_fabs(springls__vec_load(phi + i)) < max_displacement;\n",
+    "        if (reached) passed = passed & (springls__vec_load(sums + 8 * SPRINGLS__SUM_WEIGHT + i) <= SPRINGLS__MIN_WEIGHT);\n",
+    "        if (springls__vec_any(passed)) return true;\n",
     "    }\n",
-    "    return false;\n",
+    "    return model->params.contact == SPRINGLS_CONTACT_SEPARATE;\n",
+    "}\n",
+    "\n",
+    "/* Marks the voxels of a row that the surface may have passed and no springl is near; returns whether the side of one is unknown. */\n",
+    "SPRINGLS__MATHS bool springls__mark_passed(const springls__model *model, const int origin[3], int row, bool reached,\n",
+    "                                           SPRINGLS__LOCAL const float *sums, float max_displacement, float phi[8])\n",
+    "{\n",
+    "    bool unknown = false;\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i++) {\n",
+    "        if (reached && sums[8 * SPRINGLS__SUM_WEIGHT + i] > SPRINGLS__MIN_WEIGHT) continue;\n",
+    "        if (!springls__may_be_passed(model, phi[i], max_displacement)) continue;\n",
+    "        phi[i] = springls__passed_phi(model, springls__voxel_place(origin, 8 * row + i), phi[i], max_displacement);\n",
+    "        unknown = unknown || springls__fabs(phi[i]) > model->grid.far_value;\n",
+    "    }\n",
+    "    return unknown;\n",
+    "}\n",
+    "\n",
+    "/* Projects a row of a brick, from phi to out, by its sums, if a springl has reached it; returns whether the side of a voxel is\n",
+    "   unknown. */\n",
+    "SPRINGLS__MATHS bool springls__project_row(const springls__model *model, const springls__near_ranges *near_by,\n",
+    "                                           const springls__wide_tile *tile, const int origin[3], int row, bool reached,\n",
+    "                                           SPRINGLS__LOCAL const float *sums, springls__arguments args, springls__edge_box edges,\n",
+    "                                           SPRINGLS__GLOBAL const float *phi, SPRINGLS__GLOBAL float *out)\n",
+    "{\n",
+    "    const bool carry = args.project.carry != 0;\n",
+    "    const float passed = args.project.max_displacement;\n",
+    "    bool some_passed = carry && springls__some_passed(model, phi, reached, sums, passed), unknown = false;\n",
+    "    float value[8];\n",
+    "    int i;\n",
+    "    if (!reached && !some_passed) {\n",
+    "        springls__copy_voxel_row(phi, out);\n",
+    "        return false;\n",
+    "    }\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__vec_store(value + i, springls__vec_load(phi + i));\n",
+    "    if (some_passed) unknown = springls__mark_passed(model, origin, row, reached, sums, passed, value);\n",
+    "    if (reached && carry) springls__carry_row(tile, row, sums, value);\n",
+    "    if (reached && model->params.project_level_set)\n",
+    "        springls__correct_row(model, near_by, origin, row, sums, args, edges, value);\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__vec_store(out + i, springls__vec_load(value + i));\n",
+    "    return unknown;\n",
     "}\n",
     "\n",
     "/* What has_opposed has of a brick that is asleep, in which nothing is found. */\n",
@@ -32628,45 +32988,36 @@ static const char *const springls__kernel_lines[] = {
     "                                               SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
-    "    SPRINGLS__LOCAL float *sums = memory;\n",
     "    SPRINGLS__GLOBAL const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL float *out = g->phi_next + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL uint8_t *side_unknown = springls__has_unknown_side(model) + i;\n",
-    "    SPRINGLS__GLOBAL uint8_t *opposed = springls__has_opposed(model) + i;\n",
-    "    bool carry = args.project.carry != 0, some;\n",
+    "    bool some;\n",
+    "    springls__brick_sums sums;\n",
     "    springls__wide_tile tile;\n",
     "    springls__near_ranges near_by;\n",
     "    springls__edge_box edges;\n",
-    "    int row, v, o[3];\n",
+    "    int row, o[3];\n",
+    "    sums.value = memory;\n",
+    "    sums.opposed = springls__has_opposed(model) + i;\n",
     "    tile.value = memory + SPRINGLS__SUMS_FLOATS;\n",
     "    springls__slot_origin(g, g->active[i], o);\n",
     "    if (model->group.item == 0) {\n",
     "        *side_unknown = 0;\n",
-    "        *opposed = springls__keeps_phi(model, i) ? SPRINGLS__OPPOSED_ASLEEP : 0;\n",
+    "        *sums.opposed = springls__keeps_phi(model, i) ? SPRINGLS__OPPOSED_ASLEEP : 0;\n",
     "    }\n",
     "    if (springls__keeps_phi(model, i)) return;\n",
     "    SPRINGLS__BARRIER; /* both are cleared before an item sets one */\n",
     "    near_by = springls__near_brick(model, o);\n",
     "    some = near_by.count > 0;\n",
-    "    springls__load_wide_tile(g, g->phi, o, model->group, carry && some, &tile);\n",
+    "    springls__load_wide_tile(g, g->phi, o, model->group, args.project.carry && some, &tile);\n",
     "    edges = springls__edge_box_of(model, &near_by);\n",
-    "    if (some) springls__brick_sums_take(model, &near_by, o, sums, opposed);\n",
+    "    for (row = 0; row < SPRINGLS__ROWS; row++) sums.reached[row] = false;\n",
+    "    if (some) springls__brick_sums_take(model, &near_by, o, &sums);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
-    "        SPRINGLS__LOCAL const float *of_row = sums + springls__sums_of_row(row);\n",
-    "        if (!springls__projects_row(model, some, of_row + 8 * SPRINGLS__SUM_WEIGHT, phi + 8 * row, args)) {\n",
-    "            springls__copy_voxel_row(phi + 8 * row, out + 8 * row);\n",
-    "            continue;\n",
-    "        }\n",
-    "        for (v = 8 * row; v < 8 * row + 8; v++) {\n",
-    "            out[v] = phi[v];\n",
-    "            if (some && of_row[8 * SPRINGLS__SUM_WEIGHT + (v & 7)] > SPRINGLS__MIN_WEIGHT) {\n",
-    "                out[v] = springls__project_voxel(model, &near_by, &tile, o, v, springls__moments_load(of_row, v & 7), args,\n",
-    "                                                 edges, phi[v]);\n",
-    "            } else if (carry && springls__may_be_passed(model, phi[v], args.project.max_displacement)) {\n",
-    "                out[v] = springls__passed_phi(model, springls__voxel_place(o, v), phi[v], args.project.max_displacement);\n",
-    "                if (springls__fabs(out[v]) > g->far_value) *side_unknown = 1;\n",
-    "            }\n",
-    "        }\n",
+    "        SPRINGLS__LOCAL const float *of_row = sums.value + springls__sums_of_row(row);\n",
+    "        if (springls__project_row(model, &near_by, &tile, o, row, sums.reached[row], of_row, args, edges, phi + 8 * row,\n",
+    "                                  out + 8 * row))\n",
+    "            *side_unknown = 1;\n",
     "    }\n",
     "}\n",
     "\n",
@@ -32705,7 +33056,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9777 \"springls.h\"\n",
+    "#line 9952 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -32857,7 +33208,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 9930 \"springls.h\"\n",
+    "#line 10105 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -32941,7 +33292,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10015 \"springls.h\"\n",
+    "#line 10190 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -33038,7 +33389,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10113 \"springls.h\"\n",
+    "#line 10288 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -33575,7 +33926,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10651 \"springls.h\"\n",
+    "#line 10826 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -33651,7 +34002,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10728 \"springls.h\"\n",
+    "#line 10903 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -33887,7 +34238,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 10965 \"springls.h\"\n",
+    "#line 11140 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -33920,7 +34271,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 10999 \"springls.h\"\n",
+    "#line 11174 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -33945,7 +34296,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11025 \"springls.h\"\n",
+    "#line 11200 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -34195,7 +34546,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11276 \"springls.h\"\n",
+    "#line 11451 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -34295,7 +34646,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 34299 \"springls.h\"\n",
+    "#line 34650 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
