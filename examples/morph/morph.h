@@ -3,7 +3,7 @@
  *   read      reads two characters and rescales the source onto the target's skeleton (skeleton_align.h)
  *   rig       gives a body without bones a donor's skeleton and weights by heat (rig.c)
  *   solid     makes each a closed body on one grid (solid.c)
- *   run       runs a frame: linear blend skinning as a flow, then active contours towards the posed target (run.c)
+ *   run       runs a frame: linear blend skinning as a flow (run.c), then active contours towards the posed target (contour.c)
  *   look      colors and weights that fade into the target's, and textures of them (look.c)
  *   output    writes glTF (gltf.c), pictures and report (output.c) */
 #ifndef EXAMPLES_MORPH_MORPH_H
@@ -86,7 +86,7 @@ struct morph {
     springls_grid_desc grid;
     springls_context *ctx, *other; /* the model; the posed target */
     springls_backend *backend;
-    float *pressure, *source_phi, *target_phi; /* dense volumes, voxels */
+    float *pressure, *shape, *source_phi, *target_phi; /* dense volumes, voxels; shape: the level set wanted in this frame */
     int *source_nearest, *target_nearest; /* triangle of the posed body nearest to each voxel, -1: none near */
     struct affine *skin, *skin_before, *skin_places;
     struct morph_frame *frames, rest; /* rest: the end in the neutral pose, for --out */
@@ -130,6 +130,9 @@ void morph_rig_free(struct rig_mesh *mesh);
 bool morph_weights(const struct morph *morph); /* runs --weights: computes them and writes pictures, glTF and report */
 bool morph_prepare(struct morph *morph);
 bool morph_run(struct morph *morph);
+size_t morph_voxel_count(const struct morph *morph);
+/* Pushes the model to morph->shape by active contours, and joins its parts. */
+bool morph_contour(struct morph *morph);
 /* Checks the sums of bone weights; for --out computes colors and places of a frame's mesh, whose pose the target has. */
 bool morph_look(const struct morph *morph, struct morph_frame *frame);
 struct influences morph_mixed_influences(const struct morph *morph, const struct morph_frame *frame, int vertex);

@@ -1,4 +1,4 @@
-/* run.c - the frames of a morph: skinning by a flow, and active contours, both by Algorithm 2. */
+/* run.c - the frames of a morph: skinning by a flow, and the shape that active contours (contour.c) then push the model to. */
 #include "morph/morph.h"
 
 #include "base/progress.h"
@@ -254,7 +254,7 @@ static bool compare_channels(struct morph *morph)
     return true;
 }
 
-static size_t voxel_count(const struct morph *morph)
+size_t morph_voxel_count(const struct morph *morph)
 {
     const int *size = morph->grid.size;
     return (size_t)size[0] * (size_t)size[1] * (size_t)size[2];
@@ -278,12 +278,13 @@ bool morph_prepare(struct morph *morph)
     desc.grid = morph->grid;
     desc.params = &morph->params;
     desc.backend = morph->backend = run_backend("morph", &morph->settings.common);
-    morph->pressure = malloc(voxel_count(morph) * sizeof(float));
-    morph->source_phi = malloc(voxel_count(morph) * sizeof(float));
-    morph->target_phi = malloc(voxel_count(morph) * sizeof(float));
-    morph->source_nearest = malloc(voxel_count(morph) * sizeof(int));
-    morph->target_nearest = malloc(voxel_count(morph) * sizeof(int));
-    if (!morph->pressure || !morph->source_phi || !morph->target_phi || !morph->source_nearest || !morph->target_nearest) {
+    morph->pressure = malloc(morph_voxel_count(morph) * sizeof(float));
+    morph->shape = malloc(morph_voxel_count(morph) * sizeof(float));
+    morph->source_phi = malloc(morph_voxel_count(morph) * sizeof(float));
+    morph->target_phi = malloc(morph_voxel_count(morph) * sizeof(float));
+    morph->source_nearest = malloc(morph_voxel_count(morph) * sizeof(int));
+    morph->target_nearest = malloc(morph_voxel_count(morph) * sizeof(int));
+    if (!morph->pressure || !morph->shape || !morph->source_phi || !morph->target_phi || !morph->source_nearest || !morph->target_nearest) {
         return morph_no_memory();
     }
     return run_create("morph", &desc, &morph->ctx) == CLI_CONTINUE && run_create("morph", &desc, &morph->other) == CLI_CONTINUE
@@ -399,7 +400,7 @@ static bool skin_step(struct morph *morph, float part)
     return morph_check(morph->ctx, springls_step(morph->ctx, &step), "skinning");
 }
 
-/* ---- active contours ---- */
+/* ---- the shape of a frame ---- */
 
 /* Continues the nearest triangles of a posed body into all of it, and outside as far as springls move in a frame. Returns false if
  * memory is short. */
@@ -517,7 +518,7 @@ static bool is_alone(const struct morph *morph, const struct morph_body *body, i
 static void unite_alone(const struct morph *morph, const struct morph_body *body, const float *body_phi, const int *nearest,
                         float *phi)
 {
-    const size_t count = voxel_count(morph);
+    const size_t count = morph_voxel_count(morph);
     for (size_t n = 0; n < count; ++n) {
         if (nearest[n] >= 0 && body_phi[n] < phi[n] && is_alone(morph, body, nearest[n])) { phi[n] = body_phi[n]; }
     }
@@ -549,15 +550,13 @@ static double volume_left(const struct morph_body *body, float size)
     return fmax(0.1, left / whole);
 }
 
-/* Sets the pressure to minus the signed distance of the body between source and target, at most `pace` voxels. part: 0 the
- * source, 1 the target. The level set is blended, limbs that only one has are united with it, it is moved so that the volume is
+/* Makes the signed distance of the body between source and target. part: 0 the source, 1 the target. The level set is blended, limbs that only one has are united with it, it is moved so that the volume is
  * between theirs, and what falls apart is bridged. */
 static bool pose_between(struct morph *morph, float part)
 {
-    const size_t count = voxel_count(morph);
-    const float pace = morph->settings.pace;
+    const size_t count = morph_voxel_count(morph);
     const struct solid_grid voxels = morph_voxels(&morph->grid);
-    float *phi = morph->pressure, *source = morph->source_phi, *target = morph->target_phi;
+    float *phi = morph->shape, *source = morph->source_phi, *target = morph->target_phi;
     double area, volumes[2] = {0.0, 0.0};
     struct solid_repair repair;
     const float sizes[2] = {fmaxf(0.05f, 1.0f - part), fmaxf(0.05f, part)}; /* of limbs that the other lacks */
@@ -593,11 +592,7 @@ static bool pose_between(struct morph *morph, float part)
     const float least = morph->target.solid.joined > 0 ? BRIDGE : 0.0f,
                 rod = ROD * fmaxf(least, fminf(1.0f, 5.0f * (1.0f - part)));
     if (rod > 0.0f) { add_rods(morph, rod, part, phi); }
-    if (!solid_repair(&voxels, phi, morph->settings.reach, &repair)) {
-        return morph_no_memory();
-    }
-    for (size_t n = 0; n < count; ++n) { phi[n] = fmaxf(-pace, fminf(pace, -phi[n])); }
-    return true;
+    return solid_repair(&voxels, phi, morph->settings.reach, &repair) || morph_no_memory();
 }
 
 /* Samples a dense level set at a place in voxel coordinates, trilinearly. */
@@ -620,54 +615,6 @@ static float sample(const int size[3], const float *phi, const float place[3])
         sum += weight * phi[at];
     }
     return sum;
-}
-
-/* Finds whether somewhere the model is more than a voxel away from the inside of the shape, as where a limb grows: its tip is thin,
- * so that the pressure is small there. */
-static bool find_lag(const struct morph *morph, bool *lags)
-{
-    const int *size = morph->grid.size;
-    const size_t count = voxel_count(morph);
-    const float voxel = (float)morph->grid.spacing[0];
-    size_t inside = 0, next = 0;
-    for (size_t n = 0; n < count; n += 2) { inside += morph->pressure[n] > 0.2f; }
-    float *places = malloc(3 * (inside + 1) * sizeof *places), *distances = malloc((inside + 1) * sizeof *distances);
-    bool good = (places && distances) || morph_no_memory();
-    for (size_t n = 0; good && n < count; n += 2) {
-        if (morph->pressure[n] > 0.2f) {
-            const size_t at[3] = {n % (size_t)size[0], n / (size_t)size[0] % (size_t)size[1],
-                                  n / ((size_t)size[0] * (size_t)size[1])};
-            for (int k = 0; k < 3; ++k) {
-                places[3 * next + (size_t)k] = (float)(morph->grid.origin[k] + morph->grid.spacing[k] * (double)at[k]);
-            }
-            ++next;
-        }
-    }
-    good = good && morph_check(morph->ctx, springls_sample_distance(morph->ctx, places, (int)next, distances), "distance");
-    *lags = false;
-    for (size_t n = 0; good && n < next; ++n) { *lags = *lags || distances[n] > voxel; }
-    free(places);
-    free(distances);
-    return good;
-}
-
-/* Pushes the model to the shape: `iterations`, and up to five times as many while it lags behind. */
-static bool contour_steps(struct morph *morph)
-{
-    springls_forces forces;
-    springls_step_desc step;
-    memset(&forces, 0, sizeof forces);
-    memset(&step, 0, sizeof step);
-    forces.pressure_grid.data = morph->pressure;
-    step.forces = &forces;
-    step.mode = SPRINGLS_MODE_FLUID;
-    step.dt = 1.0f;
-    step.stop_at_topology = morph->settings.preserve;
-    bool good = morph_check(morph->ctx, springls_run(morph->ctx, &step, morph->settings.iterations), "active contour"), more;
-    for (int left = 4 * morph->settings.iterations; good && left > 0 && find_lag(morph, &more) && more; --left) {
-        good = morph_check(morph->ctx, springls_step(morph->ctx, &step), "active contour");
-    }
-    return good;
 }
 
 /* ---- measures of a frame ---- */
@@ -763,7 +710,7 @@ static bool run_frame(struct morph *morph, int f)
     clock[1] = elapsed_seconds();
     good = good && pose_between(morph, part_of(morph, f));
     clock[2] = elapsed_seconds();
-    good = good && contour_steps(morph);
+    good = good && morph_contour(morph);
     clock[3] = elapsed_seconds();
     frame->share = part_of(morph, f);
     frame->seconds = clock[3] - clock[0];
@@ -838,7 +785,7 @@ static bool rest_pose(struct morph *morph)
     bool good = true;
     for (int s = LEAD_OUT - 1; good && s >= 0; --s) {
         next_pose(morph, last, (double)s / LEAD_OUT);
-        good = skin_step(morph, part_of(morph, last)) && pose_between(morph, part_of(morph, last)) && contour_steps(morph);
+        good = skin_step(morph, part_of(morph, last)) && pose_between(morph, part_of(morph, last)) && morph_contour(morph);
     }
     morph->rest.share = part_of(morph, last);
     return good && measure(morph, &morph->rest);
@@ -852,7 +799,7 @@ bool morph_run(struct morph *morph)
     pose(morph, 0, 0.0);
     for (int s = 1; good && s < LEAD_IN; ++s) {
         next_pose(morph, 0, (double)s / LEAD_IN);
-        good = skin_step(morph, 0.0f) && pose_between(morph, 0.0f) && contour_steps(morph);
+        good = skin_step(morph, 0.0f) && pose_between(morph, 0.0f) && morph_contour(morph);
     }
     progress_begin(&bar, "morph", (size_t)morph->settings.frames, morph->settings.common.quiet);
     for (int f = 0; good && f < morph->settings.frames && morph->coincided < 0; ++f) {
@@ -907,6 +854,7 @@ void morph_free(struct morph *morph)
     free(morph->skin_before);
     free(morph->skin_places);
     free(morph->pressure);
+    free(morph->shape);
     free(morph->source_phi);
     free(morph->target_phi);
     free(morph->source_nearest);

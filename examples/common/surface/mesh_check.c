@@ -171,20 +171,37 @@ static double signed_volume(const float *origin, const float *a, const float *b,
     return side(origin, a, b, c) / 6.0;
 }
 
+/* Returns for each vertex one that is connected with it, the same for all of a component found by root_of; NULL: memory. */
+static int *connect(int vertex_count, const int *triangles, int triangle_count)
+{
+    int *parent = malloc(((size_t)vertex_count + 1) * sizeof *parent);
+    for (int v = 0; parent && v < vertex_count; ++v) {
+        parent[v] = v;
+    }
+    for (int i = 0; parent && i < 3 * triangle_count; ++i) {
+        parent[root_of(parent, triangles[i])] = root_of(parent, triangles[i % 3 == 2 ? i - 2 : i + 1]);
+    }
+    return parent;
+}
+
+int mesh_components(int vertex_count, const int *triangles, int triangle_count)
+{
+    int *parent = connect(vertex_count, triangles, triangle_count), count = parent ? 0 : -1;
+    for (int v = 0; parent && v < vertex_count; ++v) {
+        count += parent[v] == v;
+    }
+    free(parent);
+    return count;
+}
+
 int mesh_drop_specks(const float *positions, int vertex_count, int *triangles, int *triangle_count, double smallest)
 {
-    int *parent = malloc(((size_t)vertex_count + 1) * sizeof *parent), left = 0, dropped = 0;
+    int *parent = connect(vertex_count, triangles, *triangle_count), left = 0, dropped = 0;
     double *volume = calloc((size_t)vertex_count + 1, sizeof *volume);
     if (!parent || !volume) {
         free(parent);
         free(volume);
         return -1;
-    }
-    for (int v = 0; v < vertex_count; ++v) {
-        parent[v] = v;
-    }
-    for (int i = 0; i < 3 * *triangle_count; ++i) {
-        parent[root_of(parent, triangles[i])] = root_of(parent, triangles[i % 3 == 2 ? i - 2 : i + 1]);
     }
     for (int t = 0; t < *triangle_count; ++t) {
         const int *c = triangles + 3 * t, root = root_of(parent, c[0]);

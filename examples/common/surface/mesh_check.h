@@ -14,6 +14,9 @@ struct mesh_check {
 /* Checks a mesh. Returns false if memory is short or an index is out of range. */
 bool mesh_check(const float *positions, int vertex_count, const int *triangles, int triangle_count, struct mesh_check *check);
 
+/* Returns the number of components of a mesh, -1: memory. */
+int mesh_components(int vertex_count, const int *triangles, int triangle_count);
+
 /* Removes components that enclose less than `smallest`, bubbles too; the vertices stay. Returns how many, -1: memory. */
 int mesh_drop_specks(const float *positions, int vertex_count, int *triangles, int *triangle_count, double smallest);
 

@@ -1,0 +1,154 @@
+/* contour.c - active contours push the model to the shape of a frame (run.c), and keep it in one piece.
+ *
+ * The pressure is minus the shape's signed distance, at most `pace`. In a crevice or at the tip of a thin limb that is little, so
+ * where the model lags behind the pressure is the full pace. What is thinner than a voxel tears, and where bodies part drops stay.
+ * The shape is one body without hollows, but a contour only moves surfaces: it joins nothing. So where the model is in parts its
+ * level set is repaired as that of a character is (solid_voxels.h), and where its side has changed the contour makes the model do
+ * the same: drops and hollows shrink until they vanish, and a larger part grows along the shortest bridge until it meets the
+ * rest. */
+#include "morph/morph.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define LAG 1.0f     /* voxel: a model further than this from a voxel of the shape's other side lags... */
+#define SURE 0.2f    /* ...if that lies this deep inside or outside the shape */
+#define OUTSIDE 0.5f /* voxel: parts of the model that are this far outside the shape are not joined to the rest, but given up */
+
+enum { MEND = 30 }; /* steps that mend parts, at most: a voxel each */
+
+static bool contour_step(struct morph *morph)
+{
+    springls_forces forces;
+    springls_step_desc step;
+    memset(&forces, 0, sizeof forces);
+    memset(&step, 0, sizeof step);
+    forces.pressure_grid.data = morph->pressure;
+    step.forces = &forces;
+    step.mode = SPRINGLS_MODE_FLUID;
+    step.dt = 1.0f;
+    step.stop_at_topology = morph->settings.preserve;
+    return morph_check(morph->ctx, springls_step(morph->ctx, &step), "active contour");
+}
+
+/* Calls for a voxel with itself and the 26 around, -1 beyond the grid's inner part. */
+static int voxels_around(const int size[3], size_t voxel, size_t around[27])
+{
+    const int at = (int)voxel, place[3] = {at % size[0], at / size[0] % size[1], at / (size[0] * size[1])};
+    for (int k = 0; k < 3; ++k) {
+        if (place[k] < 1 || place[k] > size[k] - 2) { return 0; }
+    }
+    for (int k = 0; k < 27; ++k) {
+        around[k] = (size_t)(at + k % 3 - 1 + size[0] * (k / 3 % 3 - 1 + size[1] * (k / 9 - 1)));
+    }
+    return 27;
+}
+
+/* ---- towards the shape ---- */
+
+/* Sets the pressure; returns the number of voxels where the model lags. */
+static int press_to_shape(struct morph *morph, const float *model)
+{
+    const size_t count = morph_voxel_count(morph);
+    const float pace = morph->settings.pace, *shape = morph->shape;
+    float *pressure = morph->pressure;
+    size_t around[27];
+    int lags = 0;
+    for (size_t n = 0; n < count; ++n) { pressure[n] = fmaxf(-pace, fminf(pace, -shape[n])); }
+    for (size_t n = 0; n < count; ++n) {
+        const bool grow = shape[n] < -SURE && model[n] > LAG, shrink = shape[n] > SURE && model[n] < -LAG;
+        if (!grow && !shrink) { continue; }
+        ++lags;
+        for (int k = voxels_around(morph->grid.size, n, around) - 1; k >= 0; --k) {
+            if ((shape[around[k]] < 0.0f) == grow) { pressure[around[k]] = grow ? pace : -pace; }
+        }
+    }
+    return lags;
+}
+
+/* Steps `iterations` times, and up to five times as many while the model lags less and less. */
+static bool approach_shape(struct morph *morph, float *model)
+{
+    const int iterations = morph->settings.iterations;
+    bool good = true;
+    for (int step = 0, before = 0; good && step < 5 * iterations; ++step) {
+        good = morph_check(morph->ctx, springls_copy_level_set(morph->ctx, model), "level set");
+        const int lags = good ? press_to_shape(morph, model) : 0;
+        if (step >= iterations && (lags == 0 || lags >= before)) { break; }
+        before = lags;
+        good = good && contour_step(morph);
+    }
+    return good;
+}
+
+/* ---- one piece ---- */
+
+/* Finds whether the model's surface is not that of one body without hollows. */
+static bool is_in_parts(struct morph *morph, bool *parts)
+{
+    springls_mesh mesh;
+    int components = 0;
+    bool good = morph_check(morph->ctx, springls_extract_mesh(morph->ctx, &mesh), "mesh");
+    if (good) {
+        components = mesh_components(mesh.vertex_count, mesh.triangles, mesh.triangle_count);
+        springls_mesh_free(morph->ctx, &mesh);
+    }
+    *parts = components > 1;
+    return good && (components >= 0 || morph_no_memory());
+}
+
+/* Sets the pressure to a voxel a step where the model's side is to change, and beside, elsewhere to 0. */
+static void press_changes(struct morph *morph, const float *model, const float *repaired)
+{
+    const size_t count = morph_voxel_count(morph);
+    float *pressure = morph->pressure;
+    size_t around[27];
+    memset(pressure, 0, count * sizeof *pressure);
+    for (size_t n = 0; n < count; ++n) {
+        if ((model[n] < 0.0f) == (repaired[n] < 0.0f)) { continue; }
+        for (int k = voxels_around(morph->grid.size, n, around) - 1; k >= 0; --k) {
+            if (repaired[n] < 0.0f) {
+                pressure[around[k]] = 1.0f;
+            } else if (repaired[around[k]] >= 0.0f) { /* not the rest of the body beside a drop */
+                pressure[around[k]] = -1.0f;
+            }
+        }
+    }
+}
+
+/* Joins parts, as far as some steps of an active contour can. */
+static bool make_whole(struct morph *morph, float *model)
+{
+    const struct solid_grid voxels = morph_voxels(&morph->grid);
+    const size_t count = morph_voxel_count(morph);
+    float *repaired = NULL;
+    struct solid_repair repair;
+    bool parts, good = is_in_parts(morph, &parts);
+    if (good && parts) {
+        repaired = malloc(count * sizeof *repaired);
+        good = repaired || morph_no_memory();
+    }
+    int step;
+    for (step = 0; good && parts && step < MEND; ++step) {
+        good = morph_check(morph->ctx, springls_copy_level_set(morph->ctx, model), "level set");
+        for (size_t n = 0; n < count; ++n) { repaired[n] = morph->shape[n] > OUTSIDE ? fmaxf(model[n], 1e-3f) : model[n]; }
+        good = good && (solid_repair(&voxels, repaired, morph->settings.reach, &repair) || morph_no_memory());
+        if (good) {
+            press_changes(morph, model, repaired);
+            good = contour_step(morph) && is_in_parts(morph, &parts);
+        }
+    }
+    if (getenv("DBG") && step) fprintf(stderr, "whole: %d steps, %d parts dropped %d joined %d filled %d %s\n", step, repair.parts, repair.dropped, repair.joined, repair.filled, parts ? "LEFT":"");
+    free(repaired);
+    return good;
+}
+
+bool morph_contour(struct morph *morph)
+{
+    float *model = malloc(morph_voxel_count(morph) * sizeof *model);
+    const bool good = (model || morph_no_memory()) && approach_shape(morph, model) && make_whole(morph, model);
+    free(model);
+    return good;
+}
