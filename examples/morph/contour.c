@@ -14,7 +14,7 @@
 #include <string.h>
 
 #define LAG 1.0f     /* voxel: a model further than this from a voxel of the shape's other side lags... */
-#define SURE 0.2f    /* ...if that lies this deep inside or outside the shape */
+#define SURE 0.1f    /* ...if that lies this deep inside or outside the shape */
 #define OUTSIDE 0.5f /* voxel: parts of the model that are this far outside the shape are not joined to the rest, but given up */
 
 enum { MEND = 30 }; /* steps that mend parts, at most: a voxel each */
@@ -76,7 +76,7 @@ static bool approach_shape(struct morph *morph, float *model)
     for (int step = 0, before = 0; good && step < 5 * iterations; ++step) {
         good = morph_check(morph->ctx, springls_copy_level_set(morph->ctx, model), "level set");
         const int lags = good ? press_to_shape(morph, model) : 0;
-        if (step >= iterations && (lags == 0 || lags >= before)) { break; }
+        if (step >= iterations && (lags == 0 || lags > before)) { break; }
         before = lags;
         good = good && contour_step(morph);
     }
@@ -85,14 +85,19 @@ static bool approach_shape(struct morph *morph, float *model)
 
 /* ---- one piece ---- */
 
-/* Finds whether the model's surface is not that of one body without hollows. */
-static bool is_in_parts(struct morph *morph, bool *parts)
+/* Finds whether the model's surface is not that of one body without hollows; sets `model` to its level set. Voxels that touch at
+ * edges only may be connected or not: then the mesh tells. */
+static bool is_in_parts(struct morph *morph, float *model, bool *parts)
 {
-    springls_mesh mesh;
-    int components = 0;
-    bool good = morph_check(morph->ctx, springls_extract_mesh(morph->ctx, &mesh), "mesh");
-    if (good) {
-        components = mesh_components(mesh.vertex_count, mesh.triangles, mesh.triangle_count);
+    const struct solid_grid voxels = morph_voxels(&morph->grid);
+    springls_mesh mesh = {0};
+    bool whole = false;
+    int components = 1;
+    bool good = morph_check(morph->ctx, springls_copy_level_set(morph->ctx, model), "level set")
+        && (solid_is_whole(&voxels, model, &whole) || morph_no_memory());
+    if (good && !whole) {
+        good = morph_check(morph->ctx, springls_extract_mesh(morph->ctx, &mesh), "mesh");
+        components = good ? mesh_components(mesh.vertex_count, mesh.triangles, mesh.triangle_count) : -1;
         springls_mesh_free(morph->ctx, &mesh);
     }
     *parts = components > 1;
@@ -125,19 +130,18 @@ static bool make_whole(struct morph *morph, float *model)
     const size_t count = morph_voxel_count(morph);
     float *repaired = NULL;
     struct solid_repair repair;
-    bool parts, good = is_in_parts(morph, &parts);
+    bool parts, good = is_in_parts(morph, model, &parts);
     if (good && parts) {
         repaired = malloc(count * sizeof *repaired);
         good = repaired || morph_no_memory();
     }
     int step;
     for (step = 0; good && parts && step < MEND; ++step) {
-        good = morph_check(morph->ctx, springls_copy_level_set(morph->ctx, model), "level set");
         for (size_t n = 0; n < count; ++n) { repaired[n] = morph->shape[n] > OUTSIDE ? fmaxf(model[n], 1e-3f) : model[n]; }
-        good = good && (solid_repair(&voxels, repaired, morph->settings.reach, &repair) || morph_no_memory());
+        good = solid_repair(&voxels, repaired, morph->settings.reach, &repair) || morph_no_memory();
         if (good) {
             press_changes(morph, model, repaired);
-            good = contour_step(morph) && is_in_parts(morph, &parts);
+            good = contour_step(morph) && is_in_parts(morph, model, &parts);
         }
     }
     if (getenv("DBG") && step) fprintf(stderr, "whole: %d steps, %d parts dropped %d joined %d filled %d %s\n", step, repair.parts, repair.dropped, repair.joined, repair.filled, parts ? "LEFT":"");

@@ -187,6 +187,20 @@ bool solid_repair(const struct solid_grid *grid, float *phi, int reach, struct s
     return good;
 }
 
+bool solid_is_whole(const struct solid_grid *grid, float *phi, bool *whole)
+{
+    struct repair r = {grid, (size_t)grid->size[0] * (size_t)grid->size[1] * (size_t)grid->size[2], phi, NULL, NULL, NULL};
+    size_t first = 0;
+    r.label = calloc(r.count, sizeof *r.label);
+    r.queue = malloc(r.count * sizeof *r.queue);
+    const bool good = r.label && r.queue;
+    while (good && first < r.count && phi[first] >= 0.0f) { ++first; }
+    *whole = good && first < r.count && (size_t)flood(&r, 0, 1) + (size_t)flood(&r, (int)first, 2) == r.count;
+    free(r.label);
+    free(r.queue);
+    return good;
+}
+
 /* ---- depth ---- */
 
 /* Returns where the parabolas q and v cross. */
@@ -195,49 +209,48 @@ static float crossing(const float *f, int q, int v)
     return ((f[q] + (float)(q * q)) - (f[v] + (float)(v * v))) / (float)(2 * (q - v));
 }
 
-/* Transforms squared distances along a line: the lower envelope of parabolas (Felzenszwalb & Huttenlocher 2012). */
-static void envelope(const float *f, int n, float *out, int *vertex, float *from)
+#define FAR 1e12f /* squared distance where none is known yet */
+
+/* Transforms squared distances along a line in place: the lower envelope of parabolas (Felzenszwalb & Huttenlocher 2012). f, vertex
+ * and from are of n + 1. */
+static void envelope(float *line, size_t step, int n, float *f, int *vertex, float *from)
 {
-    int k = 0;
-    vertex[0] = 0;
-    from[0] = -INFINITY;
-    from[1] = INFINITY;
-    for (int q = 1; q < n; ++q) {
-        float s = crossing(f, q, vertex[k]);
-        while (s <= from[k]) { s = crossing(f, q, vertex[--k]); }
+    int k = -1;
+    for (int q = 0; q < n; ++q) {
+        float s = -INFINITY;
+        f[q] = line[(size_t)q * step];
+        if (f[q] >= FAR) { continue; }
+        while (k >= 0 && (s = crossing(f, q, vertex[k])) <= from[k]) { --k; }
         vertex[++k] = q;
-        from[k] = s;
-        from[k + 1] = INFINITY;
+        from[k] = k > 0 ? s : -INFINITY;
     }
+    if (k < 0) { return; }
+    from[k + 1] = INFINITY;
     k = 0;
     for (int q = 0; q < n; ++q) {
         while (from[k + 1] < (float)q) { ++k; }
-        out[q] = (float)((q - vertex[k]) * (q - vertex[k])) + f[vertex[k]];
+        line[(size_t)q * step] = (float)((q - vertex[k]) * (q - vertex[k])) + f[vertex[k]];
     }
 }
 
-/* Computes squared distances to the nearest voxel where `square` is 0. */
+/* Computes squared distances to the nearest voxel where `square` is 0; elsewhere it is FAR. */
 static bool square_distances(const struct solid_grid *grid, float *square)
 {
-    const int *size = grid->size, longest = size[0] > size[1] ? size[0] : size[1],
-              room = longest > size[2] ? longest : size[2];
-    const size_t count = (size_t)size[0] * (size_t)size[1] * (size_t)size[2],
+    const int *size = grid->size, longest = size[0] > size[1] ? size[0] : size[1];
+    const size_t room = (size_t)(longest > size[2] ? longest : size[2]) + 1,
                  step[3] = {1, (size_t)size[0], (size_t)size[0] * (size_t)size[1]};
-    float *line = malloc((size_t)room * sizeof *line), *out = malloc((size_t)room * sizeof *out),
-          *from = malloc(((size_t)room + 1) * sizeof *from);
-    int *vertex = malloc((size_t)room * sizeof *vertex);
-    const bool good = line && out && from && vertex;
+    float *f = malloc(room * sizeof *f), *from = malloc(room * sizeof *from);
+    int *vertex = malloc(room * sizeof *vertex);
+    const bool good = f && from && vertex;
     for (int axis = 0; good && axis < 3; ++axis) {
-        for (size_t n = 0; n < count; ++n) {
-            if (n / step[axis] % (size_t)size[axis] == 0) {
-                for (int q = 0; q < size[axis]; ++q) { line[q] = square[n + (size_t)q * step[axis]]; }
-                envelope(line, size[axis], out, vertex, from);
-                for (int q = 0; q < size[axis]; ++q) { square[n + (size_t)q * step[axis]] = out[q]; }
+        const int u = axis == 0, v = axis == 2 ? 1 : 2; /* the other axes */
+        for (int j = 0; j < size[v]; ++j) {
+            for (int i = 0; i < size[u]; ++i) {
+                envelope(square + (size_t)i * step[u] + (size_t)j * step[v], step[axis], size[axis], f, vertex, from);
             }
         }
     }
-    free(line);
-    free(out);
+    free(f);
     free(from);
     free(vertex);
     return good;
@@ -248,7 +261,7 @@ bool solid_extend(const struct solid_grid *grid, float *phi, float band)
     const int *size = grid->size, step[3] = {1, size[0], size[0] * size[1]};
     const size_t count = (size_t)size[0] * (size_t)size[1] * (size_t)size[2];
     float *square = malloc(count * sizeof *square);
-    for (size_t n = 0; square && n < count; ++n) { square[n] = 1e12f; }
+    for (size_t n = 0; square && n < count; ++n) { square[n] = FAR; }
     for (int axis = 0; square && axis < 3; ++axis) { /* voxels with neighbors on the other side */
         for (size_t n = (size_t)step[axis]; n < count; ++n) {
             if ((phi[n] < 0.0f) != (phi[n - (size_t)step[axis]] < 0.0f)) {
@@ -280,7 +293,7 @@ bool solid_create(const struct solid_grid *grid, const float *phi, float band, s
     solid->number = malloc(count * sizeof *solid->number);
     solid->depth = malloc(((size_t)solid->count + 1) * sizeof *solid->depth);
     bool good = square && solid->index && solid->number && solid->depth && solid->count > 0;
-    for (size_t n = 0; good && n < count; ++n) { square[n] = phi[n] < 0.0f ? 1e12f : 0.0f; }
+    for (size_t n = 0; good && n < count; ++n) { square[n] = phi[n] < 0.0f ? FAR : 0.0f; }
     good = good && square_distances(grid, square);
     for (size_t n = 0, next = 0; good && n < count; ++n) {
         solid->number[n] = phi[n] < 0.0f ? (int)next : -1;
