@@ -25,6 +25,7 @@ int main(int argc, char **argv)
 #include "../../examples/morph/morph.c"
 #undef main
 #include "../../examples/morph/run.c"
+#include "../../examples/morph/contour.c"
 #include "../../examples/morph/look.c"
 #include "../../examples/morph/gltf.c"
 #include "../../examples/morph/output.c"
@@ -749,28 +750,34 @@ TEST materials_and_images_are_read_back(void)
     PASS();
 }
 
-TEST an_image_beside_the_file_is_read(void)
+/* Writes a triangle with an image beside it. extension: of its baseColorTexture, JSON after its index. */
+static void write_beside(const char *uri, const char *extension)
 {
     static const float data[] = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 1, 1, 1, 1, 0};
     static const char text[] =
-        "{\"asset\":{\"version\":\"2.0\"},\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}],\"meshes\":[{\"primitives\":[{"
+        "{\"asset\":{\"version\":\"2.0\"},\"extensionsUsed\":[\"KHR_texture_transform\"],\"scene\":0,\"scenes\":[{\"nodes\":[0]}],\"nodes\":[{\"mesh\":0}],\"meshes\":[{\"primitives\":[{"
         "\"attributes\":{\"POSITION\":0,\"TEXCOORD_0\":1},\"material\":0}]}],\"materials\":[{\"pbrMetallicRoughness\":{"
-        "\"baseColorTexture\":{\"index\":0}}}],\"textures\":[{\"source\":0}],\"images\":[{\"uri\":\"%s\"}],\"buffers\":[{\"uri\":"
+        "\"baseColorTexture\":{\"index\":0%s}}}],\"textures\":[{\"source\":0}],\"images\":[{\"uri\":\"%s\"}],\"buffers\":[{\"uri\":"
         "\"beside.bin\",\"byteLength\":60}],\"bufferViews\":[{\"buffer\":0,\"byteLength\":36},{\"buffer\":0,\"byteOffset\":36,"
         "\"byteLength\":24}],\"accessors\":[{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\",\"min\":[0,0,0],"
         "\"max\":[1,1,0]},{\"bufferView\":1,\"componentType\":5126,\"count\":3,\"type\":\"VEC2\"}]}";
+    FILE *file = fopen(scratch("beside.bin"), "wb");
+    fwrite(data, sizeof data, 1, file);
+    fclose(file);
+    file = fopen(scratch("beside.gltf"), "w");
+    fprintf(file, text, extension, uri);
+    fclose(file);
+}
+
+TEST an_image_beside_the_file_is_read(void)
+{
     struct image image;
     struct character c;
     char error[CHARACTER_TEXT];
     ASSERT(image_create(&image, 4, 4, color_rgb(0.2f, 0.4f, 0.8f)));
     ASSERT(image_write_png(&image, scratch("a skin.png")));
-    FILE *file = fopen(scratch("beside.bin"), "wb");
-    fwrite(data, sizeof data, 1, file);
-    fclose(file);
     for (int there = 1; there >= 0; --there) {
-        file = fopen(scratch("beside.gltf"), "w");
-        fprintf(file, text, there ? "a%20skin.png" : "no.png");
-        fclose(file);
+        write_beside(there ? "a%20skin.png" : "no.png", "");
         ASSERT(character_read(scratch("beside.gltf"), NULL, &c, error));
         ASSERT_EQ(1, c.material_count);
         ASSERT_EQ(there, c.picture_count);
@@ -779,6 +786,24 @@ TEST an_image_beside_the_file_is_read(void)
         for (int v = 0; v < 3; ++v) ASSERT_NEAR(1.0, c.normals[3 * v + 2], 1e-6); /* the file has none */
         character_free(&c);
     }
+    image_free(&image);
+    PASS();
+}
+
+/* KHR_texture_transform: scale, then a quarter turn, then offset, in coordinates whose v runs downwards. */
+TEST texture_coordinates_are_moved_as_the_file_says(void)
+{
+    static const float wanted[] = {0.5f, 0.5f, 0.5f, 0.0f, 0.25f, 0.0f};
+    struct image image;
+    struct character c;
+    char error[CHARACTER_TEXT];
+    ASSERT(image_create(&image, 4, 4, color_rgb(0.2f, 0.4f, 0.8f)));
+    ASSERT(image_write_png(&image, scratch("a skin.png")));
+    write_beside("a%20skin.png", ",\"extensions\":{\"KHR_texture_transform\":{\"offset\":[0.25,0.5],\"rotation\":1.57079633,"
+                                 "\"scale\":[0.5,0.25]}}");
+    ASSERT(character_read(scratch("beside.gltf"), NULL, &c, error));
+    for (int i = 0; i < 6; ++i) ASSERT_NEAR(wanted[i], c.uvs[i], 1e-6);
+    character_free(&c);
     image_free(&image);
     PASS();
 }
@@ -1185,6 +1210,7 @@ int main(int argc, char **argv)
     RUN_TEST(a_skinned_character_is_read_back);
     RUN_TEST(materials_and_images_are_read_back);
     RUN_TEST(an_image_beside_the_file_is_read);
+    RUN_TEST(texture_coordinates_are_moved_as_the_file_says);
     RUN_TEST(an_animated_picture_begins_with_its_first_frame);
     RUN_TEST(malformed_files_are_refused_in_one_line);
     RUN_TEST(a_morph_from_nothing);

@@ -22,6 +22,11 @@ enum { MAX_JOINTS = 4096 };
 /* Fails to compile unless both texts have the same length. */
 typedef char same_length[CHARACTER_TEXT == (int)SCENE_TEXT ? 1 : -1];
 
+/* An affine map of texture coordinates as glTF has them, v downwards (KHR_texture_transform): scale, then rotation, then offset. */
+struct uv_map {
+    float offset[2], cosine, sine, scale[2];
+};
+
 struct reader {
     const char *path;
     const struct aiScene *scene;
@@ -31,6 +36,7 @@ struct reader {
     bool *bound;                 /* joints whose neutral placement a part has determined */
     struct aiString *picture_names; /* of the images that were read */
     unsigned *uv_set;               /* texture coordinates of each material's image */
+    struct uv_map *uv_map;          /* how they are moved */
     char *error;
 };
 
@@ -274,6 +280,32 @@ static float material_number(const struct aiMaterial *material, const char *key,
     return isfinite(value) ? fmaxf(0.0f, fminf(1.0f, value)) : otherwise;
 }
 
+/* Reads how the coordinates of a material's image are moved. assimp turns them about the image's center, with v upwards, so its
+ * shift is another. */
+static struct uv_map read_uv_map(const struct aiMaterial *material, enum aiTextureType type)
+{
+    struct uv_map map = {{0.0f, 0.0f}, 1.0f, 0.0f, {1.0f, 1.0f}};
+    struct aiUVTransform t;
+    if (aiGetMaterialUVTransform(material, AI_MATKEY_UVTRANSFORM(type, 0), &t) != aiReturn_SUCCESS || !isfinite(t.mRotation)
+        || !isfinite(t.mTranslation.x + t.mTranslation.y) || !isfinite(t.mScaling.x + t.mScaling.y)) {
+        return map;
+    }
+    map.cosine = cosf(t.mRotation);
+    map.sine = -sinf(t.mRotation);
+    map.scale[0] = t.mScaling.x;
+    map.scale[1] = t.mScaling.y;
+    map.offset[0] = t.mTranslation.x - 0.5f * map.scale[0] * (1.0f - map.cosine + map.sine);
+    map.offset[1] = 1.0f - map.scale[1] + 0.5f * map.scale[1] * (map.sine + map.cosine - 1.0f) - t.mTranslation.y;
+    return map;
+}
+
+static void map_uv(const struct uv_map *map, const struct aiVector3D *uv, float out[2])
+{
+    const float u = map->scale[0] * uv->x, v = map->scale[1] * (1.0f - uv->y); /* assimp reverses glTF's v */
+    out[0] = map->offset[0] + map->cosine * u + map->sine * v;
+    out[1] = map->offset[1] - map->sine * u + map->cosine * v;
+}
+
 /* Reads how a material looks. Files that know no metal, such as OBJ, are rough. */
 static void read_material(struct reader *r, unsigned number)
 {
@@ -304,12 +336,13 @@ static void read_material(struct reader *r, unsigned number)
     if (aiGetMaterialIntegerArray(material, AI_MATKEY_TWOSIDED, &two_sided, NULL) == aiReturn_SUCCESS) {
         made->two_sided = two_sided != 0;
     }
+    const enum aiTextureType types[2] = {aiTextureType_BASE_COLOR, aiTextureType_DIFFUSE};
     r->uv_set[number] = 0;
-    if (aiGetMaterialTexture(material, aiTextureType_BASE_COLOR, 0, &name, NULL, &r->uv_set[number], NULL, NULL, NULL, NULL)
-            == aiReturn_SUCCESS
-        || aiGetMaterialTexture(material, aiTextureType_DIFFUSE, 0, &name, NULL, &r->uv_set[number], NULL, NULL, NULL, NULL)
-            == aiReturn_SUCCESS) {
-        made->image = find_picture(r, &name);
+    for (int t = 0, found = 0; t < 2 && !found; ++t) {
+        r->uv_map[number] = read_uv_map(material, types[t]);
+        found = aiGetMaterialTexture(material, types[t], 0, &name, NULL, &r->uv_set[number], NULL, NULL, NULL, NULL)
+            == aiReturn_SUCCESS;
+        made->image = found ? find_picture(r, &name) : made->image;
     }
 }
 
@@ -322,7 +355,8 @@ static bool read_materials(struct reader *r)
     c->pictures = calloc(count + 1, sizeof *c->pictures);
     r->picture_names = calloc(count + 1, sizeof *r->picture_names);
     r->uv_set = calloc(count + 1, sizeof *r->uv_set);
-    if (!c->materials || !c->pictures || !r->picture_names || !r->uv_set) {
+    r->uv_map = calloc(count + 1, sizeof *r->uv_map);
+    if (!c->materials || !c->pictures || !r->picture_names || !r->uv_set || !r->uv_map) {
         return no_memory(r);
     }
     for (unsigned m = 0; m < r->scene->mNumMaterials; ++m) {
@@ -407,8 +441,10 @@ static bool add_part(struct reader *r, int node, unsigned number)
         const struct aiColor4D *k = part->mColors[0] ? &part->mColors[0][v] : NULL;
         const float factor[3] = {k ? color_display(k->r) : 1.0f, k ? color_display(k->g) : 1.0f, k ? color_display(k->b) : 1.0f};
         c->positions[3 * at] = p->x, c->positions[3 * at + 1] = p->y, c->positions[3 * at + 2] = p->z;
-        c->uvs[2 * at] = uv && isfinite(uv->x) ? uv->x : 0.0f;
-        c->uvs[2 * at + 1] = uv && isfinite(uv->y) ? 1.0f - uv->y : 0.0f; /* assimp reverses glTF's v */
+        c->uvs[2 * at] = c->uvs[2 * at + 1] = 0.0f;
+        if (uv && isfinite(uv->x) && isfinite(uv->y)) {
+            map_uv(&r->uv_map[material], uv, c->uvs + 2 * at);
+        }
         for (size_t i = 0; i < 3; ++i) {
             c->colors[3 * at + i] = isfinite(factor[i]) ? factor[i] : 1.0f;
         }
@@ -652,6 +688,7 @@ bool character_read(const char *path, const char *props, struct character *chara
     free(r.bound);
     free(r.picture_names);
     free(r.uv_set);
+    free(r.uv_map);
     if (!good) {
         character_free(character);
     }
