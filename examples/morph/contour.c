@@ -9,7 +9,6 @@
 #include "morph/morph.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -48,36 +47,35 @@ static int voxels_around(const int size[3], size_t voxel, size_t around[27])
 
 /* ---- towards the shape ---- */
 
-/* Sets the pressure; returns the number of voxels where the model lags. */
-static int press_to_shape(struct morph *morph, const float *model)
+/* Sets the pressure; counts voxels where the model lags, outside and inside the shape. */
+static void press_to_shape(struct morph *morph, const float *model, int lags[2])
 {
     const size_t count = morph_voxel_count(morph);
     const float pace = morph->settings.pace, *shape = morph->shape;
     float *pressure = morph->pressure;
     size_t around[27];
-    int lags = 0;
+    lags[0] = lags[1] = 0;
     for (size_t n = 0; n < count; ++n) { pressure[n] = fmaxf(-pace, fminf(pace, -shape[n])); }
     for (size_t n = 0; n < count; ++n) {
         const bool grow = shape[n] < -SURE && model[n] > LAG, shrink = shape[n] > SURE && model[n] < -LAG;
         if (!grow && !shrink) { continue; }
-        ++lags;
+        ++lags[grow];
         for (int k = voxels_around(morph->grid.size, n, around) - 1; k >= 0; --k) {
             if ((shape[around[k]] < 0.0f) == grow) { pressure[around[k]] = grow ? pace : -pace; }
         }
     }
-    return lags;
 }
 
-/* Steps `iterations` times, and up to five times as many while the model lags less and less. */
+/* Steps `iterations` times, and up to five times as many while limbs have to grow, or crevices become deeper. */
 static bool approach_shape(struct morph *morph, float *model)
 {
     const int iterations = morph->settings.iterations;
     bool good = true;
-    for (int step = 0, before = 0; good && step < 5 * iterations; ++step) {
+    for (int step = 0, lags[2], before = 0; good && step < 5 * iterations; ++step) {
         good = morph_check(morph->ctx, springls_copy_level_set(morph->ctx, model), "level set");
-        const int lags = good ? press_to_shape(morph, model) : 0;
-        if (step >= iterations && (lags == 0 || lags > before)) { break; }
-        before = lags;
+        if (good) { press_to_shape(morph, model, lags); }
+        if (good && step >= iterations && lags[1] == 0 && (lags[0] == 0 || lags[0] > before)) { break; }
+        before = good ? lags[0] : 0;
         good = good && contour_step(morph);
     }
     return good;
@@ -135,8 +133,7 @@ static bool make_whole(struct morph *morph, float *model)
         repaired = malloc(count * sizeof *repaired);
         good = repaired || morph_no_memory();
     }
-    int step;
-    for (step = 0; good && parts && step < MEND; ++step) {
+    for (int step = 0; good && parts && step < MEND; ++step) {
         for (size_t n = 0; n < count; ++n) { repaired[n] = morph->shape[n] > OUTSIDE ? fmaxf(model[n], 1e-3f) : model[n]; }
         good = solid_repair(&voxels, repaired, morph->settings.reach, &repair) || morph_no_memory();
         if (good) {
@@ -144,7 +141,6 @@ static bool make_whole(struct morph *morph, float *model)
             good = contour_step(morph) && is_in_parts(morph, model, &parts);
         }
     }
-    if (getenv("DBG") && step) fprintf(stderr, "whole: %d steps, %d parts dropped %d joined %d filled %d %s\n", step, repair.parts, repair.dropped, repair.joined, repair.filled, parts ? "LEFT":"");
     free(repaired);
     return good;
 }
@@ -152,7 +148,8 @@ static bool make_whole(struct morph *morph, float *model)
 bool morph_contour(struct morph *morph)
 {
     float *model = malloc(morph_voxel_count(morph) * sizeof *model);
-    const bool good = (model || morph_no_memory()) && approach_shape(morph, model) && make_whole(morph, model);
+    const bool good = (model || morph_no_memory()) && approach_shape(morph, model)
+        && (morph->settings.preserve || make_whole(morph, model));
     free(model);
     return good;
 }

@@ -77,6 +77,13 @@ struct morph_frame {
     int64_t split, added, removed;
 };
 
+/* Bone weights of the source's surface at a correspondence. */
+struct known_weights {
+    float correspondence[3];
+    bool used;
+    struct influences influences;
+};
+
 struct morph {
     struct morph_settings settings;
     springls_params params;
@@ -88,6 +95,9 @@ struct morph {
     springls_backend *backend;
     float *pressure, *shape, *source_phi, *target_phi; /* dense volumes, voxels; shape: the level set wanted in this frame */
     int *source_nearest, *target_nearest; /* triangle of the posed body nearest to each voxel, -1: none near */
+    struct known_weights *known; /* a hash table by correspondence, of known_room places */
+    size_t known_room;
+    int known_count;
     struct affine *skin, *skin_before, *skin_places;
     struct morph_frame *frames, rest; /* rest: the end in the neutral pose, for --out */
     int frame_count;

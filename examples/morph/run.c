@@ -186,7 +186,7 @@ static bool make_body(springls_context *ctx, const struct morph *morph, struct m
     return true;
 }
 
-/* Looks up the bone weights of a springl at its place on the source's surface. */
+/* Looks up the bone weights at a place on the source's surface. */
 static struct influences weights_at(const struct morph *morph, const float correspondence[3])
 {
     float world[3];
@@ -201,6 +201,45 @@ static struct influences weights_at(const struct morph *morph, const float corre
 static const float *springl_item(springls_view view, int index)
 {
     return (const float *)(const void *)((const char *)view.data + (size_t)index * view.stride);
+}
+
+/* Returns where the weights of a correspondence are remembered, or would be: a place of a hash table that has free ones. */
+static struct known_weights *known_weights(const struct morph *morph, const float correspondence[3])
+{
+    uint32_t bits[3], hash = 0;
+    memcpy(bits, correspondence, sizeof bits);
+    for (int k = 0; k < 3; ++k) { hash = (hash ^ bits[k]) * 0x9e3779b1u; hash ^= hash >> 15; }
+    size_t at = hash % morph->known_room;
+    while (morph->known[at].used && memcmp(morph->known[at].correspondence, correspondence, 3 * sizeof *correspondence) != 0) {
+        at = (at + 1) % morph->known_room;
+    }
+    return &morph->known[at];
+}
+
+/* Remembers the weights of all springls. Few are new in a frame, and a step asks for each several times. */
+static bool learn_weights(struct morph *morph)
+{
+    const springls_view places = springls_view_correspondences(morph->ctx);
+    if (morph->known_room < 4 * ((size_t)places.count + (size_t)morph->known_count)) {
+        free(morph->known);
+        morph->known_room = 16 * ((size_t)places.count + 1);
+        morph->known_count = 0;
+        morph->known = calloc(morph->known_room, sizeof *morph->known);
+        if (!morph->known) {
+            return morph_no_memory();
+        }
+    }
+    for (int i = 0; i < places.count; ++i) {
+        const float *correspondence = springl_item(places, i);
+        struct known_weights *known = known_weights(morph, correspondence);
+        if (!known->used) {
+            memcpy(known->correspondence, correspondence, sizeof known->correspondence);
+            known->influences = weights_at(morph, correspondence);
+            known->used = true;
+            ++morph->known_count;
+        }
+    }
+    return true;
 }
 
 /* Computes the weights of all springls, one channel a joint. */
@@ -375,7 +414,8 @@ static void skin_springls(void *user, const float *points, const float *correspo
             memcpy(out + 12 * i, out + 12 * (i - 1), 12 * sizeof *out);
             continue;
         }
-        const struct influences in = weights_at(s->morph, a);
+        const struct known_weights *known = known_weights(s->morph, a);
+        const struct influences in = known->used ? known->influences : weights_at(s->morph, a);
         const struct affine t = motion(s, time, &in, s->part > 0.0f ? target_weights(s->morph, points + 3 * i) : NULL);
         to_velocity(&s->morph->grid, &t, out + 12 * i);
         last = a;
@@ -397,7 +437,7 @@ static bool skin_step(struct morph *morph, float part)
     step.mode = SPRINGLS_MODE_FLUID;
     step.max_displacement = 2.0f;
     step.dt = 1.0f;
-    return morph_check(morph->ctx, springls_step(morph->ctx, &step), "skinning");
+    return learn_weights(morph) && morph_check(morph->ctx, springls_step(morph->ctx, &step), "skinning");
 }
 
 /* ---- the shape of a frame ---- */
@@ -855,6 +895,7 @@ void morph_free(struct morph *morph)
     free(morph->skin_places);
     free(morph->pressure);
     free(morph->shape);
+    free(morph->known);
     free(morph->source_phi);
     free(morph->target_phi);
     free(morph->source_nearest);
