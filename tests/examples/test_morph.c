@@ -455,6 +455,64 @@ TEST a_mesh_that_overlaps_itself_has_one_distance(void)
     PASS();
 }
 
+static float ball_at(const float p[3], float x, float y, float z, float radius)
+{
+    const float d[3] = {p[0] - x, p[1] - y, p[2] - z};
+    return vec3_length(d) - radius;
+}
+
+enum { ROOM = 40 }; /* voxels a side of the grid for contours */
+
+/* Fills the grid; which: 0 two balls, a drop and a hollow in one of the balls, 1 a rod through the balls, 2 a thin rod between. */
+static void fill_room(float *phi, int which)
+{
+    for (int n = 0; n < ROOM * ROOM * ROOM; ++n) {
+        const float p[3] = {(float)(n % ROOM), (float)(n / ROOM % ROOM), (float)(n / (ROOM * ROOM))};
+        const float left = ball_at(p, 10, 20, 20, 6), right = ball_at(p, 30, 20, 20, 6), drop = ball_at(p, 20, 33, 20, 1.6f);
+        const float rod = ball_at(p, fmaxf(10, fminf(30, p[0])), 20, 20, which == 1 ? 5 : 0.9f);
+        phi[n] = fminf(left, right);
+        phi[n] = which == 0 ? fmaxf(fminf(phi[n], drop), -ball_at(p, 10, 20, 20, 1.8f)) : fminf(phi[n], rod);
+    }
+}
+
+/* Drops and hollows vanish, and what the shape connects grows together, even along a rod thinner than two voxels. */
+TEST a_contour_leaves_one_piece(void)
+{
+    float *phi = malloc(ROOM * ROOM * ROOM * sizeof *phi);
+    for (int which = 1; which < 3; ++which) {
+        struct morph morph = {.settings = {.iterations = 2, .pace = 1.0f, .reach = 60}};
+        springls_desc desc = springls_default_desc();
+        const struct solid_grid grid = {{ROOM, ROOM, ROOM}, {0, 0, 0}, 1.0};
+        springls_mesh mesh;
+        struct mesh_check check;
+        bool whole;
+        for (int k = 0; k < 3; ++k) desc.grid.size[k] = ROOM, desc.grid.spacing[k] = 1.0;
+        morph.grid = desc.grid;
+        ASSERT_EQ(SPRINGLS_OK, springls_create(&desc, &morph.ctx));
+        morph.pressure = malloc(ROOM * ROOM * ROOM * sizeof(float));
+        morph.shape = malloc(ROOM * ROOM * ROOM * sizeof(float));
+        fill_room(phi, 0);
+        ASSERT(solid_is_whole(&grid, phi, &whole) && !whole);
+        ASSERT_EQ(SPRINGLS_OK, springls_set_level_set(morph.ctx, phi));
+        ASSERT_EQ(SPRINGLS_OK, springls_extract_mesh(morph.ctx, &mesh));
+        ASSERT_EQ(4, mesh_components(mesh.vertex_count, mesh.triangles, mesh.triangle_count));
+        springls_mesh_free(morph.ctx, &mesh);
+        fill_room(morph.shape, which);
+        ASSERT(solid_is_whole(&grid, morph.shape, &whole) && whole);
+        ASSERT(morph_contour(&morph));
+        ASSERT_EQ(SPRINGLS_OK, springls_extract_mesh(morph.ctx, &mesh));
+        ASSERT(mesh_check(mesh.positions, mesh.vertex_count, mesh.triangles, mesh.triangle_count, &check));
+        ASSERT_EQ(1, check.components);
+        ASSERT_EQ(0, check.open_edges + check.intersections);
+        springls_mesh_free(morph.ctx, &mesh);
+        free(morph.pressure);
+        free(morph.shape);
+        springls_destroy(morph.ctx);
+    }
+    free(phi);
+    PASS();
+}
+
 /* ---- heat ---- */
 
 enum { RINGS = 41, AROUND = 24, TUBE_VERTICES = RINGS * AROUND + 2, TUBE_TRIANGLES = 2 * AROUND * RINGS };
@@ -1202,6 +1260,7 @@ int main(int argc, char **argv)
     RUN_TEST(joints_of_different_rigs_are_paired_limb_by_limb);
     RUN_TEST(clips_move_the_other_body);
     RUN_TEST(a_mesh_that_overlaps_itself_has_one_distance);
+    RUN_TEST(a_contour_leaves_one_piece);
     RUN_TEST(heat_weights_of_a_tube_are_symmetric_and_sum_to_one);
     RUN_TEST(meshes_that_cut_themselves_are_found_out);
     RUN_TEST(specks_are_left_out);
