@@ -1,5 +1,5 @@
-/* scene_read.h - files of meshes and characters, read by assimp: what it trusts is checked before, since it ends the program, or goes
- * on for ever, where that does not hold. */
+/* scene_read.h - files of meshes and characters, read by assimp: what it trusts is checked before, since it ends the program, or
+ * goes on for ever, where that does not hold. */
 #ifndef EXAMPLES_SURFACE_SCENE_READ_H
 #define EXAMPLES_SURFACE_SCENE_READ_H
 
@@ -10,8 +10,8 @@ struct aiScene;
 enum { SCENE_TEXT = 320 };
 
 /* Reads a file, its polygons as triangles, without points and lines. steps: more of assimp's (aiProcess_...). Returns what
- * aiReleaseImport frees, or NULL with one line in `error`: it cannot be opened, is empty, its header promises more than it can contain or
- * does not end, a face has no corners or names a vertex that there is not. */
+ * aiReleaseImport frees, or NULL with one line in `error`: it cannot be opened, is empty, its header promises more than it can
+ * contain or does not end, a face has no corners or names a vertex that there is not. */
 const struct aiScene *scene_read(const char *path, unsigned steps, char error[SCENE_TEXT]);
 
 /* Writes the end of the path and a reason, as one line; returns false. */
