@@ -4,7 +4,7 @@
 #include "../../examples/common/character/character.h"
 #include "../../examples/common/surface/mesh_io.h"
 
-/* assimp 5.2 loses memory of its own on some broken files; it has no frame pointers, by which the sanitizer would know whose it is. */
+/* assimp 5.2 loses memory of its own on some broken files; without frame pointers the sanitizer does not see whose it is. */
 const char *__lsan_default_suppressions(void);
 const char *__lsan_default_suppressions(void) { return "leak:libassimp\n"; }
 const char *__asan_default_options(void);
