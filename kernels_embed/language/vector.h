@@ -13,6 +13,7 @@ typedef struct springls__v3 { float x, y, z; } springls__v3;
 #define springls__broadcast(x) (x)
 #define springls__select(where, yes, no) ((where) ? (yes) : (no))
 #define springls__any(where) (where)
+#define springls__not(where) (!(where))
 #define springls__load(from) (*(from))
 #define springls__store(to, x) (void)(*(to) = (x))
 #define springls__to_int(x) ((int)(x))

@@ -5,7 +5,7 @@
 #ifndef SPRINGLS__KERNEL_OUTPUT_ISOSURFACE_H
 #define SPRINGLS__KERNEL_OUTPUT_ISOSURFACE_H
 
-#include "../model/fit.h"
+#include "../model/correspondence_fit.h"
 #include "../model/grid.h"
 #include "../model/marching_cubes.h"
 #include "../model/model.h"
@@ -241,10 +241,19 @@ SPRINGLS__MATHS void springls__surface_element(const springls__model *model, spr
 /* Returns the correspondence of a point near a springl: by the quadratic fit around it, or else the springl's own. */
 SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *model, int springl, springls__v3 x)
 {
-    springls__v3 a = model->set.a[springl];
-    springls__v3 n = springls__springl_normal(model->set.s[springl]);
-    springls__fit_result fit = springls__fit_at(model, springl, x, n, a, model->set.count);
-    return fit.ok ? fit.a : a;
+    const float r = SPRINGLS__FIT_RADIUS;
+    const springls__v3 a = model->set.a[springl], n = springls__springl_normal(model->set.s[springl]);
+    springls__correspondence_fit fit = springls__correspondence_fit_begin(x, n, springls__any_tangent(n), a);
+    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
+    springls__fit_result beside;
+    int i;
+    if (model->params.keep_edges && springls__place_at_edge(model, x, n, a, model->set.count, &beside)) return beside.ok ? beside.a : a;
+    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+        if (springls__length2(springls__sub(s->p, x)) > 1.01f * r * r || springls__of_two_contact_bodies(model, springl, i)) continue;
+        springls__correspondence_fit_add(&fit, s->p, springls__springl_normal(*s), model->set.a[i]);
+    }
+    return springls__correspondence_fit_end(&fit);
 }
 
 /* Finds the gradient of phi, the correspondence and the nearest springl at vertex i. */

@@ -19,6 +19,7 @@ typedef struct springls__candidates {
     springls__v3 n[SPRINGLS__CHUNK_CANDIDATES], a[SPRINGLS__CHUNK_CANDIDATES];
     int springl[SPRINGLS__CHUNK_CANDIDATES], list[SPRINGLS__CHUNK_CANDIDATES];
     int count, listed;
+    uint16_t order[3 * SPRINGLS__TILE_VOXELS]; /* of the vertices: those of a group lie close together */
 } springls__candidates;
 
 /* A few vertices, one a lane; nearest: the candidates nearest to them, or -1. */
@@ -68,24 +69,51 @@ SPRINGLS__FN bool springls__find_candidates(const springls__model *model, spring
     return true;
 }
 
-/* Makes a group of vertices 0 .. count - 1; the last one fills the lanes that are left. */
-SPRINGLS__FN springls__vertex_group springls__vertex_group_of(const springls__v3 *vertex, int count)
+/* Returns a vector in each lane. */
+SPRINGLS__FN springls__vec3 springls__vectors_of(const springls__v3 v[SPRINGLS__LANES])
 {
-    springls__vertex_group group;
     float x[3][SPRINGLS__LANES];
     int lane;
-    group.lower = group.upper = vertex[0];
     for (lane = 0; lane < SPRINGLS__LANES; lane++) {
-        springls__v3 v = vertex[springls__imin(lane, count - 1)];
-        x[0][lane] = v.x;
-        x[1][lane] = v.y;
-        x[2][lane] = v.z;
-        group.lower = springls__min3(group.lower, v);
-        group.upper = springls__max3(group.upper, v);
+        x[0][lane] = v[lane].x;
+        x[1][lane] = v[lane].y;
+        x[2][lane] = v[lane].z;
+    }
+    return springls__vec_load_v3(x[0], x[1], x[2]);
+}
+
+/* Makes a group of vertices of the given numbers; the last one fills the lanes that are left. */
+SPRINGLS__FN springls__vertex_group springls__vertex_group_of(const springls__v3 *vertex, const uint16_t *number, int count)
+{
+    springls__vertex_group group;
+    springls__v3 v[SPRINGLS__LANES];
+    int lane;
+    group.lower = group.upper = vertex[number[0]];
+    for (lane = 0; lane < SPRINGLS__LANES; lane++) {
+        v[lane] = vertex[number[springls__imin(lane, count - 1)]];
+        group.lower = springls__min3(group.lower, v[lane]);
+        group.upper = springls__max3(group.upper, v[lane]);
         group.nearest[lane] = -1;
     }
-    group.x = springls__vec_load_v3(x[0], x[1], x[2]);
+    group.x = springls__vectors_of(v);
     return group;
+}
+
+/* Orders vertices by cells of two voxels. lower: of their box. */
+SPRINGLS__FN void springls__order_vertices(const springls__v3 *vertex, int count, springls__v3 lower, uint16_t *order)
+{
+    enum { SIDE = 6 }; /* of 11 voxels at most */
+    int first[SIDE * SIDE * SIDE + 1], i, k;
+    memset(first, 0, sizeof first);
+    for (k = 0; k < 2; k++) {
+        for (i = 0; i < count; i++) {
+            const springls__v3 d = springls__sub(vertex[i], lower);
+            int *cell = first + (int)(0.5f * d.x) + SIDE * ((int)(0.5f * d.y) + SIDE * (int)(0.5f * d.z));
+            if (k) order[(*cell)++] = (uint16_t)i;
+            else cell[1]++;
+        }
+        for (i = 0; k == 0 && i < SIDE * SIDE * SIDE; i++) first[i + 1] += first[i];
+    }
 }
 
 /* Returns the squares of how far numbers are beyond the interval from lower to upper. */
@@ -130,16 +158,10 @@ typedef struct springls__nearest_search { float best[SPRINGLS__LANES], limit[SPR
 SPRINGLS__FN void springls__try_candidate(const springls__model *model, const springls__candidates *c, int k,
                                           springls__vertex_group *group, springls__nearest_search *search)
 {
-    const springls__vec within = springls__vec_load(search->limit) + c->bounding_radius[k];
-    const springls__vec3 d = springls__vec_sub(springls__particle_of(c, k), group->x);
-    const springls__vmask near_by = springls__vec_length2(d) <= within * within;
-    springls__tri_plan plan;
+    const springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(model->set.s[c->springl[k]]));
     float d2[SPRINGLS__LANES];
     int lane;
-    if (!springls__vec_any(near_by)) return;
-    plan = springls__tri_plan_make(springls__springl_tri(model->set.s[c->springl[k]]));
-    springls__vec_store(d2, springls__vec_select(near_by, springls__vec_tri_distance2(&plan, group->x),
-                                                 springls__vec_broadcast(FLT_MAX)));
+    springls__vec_store(d2, springls__vec_tri_distance2(&plan, group->x));
     for (lane = 0; lane < SPRINGLS__LANES; lane++) {
         const int nearest = group->nearest[lane];
         if (d2[lane] > search->best[lane]) continue;
@@ -150,31 +172,42 @@ SPRINGLS__FN void springls__try_candidate(const springls__model *model, const sp
     }
 }
 
-/* Finds the candidates nearest to the vertices. guess: one that is probably near, or -1; it cannot change the result. */
-SPRINGLS__FN void springls__find_nearest(const springls__model *model, const springls__candidates *c, int guess,
-                                         springls__vertex_group *group)
+/* Returns the listed candidates whose particles are nearest to the vertices; there is one. */
+SPRINGLS__FN springls__vec springls__nearest_particles(const springls__candidates *c, springls__vec3 x)
+{
+    springls__vec best = springls__vec_broadcast(FLT_MAX), at = springls__vec_broadcast(0.0f);
+    int i;
+    for (i = 0; i < c->listed; i++) {
+        const springls__vec d2 = springls__vec_length2(springls__vec_sub(springls__particle_of(c, c->list[i]), x));
+        at = springls__vec_select(d2 < best, springls__vec_broadcast((float)c->list[i]), at);
+        best = springls__vec_min(d2, best);
+    }
+    return at;
+}
+
+/* Finds the candidates nearest to the vertices. It looks at those first whose particles are nearest, so that few others can be
+   nearer. */
+SPRINGLS__FN void springls__find_nearest(const springls__model *model, const springls__candidates *c, springls__vertex_group *group)
 {
     springls__nearest_search search;
+    springls__vec guess;
+    float first[SPRINGLS__LANES];
     int i;
     for (i = 0; i < SPRINGLS__LANES; i++) {
         search.best[i] = SPRINGLS__CHUNK_RADIUS * SPRINGLS__CHUNK_RADIUS;
         search.limit[i] = SPRINGLS__CHUNK_RADIUS;
     }
-    if (guess >= 0) springls__try_candidate(model, c, guess, group, &search);
-    for (i = 0; i < c->listed; i++) springls__try_candidate(model, c, c->list[i], group, &search);
-}
-
-/* Returns a vector in each lane. */
-SPRINGLS__FN springls__vec3 springls__vectors_of(const springls__v3 v[SPRINGLS__LANES])
-{
-    float x[3][SPRINGLS__LANES];
-    int lane;
-    for (lane = 0; lane < SPRINGLS__LANES; lane++) {
-        x[0][lane] = v[lane].x;
-        x[1][lane] = v[lane].y;
-        x[2][lane] = v[lane].z;
+    if (c->listed == 0) return;
+    guess = springls__nearest_particles(c, group->x);
+    springls__vec_store(first, guess);
+    for (i = 0; i < SPRINGLS__LANES; i++)
+        if (i == 0 || first[i] != first[i - 1]) springls__try_candidate(model, c, (int)first[i], group, &search);
+    for (i = 0; i < c->listed; i++) {
+        const int k = c->list[i];
+        const springls__vec within = springls__vec_load(search.limit) + c->bounding_radius[k];
+        const springls__vec d2 = springls__vec_length2(springls__vec_sub(springls__particle_of(c, k), group->x));
+        if (springls__vec_any(d2 <= within * within) && !springls__vec_any(guess == (float)k)) springls__try_candidate(model, c, k, group, &search);
     }
-    return springls__vec_load_v3(x[0], x[1], x[2]);
 }
 
 /* Returns elements of an array; zeros for index -1. */
@@ -197,35 +230,31 @@ SPRINGLS__FN springls__vec3 springls__tangents_of(const springls__candidates *c,
     return springls__vectors_of(v);
 }
 
-/* Finds the correspondences of the vertices: by the quadratic fits around them, or else those of their springls. */
+/* Returns the correspondences of the vertices: by the quadratic fits around them, or else those of their springls. */
 SPRINGLS__FN springls__vec3 springls__group_correspondences(const springls__candidates *c, const springls__vertex_group *group)
 {
-    const springls__vec3 a = springls__vectors_at(c->a, group->nearest);
-    springls__vec_fit fit = springls__vec_fit_begin_in(group->x, springls__vectors_at(c->n, group->nearest),
-                                                       springls__tangents_of(c, group->nearest), a);
-    springls__vec_fit_box box = springls__vec_fit_box_begin();
-    springls__vec_fit_result result;
+    springls__vec_correspondence_fit fit = springls__vec_correspondence_fit_begin(
+        group->x, springls__vectors_at(c->n, group->nearest), springls__tangents_of(c, group->nearest),
+        springls__vectors_at(c->a, group->nearest));
     int i;
     for (i = 0; i < c->listed; i++) {
         const int k = c->list[i];
-        springls__vec_fit_add_in_box(&fit, &box, springls__particle_of(c, k), springls__vec_broadcast3(c->n[k]),
-                                     springls__vec_broadcast3(c->a[k]));
+        springls__vec_correspondence_fit_add(&fit, springls__particle_of(c, k), springls__vec_broadcast3(c->n[k]),
+                                             springls__vec_broadcast3(c->a[k]));
     }
-    result = springls__vec_fit_end_in_box(&fit, &box);
-    return springls__vec_select3(result.ok, result.a, a);
+    return springls__vec_correspondence_fit_end(&fit);
 }
 
-/* Finds the springls nearest to up to LANES vertices, -1: none, and the correspondences of those that have one. *guess: as in
-   springls__find_nearest; it becomes one for vertices beside these. */
+/* Finds the springls nearest to up to LANES vertices, -1: none, and the correspondences of those that have one. */
 SPRINGLS__FN void springls__group_material(const springls__model *model, springls__candidates *c, const springls__v3 *vertex,
-                                           int count, int *guess, int *springl, springls__v3 *a)
+                                           const uint16_t *number, int count, int *springl, springls__v3 *a)
 {
-    springls__vertex_group group = springls__vertex_group_of(vertex, count);
+    springls__vertex_group group = springls__vertex_group_of(vertex, number, count);
     float x[3][SPRINGLS__LANES];
     springls__vec3 found;
     int lane;
     springls__list_candidates(&group, c);
-    springls__find_nearest(model, c, *guess, &group);
+    springls__find_nearest(model, c, &group);
     found = springls__group_correspondences(c, &group);
     springls__vec_store(x[0], found.x);
     springls__vec_store(x[1], found.y);
@@ -233,7 +262,6 @@ SPRINGLS__FN void springls__group_material(const springls__model *model, springl
     for (lane = 0; lane < count; lane++) {
         springl[lane] = group.nearest[lane] < 0 ? -1 : c->springl[group.nearest[lane]];
         a[lane] = springls__v3_make(x[0][lane], x[1][lane], x[2][lane]);
-        if (group.nearest[lane] >= 0) *guess = group.nearest[lane];
     }
 }
 

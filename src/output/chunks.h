@@ -226,12 +226,16 @@ SPRINGLS__FN springls_status springls__chunks_make(springls_context *ctx, spring
 
 /* ---- finding what has changed ---- */
 
-/* Returns the bricks whose mesh depends on voxel v of a brick: a vertex on the voxels up to the end of its brick, a normal on
-   voxels one further. Bits as in springls__neighbor_mask_of_row. */
-SPRINGLS__FN uint32_t springls__bricks_affected_by(int v)
+/* Finds the bricks whose mesh depends on voxels x of row (y, z) of a brick: a vertex on the voxels up to the end of its brick, a
+   normal on voxels one further. Bits as in springls__neighbor_mask_of_row. */
+SPRINGLS__FN void springls__bricks_affected_by(int y, int z, uint32_t bricks[SPRINGLS__BRICK])
 {
-    int x = v & 7, y = v >> 3 & 7, z = v >> 6;
-    return springls__neighbor_mask_of_row(x <= 1, x == 7, y <= 1, y == 7, z <= 1, z == 7);
+    int x;
+    bricks[0] = springls__neighbor_mask_of_row(true, false, y <= 1, y == 7, z <= 1, z == 7);
+    bricks[2] = springls__neighbor_mask_of_row(false, false, y <= 1, y == 7, z <= 1, z == 7);
+    bricks[7] = springls__neighbor_mask_of_row(false, true, y <= 1, y == 7, z <= 1, z == 7);
+    bricks[1] = bricks[0];
+    for (x = 3; x < 7; x++) bricks[x] = bricks[2];
 }
 
 /* Returns whether the published zero level may pass between voxel v of a brick and one of its six neighbors. origin: the
@@ -258,19 +262,24 @@ SPRINGLS__FN uint32_t springls__publish_brick(const springls__grid *g, const int
 {
     const float deep = 1.5f; /* voxels: a value further from the surface moves a vertex only where phi is steep (may_cross) */
     const uint32_t own = 1u << 13;
-    uint32_t affected = 0u;
-    int v;
+    uint32_t affected = 0u, bricks[SPRINGLS__BRICK];
+    int v, y, z;
     for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-        float before = published[v];
+        const float before = published[v];
+        if ((v & 7) == 0) springls__bricks_affected_by(v >> 3 & 7, v >> 6, bricks);
         if (springls__fabs(now[v] - before) <= tolerance) continue;
         published[v] = now[v];
+        if ((affected & bricks[v & 7]) == bricks[v & 7]) continue;
         if (tolerance == 0.0f || springls__min(springls__fabs(now[v]), springls__fabs(before)) < deep
             || (now[v] < 0.0f) != (before < 0.0f) || springls__may_cross(g, origin, now, v, tolerance))
-            affected |= springls__bricks_affected_by(v);
+            affected |= bricks[v & 7];
     }
     if (!affected) return 0u;
-    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
-        if (springls__bricks_affected_by(v) == own) published[v] = now[v];
+    for (z = 2; z < 7; z++)
+        for (y = 2; y < 7; y++) {
+            v = springls__voxel_in_brick(2, y, z);
+            memcpy(published + v, now + v, 5 * sizeof *now);
+        }
     return affected | own;
 }
 
@@ -425,7 +434,8 @@ SPRINGLS__FN int springls__edge_number(int x, int y, int z, int edge)
 SPRINGLS__FN void springls__mesh_chunk(const springls_chunks *c, springls_chunk *chunk, springls__v3 *vertex, uint16_t *corner)
 {
     const springls__grid *g = &c->published;
-    float tile[SPRINGLS__TILE_VOXELS];
+    float tile[SPRINGLS__TILE_VOXELS], signs[SPRINGLS__TILE * SPRINGLS__TILE];
+    uint32_t row[4];
     uint16_t number[3 * SPRINGLS__TILE_VOXELS]; /* [edge] 1 + index of its vertex; 0: none yet */
     int slot = springls__slot_at(g, 8 * chunk->brick[0], 8 * chunk->brick[1], 8 * chunk->brick[2]), x, y, z, k;
     springls__cube_range range;
@@ -434,11 +444,15 @@ SPRINGLS__FN void springls__mesh_chunk(const springls_chunks *c, springls_chunk 
     memset(number, 0, sizeof number);
     range = springls__brick_cubes(g, slot);
     springls__load_tile(g, g->phi, slot, springls__alone(), tile);
+    for (k = 0; k < SPRINGLS__TILE * SPRINGLS__TILE; k++) signs[k] = (float)springls__signs_of_row(tile + SPRINGLS__TILE * k);
     for (z = range.lo[2]; z <= range.hi[2]; z++)
-        for (y = range.lo[1]; y <= range.hi[1]; y++)
+        for (y = range.lo[1]; y <= range.hi[1]; y++) {
+            if (!springls__signs_around(signs, y, z, row)) continue;
             for (x = range.lo[0]; x <= range.hi[0]; x++) {
-                springls__mc_cell cell = springls__tile_cube(tile, x, y, z);
-                int mask = springls__mc_case(cell);
+                const int mask = springls__case_between(row, x);
+                springls__mc_cell cell;
+                if (springls__mc_count(mask) == 0) continue;
+                cell = springls__tile_cube(tile, x, y, z);
                 for (k = 0; k < 3 * springls__mc_count(mask); k++) {
                     int edge = springls__mc_edge(mask, 0, k);
                     uint16_t *n = &number[springls__edge_number(x, y, z, edge)];
@@ -450,6 +464,7 @@ SPRINGLS__FN void springls__mesh_chunk(const springls_chunks *c, springls_chunk 
                 }
                 chunk->triangle_count += springls__mc_count(mask);
             }
+        }
 }
 
 SPRINGLS__FN void springls__count_chunk_work(void *arg, int begin, int end, float *memory)
@@ -485,7 +500,7 @@ SPRINGLS__FN void springls__fill_chunk_material(const springls_context *ctx, spr
                                                 springls__candidates *candidates)
 {
     springls__v3 lower = vertex[0], upper = vertex[0], a[SPRINGLS__LANES];
-    int i, k, count, guess = -1, springl[SPRINGLS__LANES];
+    int i, k, count, springl[SPRINGLS__LANES];
     for (i = 1; i < chunk->vertex_count; i++) {
         lower = springls__min3(lower, vertex[i]);
         upper = springls__max3(upper, vertex[i]);
@@ -494,27 +509,71 @@ SPRINGLS__FN void springls__fill_chunk_material(const springls_context *ctx, spr
         springls__fill_single_material(ctx, chunk, vertex);
         return;
     }
+    springls__order_vertices(vertex, chunk->vertex_count, lower, candidates->order);
     for (i = 0; i < chunk->vertex_count; i += count) {
+        const uint16_t *number = candidates->order + i;
         count = springls__imin(SPRINGLS__LANES, chunk->vertex_count - i);
-        springls__group_material(&ctx->model, candidates, vertex + i, count, &guess, springl, a);
-        for (k = 0; k < count; k++) springls__write_chunk_material(ctx, chunk, i + k, vertex[i + k], springl[k], a[k]);
+        springls__group_material(&ctx->model, candidates, vertex, number, count, springl, a);
+        for (k = 0; k < count; k++)
+            springls__write_chunk_material(ctx, chunk, number[k], vertex[number[k]], springl[k], a[k]);
     }
+}
+
+/* Returns what springls__grid_gradient does at vertex x of the tile's brick. */
+SPRINGLS__FN springls__v3 springls__tile_gradient(const springls__wide_tile *tile, springls__v3 x)
+{
+    const springls__v3 origin = springls__v3_make((float)tile->origin[0], (float)tile->origin[1], (float)tile->origin[2]);
+    float side[6];
+    int d;
+    for (d = 0; d < 6; d++) {
+        const float h = d & 1 ? 0.5f : -0.5f;
+        const springls__v3 at = springls__v3_make(d >> 1 == 0 ? x.x + h : x.x, d >> 1 == 1 ? x.y + h : x.y, d >> 1 == 2 ? x.z + h : x.z);
+        side[d] = springls__wide_tile_sample(tile, springls__sub(at, origin));
+    }
+    return springls__v3_make(side[1] - side[0], side[3] - side[2], side[5] - side[4]);
+}
+
+/* Writes the normals of a chunk. vertex: voxels; memory: WIDE_VOXELS floats. */
+SPRINGLS__FN void springls__fill_normals(const springls_context *ctx, const springls__grid *g, springls_chunk *chunk,
+                                         const springls__v3 *vertex, float *memory)
+{
+    springls__wide_tile tile;
+    const int *b = chunk->brick;
+    const int origin[3] = { 8 * b[0], 8 * b[1], 8 * b[2] };
+    const bool border = springls__tile_at_border(g, origin);
+    int i;
+    tile.value = memory;
+    springls__load_wide_tile(g, g->phi, origin, springls__alone(), !border, &tile);
+    for (i = 0; i < chunk->vertex_count; i++) {
+        const springls__v3 n = springls__normal_to_world(ctx, border ? springls__grid_gradient(g, g->phi, vertex[i])
+                                                                     : springls__tile_gradient(&tile, vertex[i]));
+        memcpy(chunk->normals + 3 * i, &n, sizeof n);
+    }
+}
+
+/* What the chunks of a lane need: phi around a chunk, and the springls there. */
+typedef struct springls__chunk_memory {
+    float phi[SPRINGLS__WIDE_VOXELS];
+    springls__candidates candidates; /* only with correspondences */
+} springls__chunk_memory;
+
+/* Returns how many floats of it are needed. */
+SPRINGLS__FN size_t springls__chunk_floats(const springls_chunks *c)
+{
+    return c->desc.correspondences ? sizeof(springls__chunk_memory) / sizeof(float) : SPRINGLS__WIDE_VOXELS;
 }
 
 /* Fills the arrays of a counted chunk. Its positions are in voxels first, then in world units. */
 SPRINGLS__FN void springls__fill_chunk(const springls_context *ctx, const springls_chunks *c, springls_chunk *chunk,
-                                       springls__candidates *candidates)
+                                       springls__chunk_memory *memory)
 {
     springls__v3 *vertex = (springls__v3 *)(void *)chunk->positions;
     int i;
+    if (chunk->vertex_count == 0) return;
     springls__mesh_chunk(c, chunk, vertex, chunk->triangles);
-    if (c->desc.correspondences && chunk->vertex_count) springls__fill_chunk_material(ctx, chunk, vertex, candidates);
-    for (i = 0; i < chunk->vertex_count; i++) {
-        springls__v3 x = vertex[i];
-        springls__v3 n = springls__normal_to_world(ctx, springls__grid_gradient(&c->published, c->published.phi, x));
-        memcpy(chunk->normals + 3 * i, &n, sizeof n);
-        springls__voxel_to_world(ctx, x, chunk->positions + 3 * i);
-    }
+    if (c->desc.correspondences) springls__fill_chunk_material(ctx, chunk, vertex, &memory->candidates);
+    springls__fill_normals(ctx, &c->published, chunk, vertex, memory->phi);
+    for (i = 0; i < chunk->vertex_count; i++) springls__voxel_to_world(ctx, vertex[i], chunk->positions + 3 * i);
     for (i = 0; i < chunk->triangle_count && springls__is_mirrored(ctx); i++) { /* counter-clockwise seen from outside */
         uint16_t corner = chunk->triangles[3 * i + 1];
         chunk->triangles[3 * i + 1] = chunk->triangles[3 * i + 2];
@@ -526,7 +585,8 @@ SPRINGLS__FN void springls__fill_chunk_work(void *arg, int begin, int end, float
 {
     const springls_context *ctx = (const springls_context *)arg;
     for (; begin < end; begin++)
-        springls__fill_chunk(ctx, ctx->step.chunks, &ctx->step.chunks->chunk[begin], (springls__candidates *)(void *)memory);
+        springls__fill_chunk(ctx, ctx->step.chunks, &ctx->step.chunks->chunk[begin],
+                             (springls__chunk_memory *)(void *)memory);
 }
 
 /* Writes c->chunk, a chunk without arrays for each dirty brick. */
@@ -623,7 +683,6 @@ enum { SPRINGLS__CHUNKS_PUBLISH, SPRINGLS__CHUNKS_COUNT, SPRINGLS__CHUNKS_FILL, 
    chunks. */
 SPRINGLS__FN springls_status springls__update_chunks(springls_context *ctx)
 {
-    const size_t floats = sizeof(springls__candidates) / sizeof(float);
     springls_chunks *c = ctx->step.chunks;
     int i;
     ctx->on_device = false;
@@ -647,8 +706,8 @@ SPRINGLS__FN springls_status springls__update_chunks(springls_context *ctx)
         return springls__next_phase(ctx, SPRINGLS__CHUNKS_FILL);
     case SPRINGLS__CHUNKS_FILL:
         SPRINGLS__TRY(springls__allocate_chunks(ctx, c));
-        if (c->desc.correspondences) SPRINGLS__TRY(springls__reserve_lanes(ctx, floats, c->count));
-        springls__loop_over(ctx, c->count, 1, c->desc.correspondences ? floats : 0, springls__fill_chunk_work, ctx);
+        SPRINGLS__TRY(springls__reserve_lanes(ctx, springls__chunk_floats(c), c->count));
+        springls__loop_over(ctx, c->count, 1, springls__chunk_floats(c), springls__fill_chunk_work, ctx);
         return springls__next_phase(ctx, SPRINGLS__CHUNKS_FILLED);
     case SPRINGLS__CHUNKS_FILLED:
     default:
