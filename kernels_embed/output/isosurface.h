@@ -245,12 +245,13 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *
     const springls__v3 a = model->set.a[springl], n = springls__springl_normal(model->set.s[springl]);
     springls__correspondence_fit fit = springls__correspondence_fit_begin(x, n, springls__any_tangent(n), a);
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
-    springls__fit_result beside;
+    springls__fit_result edge;
     int i;
-    if (model->params.keep_edges && springls__place_at_edge(model, x, n, a, model->set.count, &beside)) return beside.ok ? beside.a : a;
+    if (model->params.keep_edges && springls__place_at_edge(model, x, n, a, model->set.count, &edge)) return edge.ok ? edge.a : a;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
-        if (springls__length2(springls__sub(s->p, x)) > 1.01f * r * r || springls__of_two_contact_bodies(model, springl, i)) continue;
+        if (springls__length2(springls__sub(s->p, x)) > 1.01f * r * r) continue; /* none of those counts */
+        if (springls__of_two_contact_bodies(model, springl, i)) continue;
         springls__correspondence_fit_add(&fit, s->p, springls__springl_normal(*s), model->set.a[i]);
     }
     return springls__correspondence_fit_end(&fit);

@@ -206,7 +206,8 @@ SPRINGLS__FN void springls__find_nearest(const springls__model *model, const spr
         const int k = c->list[i];
         const springls__vec within = springls__vec_load(search.limit) + c->bounding_radius[k];
         const springls__vec d2 = springls__vec_length2(springls__vec_sub(springls__particle_of(c, k), group->x));
-        if (springls__vec_any(d2 <= within * within) && !springls__vec_any(guess == (float)k)) springls__try_candidate(model, c, k, group, &search);
+        if (springls__vec_any(d2 <= within * within) && !springls__vec_any(guess == (float)k))
+            springls__try_candidate(model, c, k, group, &search);
     }
 }
 

@@ -527,7 +527,8 @@ SPRINGLS__FN springls__v3 springls__tile_gradient(const springls__wide_tile *til
     int d;
     for (d = 0; d < 6; d++) {
         const float h = d & 1 ? 0.5f : -0.5f;
-        const springls__v3 at = springls__v3_make(d >> 1 == 0 ? x.x + h : x.x, d >> 1 == 1 ? x.y + h : x.y, d >> 1 == 2 ? x.z + h : x.z);
+        const springls__v3 at = springls__v3_make(d >> 1 == 0 ? x.x + h : x.x, d >> 1 == 1 ? x.y + h : x.y,
+                                                  d >> 1 == 2 ? x.z + h : x.z);
         side[d] = springls__wide_tile_sample(tile, springls__sub(at, origin));
     }
     return springls__v3_make(side[1] - side[0], side[3] - side[2], side[5] - side[4]);
