@@ -24,7 +24,6 @@
      >>triangle_body:kernel kernels_embed/language/triangle_body.h
      >>springl_body:kernel  kernels_embed/model/springl_body.h
      >>fit:kernel           kernels_embed/model/fit.h
-     >>fit_body:kernel      kernels_embed/model/fit_body.h
      >>advect_body:kernel   kernels_embed/stages/advect_body.h
      >>residency            src/runtime/residency.h
      >>arrays               src/runtime/arrays.h
@@ -60,6 +59,8 @@
      >>window:kernel        kernels_embed/stages/window.h
      >>write:kernel         kernels_embed/stages/write.h
      >>isosurface:kernel    kernels_embed/output/isosurface.h
+     >>correspondence_fit:kernel kernels_embed/model/correspondence_fit.h
+     >>correspondence_fit_body:kernel kernels_embed/model/correspondence_fit_body.h
      >>launch               src/runtime/launch.h
      >>parallel             src/runtime/parallel.h
      >>stage_clock          src/runtime/stage_clock.h
@@ -2246,6 +2247,7 @@ typedef struct springls__v3 { float x, y, z; } springls__v3;
 #define springls__broadcast(x) (x)
 #define springls__select(where, yes, no) ((where) ? (yes) : (no))
 #define springls__any(where) (where)
+#define springls__not(where) (!(where))
 #define springls__load(from) (*(from))
 #define springls__store(to, x) (void)(*(to) = (x))
 #define springls__to_int(x) ((int)(x))
@@ -4346,522 +4348,218 @@ SPRINGLS__MATHS uint32_t springls__bricks_to_cover(const springls__model *model,
 #define SPRINGLS__FIT_VALUES 4 /* height, and the three coordinates of a      */
 #define SPRINGLS__FIT_RADIUS 2.5f /* voxels */
 
-/* -------- again: kernels_embed/language/width_float.h -------- */
-/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
-   because it is included before every body. */
-#undef SPRINGLS__WIDTH
-#undef SPRINGLS__NUM
-#undef SPRINGLS__NUM3
-#undef SPRINGLS__COND
-#undef SPRINGLS__W
-#undef SPRINGLS__W_MATHS
-#define SPRINGLS__WIDTH 1
-#define SPRINGLS__NUM float
-#define SPRINGLS__NUM3 springls__v3
-#define SPRINGLS__COND bool
-#define SPRINGLS__W(name) springls__##name
-#define SPRINGLS__W_MATHS SPRINGLS__MATHS
+typedef struct springls__fit {
+    springls__v3 origin, e1, e2, n; /* the tangent frame */
+    springls__v3 a0;                /* correspondences are summed relative to it */
+    float normal_matrix[21];        /* lower triangle, row by row */
+    float right[24];
+    float count;
+} springls__fit;
 
-/* ======== >>fit_body:kernel  (kernels_embed/model/fit_body.h) ================================================== */
-/* fit_body.h - the quadratic fit of fit.h, for one place and for several at once. */
-
-typedef struct SPRINGLS__W(fit) {
-    SPRINGLS__NUM3 origin, e1, e2, n; /* the tangent frame */
-    SPRINGLS__NUM3 a0;                /* correspondences are summed relative to it */
-    SPRINGLS__NUM normal_matrix[21];  /* lower triangle, row by row */
-    SPRINGLS__NUM right[24];
-    SPRINGLS__NUM count;
-} SPRINGLS__W(fit);
-
-/* Begins a fit over no particles at `origin`; n, e1, e2: an orthonormal frame. */
-SPRINGLS__W_MATHS SPRINGLS__W(fit) SPRINGLS__W(fit_begin_in)(SPRINGLS__NUM3 origin, SPRINGLS__NUM3 n, SPRINGLS__NUM3 e1,
-                                                             SPRINGLS__NUM3 a0)
-{
-    SPRINGLS__W(fit) fit;
-    int i;
-    fit.origin = origin;
-    fit.n = n;
-    fit.a0 = a0;
-    fit.e1 = e1;
-    fit.e2 = SPRINGLS__W(cross)(n, e1);
-    fit.count = SPRINGLS__W(broadcast)(0.0f);
-    for (i = 0; i < 21; i++) fit.normal_matrix[i] = SPRINGLS__W(broadcast)(0.0f);
-    for (i = 0; i < 24; i++) fit.right[i] = SPRINGLS__W(broadcast)(0.0f);
-    return fit;
-}
-
-/* A particle as an equation of the fit; weight 0: it is too far, faces elsewhere, or lies on another sheet. */
-typedef struct SPRINGLS__W(fit_equation) {
-    SPRINGLS__NUM term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;
-} SPRINGLS__W(fit_equation);
-
-SPRINGLS__W_MATHS SPRINGLS__W(fit_equation) SPRINGLS__W(fit_equation_of)(const SPRINGLS__W(fit) *fit, SPRINGLS__NUM3 p,
-                                                                         SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)
-{
-    SPRINGLS__NUM3 from_origin = SPRINGLS__W(sub)(p, fit->origin);
-    SPRINGLS__NUM3 d = SPRINGLS__W(scale)(from_origin, SPRINGLS__W(broadcast)(1.0f / SPRINGLS__FIT_RADIUS));
-    SPRINGLS__NUM r2 = SPRINGLS__W(length2)(d), h = SPRINGLS__W(dot)(d, fit->n);
-    SPRINGLS__COND within = (SPRINGLS__W(length2)(from_origin) < SPRINGLS__FIT_RADIUS * SPRINGLS__FIT_RADIUS) & (r2 < 1.0f);
-    SPRINGLS__COND counts = within & (SPRINGLS__W(fabs)(h) <= 0.4f) & (SPRINGLS__W(dot)(normal, fit->n) >= 0.4f);
-    SPRINGLS__W(fit_equation) e;
-    e.term[0] = SPRINGLS__W(broadcast)(1.0f);
-    e.term[1] = SPRINGLS__W(dot)(d, fit->e1);
-    e.term[2] = SPRINGLS__W(dot)(d, fit->e2);
-    e.term[3] = e.term[1] * e.term[1];
-    e.term[4] = e.term[1] * e.term[2];
-    e.term[5] = e.term[2] * e.term[2];
-    e.value[0] = h;
-    e.value[1] = a.x - fit->a0.x;
-    e.value[2] = a.y - fit->a0.y;
-    e.value[3] = a.z - fit->a0.z;
-    e.weight = SPRINGLS__W(select)(counts, (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f), SPRINGLS__W(broadcast)(0.0f));
-    return e;
-}
-
-/* Adds a particle with its normal and correspondence. Returns false where it is too far, faces elsewhere, or lies on another
-   sheet: weight 0 changes nothing. */
-SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(fit_add)(SPRINGLS__W(fit) *fit, SPRINGLS__NUM3 p, SPRINGLS__NUM3 normal,
-                                                      SPRINGLS__NUM3 a)
-{
-    const SPRINGLS__W(fit_equation) e = SPRINGLS__W(fit_equation_of)(fit, p, normal, a);
-    const SPRINGLS__COND counts = e.weight > 0.0f;
-    int i, j;
-    if (!SPRINGLS__W(any)(counts)) return counts;
-    for (i = 0; i < SPRINGLS__FIT_TERMS; i++) {
-        const SPRINGLS__NUM scaled = e.weight * e.term[i];
-        for (j = 0; j <= i; j++) fit->normal_matrix[i * (i + 1) / 2 + j] += scaled * e.term[j];
-        for (j = 0; j < SPRINGLS__FIT_VALUES; j++) fit->right[SPRINGLS__FIT_VALUES * i + j] += scaled * e.value[j];
-    }
-    fit->count += SPRINGLS__W(select)(counts, SPRINGLS__W(broadcast)(1.0f), SPRINGLS__W(broadcast)(0.0f));
-    return counts;
-}
-
-/* The fitted surface at the origin. */
-typedef struct SPRINGLS__W(fit_result) {
-    SPRINGLS__NUM3 point, normal, a;
-    SPRINGLS__COND ok; /* false: too few neighbors, or they lie on a line */
-} SPRINGLS__W(fit_result);
-
-/* Factors the first `terms` rows of the normal matrix by Cholesky into l, row by row; false when it is close to singular. */
-SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(fit_factor)(const SPRINGLS__W(fit) *fit, int terms, SPRINGLS__NUM l[21])
-{
-    SPRINGLS__COND ok = fit->count > 0.0f;
-    int i, j, k;
-    for (i = 0; i < terms; i++) {
-        for (j = 0; j <= i; j++) {
-            SPRINGLS__NUM sum = fit->normal_matrix[i * (i + 1) / 2 + j];
-            for (k = 0; k < j; k++) sum -= l[i * (i + 1) / 2 + k] * l[j * (j + 1) / 2 + k];
-            if (i == j) {
-                ok = ok & (sum > 1e-5f * fit->normal_matrix[0]); /* coordinates are at most 1 */
-                if (!SPRINGLS__W(any)(ok)) return ok;
-                l[i * (i + 1) / 2 + i] = SPRINGLS__W(sqrt)(sum);
-            } else {
-                l[i * (i + 1) / 2 + j] = sum / l[j * (j + 1) / 2 + j];
-            }
-        }
-    }
-    return ok;
-}
-
-/* Solves for one right-hand side, and replaces it in x by the solution. */
-SPRINGLS__W_MATHS void SPRINGLS__W(fit_substitute)(const SPRINGLS__NUM l[21], int terms, SPRINGLS__NUM x[SPRINGLS__FIT_TERMS])
-{
-    int i, k;
-    for (i = 0; i < terms; i++) {
-        SPRINGLS__NUM sum = x[i];
-        for (k = 0; k < i; k++) sum -= l[i * (i + 1) / 2 + k] * x[k];
-        x[i] = sum / l[i * (i + 1) / 2 + i];
-    }
-    for (i = terms - 1; i >= 0; i--) {
-        SPRINGLS__NUM sum = x[i];
-        for (k = i + 1; k < terms; k++) sum -= l[k * (k + 1) / 2 + i] * x[k];
-        x[i] = sum / l[i * (i + 1) / 2 + i];
-    }
-}
-
-/* The first `terms` coefficients of the height and of the three coordinates of a, and the Cholesky factor l. */
-typedef struct SPRINGLS__W(fit_solution) {
-    SPRINGLS__NUM x[SPRINGLS__FIT_VALUES][SPRINGLS__FIT_TERMS], l[21];
-    int terms;
-    SPRINGLS__COND ok; /* false: there are none */
-} SPRINGLS__W(fit_solution);
-
-SPRINGLS__W_MATHS SPRINGLS__W(fit_solution) SPRINGLS__W(fit_coefficients)(const SPRINGLS__W(fit) *fit, int terms)
-{
-    SPRINGLS__W(fit_solution) s;
-    int i, v;
-    s.ok = SPRINGLS__W(fit_factor)(fit, terms, s.l);
-    s.terms = SPRINGLS__W(any)(s.ok) ? terms : 0;
-    for (v = 0; v < SPRINGLS__FIT_VALUES; v++) {
-        for (i = 0; i < SPRINGLS__FIT_TERMS; i++)
-            s.x[v][i] = i < s.terms ? fit->right[SPRINGLS__FIT_VALUES * i + v] : SPRINGLS__W(broadcast)(0.0f);
-        SPRINGLS__W(fit_substitute)(s.l, s.terms, s.x[v]);
-    }
-    return s;
-}
-
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(select3)(SPRINGLS__COND where, SPRINGLS__NUM3 yes, SPRINGLS__NUM3 no)
-{
-    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(where, yes.x, no.x), SPRINGLS__W(select)(where, yes.y, no.y),
-                                SPRINGLS__W(select)(where, yes.z, no.z));
-}
-
-/* Replaces the result by that of the first `terms` coefficients where it is not ok, at least so many neighbors count, and the
-   matrix is not close to singular. */
-SPRINGLS__W_MATHS void SPRINGLS__W(fit_solve)(const SPRINGLS__W(fit) *fit, int terms, float neighbors,
-                                              SPRINGLS__W(fit_result) *result)
-{
-    const SPRINGLS__COND due = SPRINGLS__W(select)(result->ok, SPRINGLS__W(broadcast)(0.0f), fit->count) >= neighbors;
-    SPRINGLS__W(fit_solution) s;
-    SPRINGLS__NUM3 normal;
-    SPRINGLS__COND good;
-    if (!SPRINGLS__W(any)(due)) return;
-    s = SPRINGLS__W(fit_coefficients)(fit, terms);
-    good = due & s.ok;
-    normal = SPRINGLS__W(sub)(SPRINGLS__W(sub)(fit->n, SPRINGLS__W(scale)(fit->e1, s.x[0][1])),
-                              SPRINGLS__W(scale)(fit->e2, s.x[0][2]));
-    result->point = SPRINGLS__W(select3)(good, SPRINGLS__W(mad)(fit->origin, fit->n, s.x[0][0] * SPRINGLS__FIT_RADIUS),
-                                         result->point);
-    result->normal = SPRINGLS__W(select3)(good, SPRINGLS__W(normalize)(normal), result->normal);
-    result->a = SPRINGLS__W(select3)(good, SPRINGLS__W(add)(fit->a0, SPRINGLS__W(v3_make)(s.x[1][0], s.x[2][0], s.x[3][0])),
-                                     result->a);
-    result->ok = result->ok | good;
-}
-
-/* Solves for a quadratic with ten neighbors or more, for a plane with four or more and where the quadratic is close to singular;
-   not ok with fewer. */
-SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_highest)(const SPRINGLS__W(fit) *fit)
-{
-    SPRINGLS__W(fit_result) result;
-    result.ok = fit->count < 0.0f;
-    result.point = fit->origin;
-    result.normal = fit->n;
-    result.a = fit->a0;
-    SPRINGLS__W(fit_solve)(fit, 6, 10.0f, &result);
-    SPRINGLS__W(fit_solve)(fit, 3, 4.0f, &result);
-    return result;
-}
-
-/* Solves the fit, but keeps the place where all neighbors lie to one side, at the rim of a wide hole: the height is unreliable
-   there. */
-SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_end)(const SPRINGLS__W(fit) *fit)
-{
-    SPRINGLS__W(fit_result) result = SPRINGLS__W(fit_highest)(fit);
-    SPRINGLS__NUM u = fit->normal_matrix[1], v = fit->normal_matrix[3], w = 0.6f * fit->normal_matrix[0];
-    SPRINGLS__COND to_one_side = u * u + v * v > w * w;
-    result.point = SPRINGLS__W(select3)(to_one_side, fit->origin, result.point);
-    result.normal = SPRINGLS__W(select3)(to_one_side, fit->n, result.normal);
-    return result;
-}
-
-/* The box of the correspondences that a fit has taken. */
-typedef struct SPRINGLS__W(fit_box) { SPRINGLS__NUM3 lower, upper; } SPRINGLS__W(fit_box);
-
-SPRINGLS__W_MATHS SPRINGLS__W(fit_box) SPRINGLS__W(fit_box_begin)(void)
-{
-    const SPRINGLS__NUM high = SPRINGLS__W(broadcast)(FLT_MAX), low = SPRINGLS__W(broadcast)(-FLT_MAX);
-    SPRINGLS__W(fit_box) box;
-    box.lower = SPRINGLS__W(v3_make)(high, high, high);
-    box.upper = SPRINGLS__W(v3_make)(low, low, low);
-    return box;
-}
-
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(min3)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)
-{
-    return SPRINGLS__W(v3_make)(SPRINGLS__W(min)(a.x, b.x), SPRINGLS__W(min)(a.y, b.y), SPRINGLS__W(min)(a.z, b.z));
-}
-
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(max3)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)
-{
-    return SPRINGLS__W(v3_make)(SPRINGLS__W(max)(a.x, b.x), SPRINGLS__W(max)(a.y, b.y), SPRINGLS__W(max)(a.z, b.z));
-}
-
-/* Adds a particle with its normal and correspondence to a fit and its box, where it counts. */
-SPRINGLS__W_MATHS void SPRINGLS__W(fit_add_in_box)(SPRINGLS__W(fit) *fit, SPRINGLS__W(fit_box) *box, SPRINGLS__NUM3 p,
-                                                   SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)
-{
-    const SPRINGLS__COND counts = SPRINGLS__W(fit_add)(fit, p, normal, a);
-    if (!SPRINGLS__W(any)(counts)) return;
-    box->lower = SPRINGLS__W(select3)(counts, SPRINGLS__W(min3)(box->lower, a), box->lower);
-    box->upper = SPRINGLS__W(select3)(counts, SPRINGLS__W(max3)(box->upper, a), box->upper);
-}
-
-/* Ends a fit: clamps its correspondence to a voxel beyond the range of the neighbors. Not ok either where the fitted surface is
-   further than a voxel from the origin, or turned away from n. */
-SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_end_in_box)(const SPRINGLS__W(fit) *fit,
-                                                                    const SPRINGLS__W(fit_box) *box)
-{
-    const SPRINGLS__NUM one = SPRINGLS__W(broadcast)(1.0f);
-    const SPRINGLS__NUM3 margin = SPRINGLS__W(v3_make)(one, one, one);
-    SPRINGLS__W(fit_result) result = SPRINGLS__W(fit_end)(fit);
-    SPRINGLS__NUM3 a = SPRINGLS__W(max3)(result.a, SPRINGLS__W(sub)(box->lower, margin));
-    SPRINGLS__NUM off2, facing;
-    result.a = SPRINGLS__W(min3)(a, SPRINGLS__W(add)(box->upper, margin));
-    off2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(result.point, fit->origin));
-    facing = SPRINGLS__W(dot)(result.normal, fit->n);
-    result.ok = result.ok & (off2 <= 1.0f) & (facing >= 0.3f);
-    return result;
-}
-/* -------- again: kernels_embed/language/width_simd.h -------- */
-/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
-   It has no guard because it is included before every body. */
-#undef SPRINGLS__WIDTH
-#undef SPRINGLS__NUM
-#undef SPRINGLS__NUM3
-#undef SPRINGLS__COND
-#undef SPRINGLS__W
-#undef SPRINGLS__W_MATHS
-#define SPRINGLS__WIDTH SPRINGLS__LANES
-#define SPRINGLS__NUM springls__vec
-#define SPRINGLS__NUM3 springls__vec3
-#define SPRINGLS__COND springls__vmask
-#define SPRINGLS__W(name) springls__vec_##name
-#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
-/* -------- again: kernels_embed/model/fit_body.h -------- */
-/* fit_body.h - the quadratic fit of fit.h, for one place and for several at once. */
-
-typedef struct SPRINGLS__W(fit) {
-    SPRINGLS__NUM3 origin, e1, e2, n; /* the tangent frame */
-    SPRINGLS__NUM3 a0;                /* correspondences are summed relative to it */
-    SPRINGLS__NUM normal_matrix[21];  /* lower triangle, row by row */
-    SPRINGLS__NUM right[24];
-    SPRINGLS__NUM count;
-} SPRINGLS__W(fit);
-
-/* Begins a fit over no particles at `origin`; n, e1, e2: an orthonormal frame. */
-SPRINGLS__W_MATHS SPRINGLS__W(fit) SPRINGLS__W(fit_begin_in)(SPRINGLS__NUM3 origin, SPRINGLS__NUM3 n, SPRINGLS__NUM3 e1,
-                                                             SPRINGLS__NUM3 a0)
-{
-    SPRINGLS__W(fit) fit;
-    int i;
-    fit.origin = origin;
-    fit.n = n;
-    fit.a0 = a0;
-    fit.e1 = e1;
-    fit.e2 = SPRINGLS__W(cross)(n, e1);
-    fit.count = SPRINGLS__W(broadcast)(0.0f);
-    for (i = 0; i < 21; i++) fit.normal_matrix[i] = SPRINGLS__W(broadcast)(0.0f);
-    for (i = 0; i < 24; i++) fit.right[i] = SPRINGLS__W(broadcast)(0.0f);
-    return fit;
-}
-
-/* A particle as an equation of the fit; weight 0: it is too far, faces elsewhere, or lies on another sheet. */
-typedef struct SPRINGLS__W(fit_equation) {
-    SPRINGLS__NUM term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;
-} SPRINGLS__W(fit_equation);
-
-SPRINGLS__W_MATHS SPRINGLS__W(fit_equation) SPRINGLS__W(fit_equation_of)(const SPRINGLS__W(fit) *fit, SPRINGLS__NUM3 p,
-                                                                         SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)
-{
-    SPRINGLS__NUM3 from_origin = SPRINGLS__W(sub)(p, fit->origin);
-    SPRINGLS__NUM3 d = SPRINGLS__W(scale)(from_origin, SPRINGLS__W(broadcast)(1.0f / SPRINGLS__FIT_RADIUS));
-    SPRINGLS__NUM r2 = SPRINGLS__W(length2)(d), h = SPRINGLS__W(dot)(d, fit->n);
-    SPRINGLS__COND within = (SPRINGLS__W(length2)(from_origin) < SPRINGLS__FIT_RADIUS * SPRINGLS__FIT_RADIUS) & (r2 < 1.0f);
-    SPRINGLS__COND counts = within & (SPRINGLS__W(fabs)(h) <= 0.4f) & (SPRINGLS__W(dot)(normal, fit->n) >= 0.4f);
-    SPRINGLS__W(fit_equation) e;
-    e.term[0] = SPRINGLS__W(broadcast)(1.0f);
-    e.term[1] = SPRINGLS__W(dot)(d, fit->e1);
-    e.term[2] = SPRINGLS__W(dot)(d, fit->e2);
-    e.term[3] = e.term[1] * e.term[1];
-    e.term[4] = e.term[1] * e.term[2];
-    e.term[5] = e.term[2] * e.term[2];
-    e.value[0] = h;
-    e.value[1] = a.x - fit->a0.x;
-    e.value[2] = a.y - fit->a0.y;
-    e.value[3] = a.z - fit->a0.z;
-    e.weight = SPRINGLS__W(select)(counts, (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f), SPRINGLS__W(broadcast)(0.0f));
-    return e;
-}
-
-/* Adds a particle with its normal and correspondence. Returns false where it is too far, faces elsewhere, or lies on another
-   sheet: weight 0 changes nothing. */
-SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(fit_add)(SPRINGLS__W(fit) *fit, SPRINGLS__NUM3 p, SPRINGLS__NUM3 normal,
-                                                      SPRINGLS__NUM3 a)
-{
-    const SPRINGLS__W(fit_equation) e = SPRINGLS__W(fit_equation_of)(fit, p, normal, a);
-    const SPRINGLS__COND counts = e.weight > 0.0f;
-    int i, j;
-    if (!SPRINGLS__W(any)(counts)) return counts;
-    for (i = 0; i < SPRINGLS__FIT_TERMS; i++) {
-        const SPRINGLS__NUM scaled = e.weight * e.term[i];
-        for (j = 0; j <= i; j++) fit->normal_matrix[i * (i + 1) / 2 + j] += scaled * e.term[j];
-        for (j = 0; j < SPRINGLS__FIT_VALUES; j++) fit->right[SPRINGLS__FIT_VALUES * i + j] += scaled * e.value[j];
-    }
-    fit->count += SPRINGLS__W(select)(counts, SPRINGLS__W(broadcast)(1.0f), SPRINGLS__W(broadcast)(0.0f));
-    return counts;
-}
-
-/* The fitted surface at the origin. */
-typedef struct SPRINGLS__W(fit_result) {
-    SPRINGLS__NUM3 point, normal, a;
-    SPRINGLS__COND ok; /* false: too few neighbors, or they lie on a line */
-} SPRINGLS__W(fit_result);
-
-/* Factors the first `terms` rows of the normal matrix by Cholesky into l, row by row; false when it is close to singular. */
-SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(fit_factor)(const SPRINGLS__W(fit) *fit, int terms, SPRINGLS__NUM l[21])
-{
-    SPRINGLS__COND ok = fit->count > 0.0f;
-    int i, j, k;
-    for (i = 0; i < terms; i++) {
-        for (j = 0; j <= i; j++) {
-            SPRINGLS__NUM sum = fit->normal_matrix[i * (i + 1) / 2 + j];
-            for (k = 0; k < j; k++) sum -= l[i * (i + 1) / 2 + k] * l[j * (j + 1) / 2 + k];
-            if (i == j) {
-                ok = ok & (sum > 1e-5f * fit->normal_matrix[0]); /* coordinates are at most 1 */
-                if (!SPRINGLS__W(any)(ok)) return ok;
-                l[i * (i + 1) / 2 + i] = SPRINGLS__W(sqrt)(sum);
-            } else {
-                l[i * (i + 1) / 2 + j] = sum / l[j * (j + 1) / 2 + j];
-            }
-        }
-    }
-    return ok;
-}
-
-/* Solves for one right-hand side, and replaces it in x by the solution. */
-SPRINGLS__W_MATHS void SPRINGLS__W(fit_substitute)(const SPRINGLS__NUM l[21], int terms, SPRINGLS__NUM x[SPRINGLS__FIT_TERMS])
-{
-    int i, k;
-    for (i = 0; i < terms; i++) {
-        SPRINGLS__NUM sum = x[i];
-        for (k = 0; k < i; k++) sum -= l[i * (i + 1) / 2 + k] * x[k];
-        x[i] = sum / l[i * (i + 1) / 2 + i];
-    }
-    for (i = terms - 1; i >= 0; i--) {
-        SPRINGLS__NUM sum = x[i];
-        for (k = i + 1; k < terms; k++) sum -= l[k * (k + 1) / 2 + i] * x[k];
-        x[i] = sum / l[i * (i + 1) / 2 + i];
-    }
-}
-
-/* The first `terms` coefficients of the height and of the three coordinates of a, and the Cholesky factor l. */
-typedef struct SPRINGLS__W(fit_solution) {
-    SPRINGLS__NUM x[SPRINGLS__FIT_VALUES][SPRINGLS__FIT_TERMS], l[21];
-    int terms;
-    SPRINGLS__COND ok; /* false: there are none */
-} SPRINGLS__W(fit_solution);
-
-SPRINGLS__W_MATHS SPRINGLS__W(fit_solution) SPRINGLS__W(fit_coefficients)(const SPRINGLS__W(fit) *fit, int terms)
-{
-    SPRINGLS__W(fit_solution) s;
-    int i, v;
-    s.ok = SPRINGLS__W(fit_factor)(fit, terms, s.l);
-    s.terms = SPRINGLS__W(any)(s.ok) ? terms : 0;
-    for (v = 0; v < SPRINGLS__FIT_VALUES; v++) {
-        for (i = 0; i < SPRINGLS__FIT_TERMS; i++)
-            s.x[v][i] = i < s.terms ? fit->right[SPRINGLS__FIT_VALUES * i + v] : SPRINGLS__W(broadcast)(0.0f);
-        SPRINGLS__W(fit_substitute)(s.l, s.terms, s.x[v]);
-    }
-    return s;
-}
-
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(select3)(SPRINGLS__COND where, SPRINGLS__NUM3 yes, SPRINGLS__NUM3 no)
-{
-    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(where, yes.x, no.x), SPRINGLS__W(select)(where, yes.y, no.y),
-                                SPRINGLS__W(select)(where, yes.z, no.z));
-}
-
-/* Replaces the result by that of the first `terms` coefficients where it is not ok, at least so many neighbors count, and the
-   matrix is not close to singular. */
-SPRINGLS__W_MATHS void SPRINGLS__W(fit_solve)(const SPRINGLS__W(fit) *fit, int terms, float neighbors,
-                                              SPRINGLS__W(fit_result) *result)
-{
-    const SPRINGLS__COND due = SPRINGLS__W(select)(result->ok, SPRINGLS__W(broadcast)(0.0f), fit->count) >= neighbors;
-    SPRINGLS__W(fit_solution) s;
-    SPRINGLS__NUM3 normal;
-    SPRINGLS__COND good;
-    if (!SPRINGLS__W(any)(due)) return;
-    s = SPRINGLS__W(fit_coefficients)(fit, terms);
-    good = due & s.ok;
-    normal = SPRINGLS__W(sub)(SPRINGLS__W(sub)(fit->n, SPRINGLS__W(scale)(fit->e1, s.x[0][1])),
-                              SPRINGLS__W(scale)(fit->e2, s.x[0][2]));
-    result->point = SPRINGLS__W(select3)(good, SPRINGLS__W(mad)(fit->origin, fit->n, s.x[0][0] * SPRINGLS__FIT_RADIUS),
-                                         result->point);
-    result->normal = SPRINGLS__W(select3)(good, SPRINGLS__W(normalize)(normal), result->normal);
-    result->a = SPRINGLS__W(select3)(good, SPRINGLS__W(add)(fit->a0, SPRINGLS__W(v3_make)(s.x[1][0], s.x[2][0], s.x[3][0])),
-                                     result->a);
-    result->ok = result->ok | good;
-}
-
-/* Solves for a quadratic with ten neighbors or more, for a plane with four or more and where the quadratic is close to singular;
-   not ok with fewer. */
-SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_highest)(const SPRINGLS__W(fit) *fit)
-{
-    SPRINGLS__W(fit_result) result;
-    result.ok = fit->count < 0.0f;
-    result.point = fit->origin;
-    result.normal = fit->n;
-    result.a = fit->a0;
-    SPRINGLS__W(fit_solve)(fit, 6, 10.0f, &result);
-    SPRINGLS__W(fit_solve)(fit, 3, 4.0f, &result);
-    return result;
-}
-
-/* Solves the fit, but keeps the place where all neighbors lie to one side, at the rim of a wide hole: the height is unreliable
-   there. */
-SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_end)(const SPRINGLS__W(fit) *fit)
-{
-    SPRINGLS__W(fit_result) result = SPRINGLS__W(fit_highest)(fit);
-    SPRINGLS__NUM u = fit->normal_matrix[1], v = fit->normal_matrix[3], w = 0.6f * fit->normal_matrix[0];
-    SPRINGLS__COND to_one_side = u * u + v * v > w * w;
-    result.point = SPRINGLS__W(select3)(to_one_side, fit->origin, result.point);
-    result.normal = SPRINGLS__W(select3)(to_one_side, fit->n, result.normal);
-    return result;
-}
-
-/* The box of the correspondences that a fit has taken. */
-typedef struct SPRINGLS__W(fit_box) { SPRINGLS__NUM3 lower, upper; } SPRINGLS__W(fit_box);
-
-SPRINGLS__W_MATHS SPRINGLS__W(fit_box) SPRINGLS__W(fit_box_begin)(void)
-{
-    const SPRINGLS__NUM high = SPRINGLS__W(broadcast)(FLT_MAX), low = SPRINGLS__W(broadcast)(-FLT_MAX);
-    SPRINGLS__W(fit_box) box;
-    box.lower = SPRINGLS__W(v3_make)(high, high, high);
-    box.upper = SPRINGLS__W(v3_make)(low, low, low);
-    return box;
-}
-
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(min3)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)
-{
-    return SPRINGLS__W(v3_make)(SPRINGLS__W(min)(a.x, b.x), SPRINGLS__W(min)(a.y, b.y), SPRINGLS__W(min)(a.z, b.z));
-}
-
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(max3)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)
-{
-    return SPRINGLS__W(v3_make)(SPRINGLS__W(max)(a.x, b.x), SPRINGLS__W(max)(a.y, b.y), SPRINGLS__W(max)(a.z, b.z));
-}
-
-/* Adds a particle with its normal and correspondence to a fit and its box, where it counts. */
-SPRINGLS__W_MATHS void SPRINGLS__W(fit_add_in_box)(SPRINGLS__W(fit) *fit, SPRINGLS__W(fit_box) *box, SPRINGLS__NUM3 p,
-                                                   SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)
-{
-    const SPRINGLS__COND counts = SPRINGLS__W(fit_add)(fit, p, normal, a);
-    if (!SPRINGLS__W(any)(counts)) return;
-    box->lower = SPRINGLS__W(select3)(counts, SPRINGLS__W(min3)(box->lower, a), box->lower);
-    box->upper = SPRINGLS__W(select3)(counts, SPRINGLS__W(max3)(box->upper, a), box->upper);
-}
-
-/* Ends a fit: clamps its correspondence to a voxel beyond the range of the neighbors. Not ok either where the fitted surface is
-   further than a voxel from the origin, or turned away from n. */
-SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_end_in_box)(const SPRINGLS__W(fit) *fit,
-                                                                    const SPRINGLS__W(fit_box) *box)
-{
-    const SPRINGLS__NUM one = SPRINGLS__W(broadcast)(1.0f);
-    const SPRINGLS__NUM3 margin = SPRINGLS__W(v3_make)(one, one, one);
-    SPRINGLS__W(fit_result) result = SPRINGLS__W(fit_end)(fit);
-    SPRINGLS__NUM3 a = SPRINGLS__W(max3)(result.a, SPRINGLS__W(sub)(box->lower, margin));
-    SPRINGLS__NUM off2, facing;
-    result.a = SPRINGLS__W(min3)(a, SPRINGLS__W(add)(box->upper, margin));
-    off2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(result.point, fit->origin));
-    facing = SPRINGLS__W(dot)(result.normal, fit->n);
-    result.ok = result.ok & (off2 <= 1.0f) & (facing >= 0.3f);
-    return result;
-}
-/* -------- back in kernels_embed/model/fit.h -------- */
-
+/* Begins a fit over no particles at `origin`; n: a unit vector. */
 SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls__v3 n, springls__v3 a0)
 {
-    return springls__fit_begin_in(origin, n, springls__any_tangent(n), a0);
+    springls__fit fit;
+    int i;
+    fit.origin = origin;
+    fit.n = n;
+    fit.a0 = a0;
+    fit.e1 = springls__any_tangent(n);
+    fit.e2 = springls__cross(n, fit.e1);
+    fit.count = 0.0f;
+    for (i = 0; i < 21; i++) fit.normal_matrix[i] = 0.0f;
+    for (i = 0; i < 24; i++) fit.right[i] = 0.0f;
+    return fit;
+}
+
+/* A particle as an equation of the fit; weight 0: it is too far, faces elsewhere, or lies on another sheet. */
+typedef struct springls__fit_equation {
+    float term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;
+} springls__fit_equation;
+
+SPRINGLS__MATHS springls__fit_equation springls__fit_equation_of(const springls__fit *fit, springls__v3 p, springls__v3 normal,
+                                                                 springls__v3 a)
+{
+    springls__v3 from_origin = springls__sub(p, fit->origin);
+    springls__v3 d = springls__scale(from_origin, 1.0f / SPRINGLS__FIT_RADIUS);
+    float r2 = springls__length2(d), h = springls__dot(d, fit->n);
+    bool within = springls__length2(from_origin) < SPRINGLS__FIT_RADIUS * SPRINGLS__FIT_RADIUS && r2 < 1.0f;
+    bool counts = within && springls__fabs(h) <= 0.4f && springls__dot(normal, fit->n) >= 0.4f;
+    springls__fit_equation e;
+    e.term[0] = 1.0f;
+    e.term[1] = springls__dot(d, fit->e1);
+    e.term[2] = springls__dot(d, fit->e2);
+    e.term[3] = e.term[1] * e.term[1];
+    e.term[4] = e.term[1] * e.term[2];
+    e.term[5] = e.term[2] * e.term[2];
+    e.value[0] = h;
+    e.value[1] = a.x - fit->a0.x;
+    e.value[2] = a.y - fit->a0.y;
+    e.value[3] = a.z - fit->a0.z;
+    e.weight = counts ? (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f) : 0.0f;
+    return e;
+}
+
+/* Adds a particle with its normal and correspondence. Returns false where it is too far, faces elsewhere, or lies on another
+   sheet: weight 0 changes nothing. */
+SPRINGLS__MATHS bool springls__fit_add(springls__fit *fit, springls__v3 p, springls__v3 normal, springls__v3 a)
+{
+    const springls__fit_equation e = springls__fit_equation_of(fit, p, normal, a);
+    int i, j;
+    if (!(e.weight > 0.0f)) return false;
+    for (i = 0; i < SPRINGLS__FIT_TERMS; i++) {
+        const float scaled = e.weight * e.term[i];
+        for (j = 0; j <= i; j++) fit->normal_matrix[i * (i + 1) / 2 + j] += scaled * e.term[j];
+        for (j = 0; j < SPRINGLS__FIT_VALUES; j++) fit->right[SPRINGLS__FIT_VALUES * i + j] += scaled * e.value[j];
+    }
+    fit->count += 1.0f;
+    return true;
+}
+
+/* The fitted surface at the origin. */
+typedef struct springls__fit_result {
+    springls__v3 point, normal, a;
+    bool ok; /* false: too few neighbors, or they lie on a line */
+} springls__fit_result;
+
+/* Factors the first `terms` rows of the normal matrix by Cholesky into l, row by row; false when it is close to singular. */
+SPRINGLS__MATHS bool springls__fit_factor(const springls__fit *fit, int terms, float l[21])
+{
+    int i, j, k;
+    for (i = 0; i < terms; i++) {
+        for (j = 0; j <= i; j++) {
+            float sum = fit->normal_matrix[i * (i + 1) / 2 + j];
+            for (k = 0; k < j; k++) sum -= l[i * (i + 1) / 2 + k] * l[j * (j + 1) / 2 + k];
+            if (i == j) {
+                if (!(sum > 1e-5f * fit->normal_matrix[0])) return false; /* coordinates are at most 1 */
+                l[i * (i + 1) / 2 + i] = springls__sqrt(sum);
+            } else {
+                l[i * (i + 1) / 2 + j] = sum / l[j * (j + 1) / 2 + j];
+            }
+        }
+    }
+    return true;
+}
+
+/* Solves for one right-hand side, and replaces it in x by the solution. */
+SPRINGLS__MATHS void springls__fit_substitute(const float l[21], int terms, float x[SPRINGLS__FIT_TERMS])
+{
+    int i, k;
+    for (i = 0; i < terms; i++) {
+        float sum = x[i];
+        for (k = 0; k < i; k++) sum -= l[i * (i + 1) / 2 + k] * x[k];
+        x[i] = sum / l[i * (i + 1) / 2 + i];
+    }
+    for (i = terms - 1; i >= 0; i--) {
+        float sum = x[i];
+        for (k = i + 1; k < terms; k++) sum -= l[k * (k + 1) / 2 + i] * x[k];
+        x[i] = sum / l[i * (i + 1) / 2 + i];
+    }
+}
+
+/* The first `terms` coefficients of the height and of the three coordinates of a, and the Cholesky factor l. */
+typedef struct springls__fit_solution {
+    float x[SPRINGLS__FIT_VALUES][SPRINGLS__FIT_TERMS], l[21];
+    int terms;
+    bool ok; /* false: there are none */
+} springls__fit_solution;
+
+SPRINGLS__MATHS springls__fit_solution springls__fit_coefficients(const springls__fit *fit, int terms)
+{
+    springls__fit_solution s;
+    int i, v;
+    s.ok = springls__fit_factor(fit, terms, s.l);
+    s.terms = s.ok ? terms : 0;
+    for (v = 0; v < SPRINGLS__FIT_VALUES; v++) {
+        for (i = 0; i < SPRINGLS__FIT_TERMS; i++)
+            s.x[v][i] = i < s.terms ? fit->right[SPRINGLS__FIT_VALUES * i + v] : 0.0f;
+        springls__fit_substitute(s.l, s.terms, s.x[v]);
+    }
+    return s;
+}
+
+/* Replaces the result by that of the first `terms` coefficients, unless the matrix is close to singular. */
+SPRINGLS__MATHS void springls__fit_solve(const springls__fit *fit, int terms, springls__fit_result *result)
+{
+    const springls__fit_solution s = springls__fit_coefficients(fit, terms);
+    if (!s.ok) return;
+    result->point = springls__mad(fit->origin, fit->n, s.x[0][0] * SPRINGLS__FIT_RADIUS);
+    result->normal = springls__normalize(springls__sub(springls__sub(fit->n, springls__scale(fit->e1, s.x[0][1])),
+                                                       springls__scale(fit->e2, s.x[0][2])));
+    result->a = springls__add(fit->a0, springls__v3_make(s.x[1][0], s.x[2][0], s.x[3][0]));
+    result->ok = true;
+}
+
+/* Solves for a quadratic with ten neighbors or more, for a plane with four or more and where the quadratic is close to singular;
+   not ok with fewer. */
+SPRINGLS__MATHS springls__fit_result springls__fit_highest(const springls__fit *fit)
+{
+    springls__fit_result result;
+    result.ok = false;
+    result.point = fit->origin;
+    result.normal = fit->n;
+    result.a = fit->a0;
+    if (fit->count >= 10.0f) springls__fit_solve(fit, 6, &result);
+    if (fit->count >= 4.0f && !result.ok) springls__fit_solve(fit, 3, &result);
+    return result;
+}
+
+/* Solves the fit, but keeps the place where all neighbors lie to one side, at the rim of a wide hole: the height is unreliable
+   there. */
+SPRINGLS__MATHS springls__fit_result springls__fit_end(const springls__fit *fit)
+{
+    springls__fit_result result = springls__fit_highest(fit);
+    float u = fit->normal_matrix[1], v = fit->normal_matrix[3], w = 0.6f * fit->normal_matrix[0];
+    if (u * u + v * v > w * w) {
+        result.point = fit->origin;
+        result.normal = fit->n;
+    }
+    return result;
+}
+
+/* The box of the correspondences that a fit has taken. */
+typedef struct springls__fit_box { springls__v3 lower, upper; } springls__fit_box;
+
+SPRINGLS__MATHS springls__fit_box springls__fit_box_begin(void)
+{
+    springls__fit_box box;
+    box.lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX);
+    box.upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
+    return box;
+}
+
+SPRINGLS__MATHS springls__v3 springls__min3(springls__v3 a, springls__v3 b)
+{
+    return springls__v3_make(springls__min(a.x, b.x), springls__min(a.y, b.y), springls__min(a.z, b.z));
+}
+
+SPRINGLS__MATHS springls__v3 springls__max3(springls__v3 a, springls__v3 b)
+{
+    return springls__v3_make(springls__max(a.x, b.x), springls__max(a.y, b.y), springls__max(a.z, b.z));
+}
+
+/* Adds a particle with its normal and correspondence to a fit and its box, where it counts. */
+SPRINGLS__MATHS void springls__fit_add_in_box(springls__fit *fit, springls__fit_box *box, springls__v3 p, springls__v3 normal,
+                                              springls__v3 a)
+{
+    if (!springls__fit_add(fit, p, normal, a)) return;
+    box->lower = springls__min3(box->lower, a);
+    box->upper = springls__max3(box->upper, a);
+}
+
+/* Ends a fit: clamps its correspondence to a voxel beyond the range of the neighbors. Not ok either where the fitted surface is
+   further than a voxel from the origin, or turned away from n. */
+SPRINGLS__MATHS springls__fit_result springls__fit_end_in_box(const springls__fit *fit, const springls__fit_box *box)
+{
+    const springls__v3 margin = springls__v3_make(1.0f, 1.0f, 1.0f);
+    springls__fit_result result = springls__fit_end(fit);
+    springls__v3 a = springls__max3(result.a, springls__sub(box->lower, margin));
+    float off2, facing;
+    result.a = springls__min3(a, springls__add(box->upper, margin));
+    off2 = springls__length2(springls__sub(result.point, fit->origin));
+    facing = springls__dot(result.normal, fit->n);
+    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;
+    return result;
 }
 
 /* Returns how many terms a number of neighbors is enough for: a quadratic's with ten or more, a plane's with four or more. */
@@ -11195,6 +10893,286 @@ SPRINGLS__MATHS void springls__write_element(const springls__model *model, sprin
         for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));
     model->set.s[n] = springls__springl_finished(s);
 }
+/* -------- again: kernels_embed/language/width_float.h -------- */
+/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
+   because it is included before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH 1
+#define SPRINGLS__NUM float
+#define SPRINGLS__NUM3 springls__v3
+#define SPRINGLS__COND bool
+#define SPRINGLS__W(name) springls__##name
+#define SPRINGLS__W_MATHS SPRINGLS__MATHS
+
+/* ======== >>correspondence_fit_body:kernel  (kernels_embed/model/correspondence_fit_body.h) ==================== */
+/* correspondence_fit_body.h - the quadratic fit of correspondence_fit.h, for one place and for several at once. */
+
+/* Weighted sums over particles, in two tangent coordinates u and v that are 1 at the fit's radius. */
+typedef struct SPRINGLS__W(correspondence_fit) {
+    SPRINGLS__NUM3 origin, n;
+    SPRINGLS__NUM3 e1, e2;     /* tangents, of length 1 / radius */
+    SPRINGLS__NUM3 a0;         /* correspondences are summed relative to it */
+    SPRINGLS__NUM moments[15]; /* of 1, u, v, uu, uv, vv, uuu, uuv, uvv, vvv, uuuu, uuuv, uuvv, uvvv, vvvv */
+    SPRINGLS__NUM3 right[6];   /* of a - a0 times vv, uv, uu, v, u, 1 */
+} SPRINGLS__W(correspondence_fit);
+
+/* Begins a fit over no particles at `origin`; n, tangent: unit vectors, perpendicular to each other. */
+SPRINGLS__W_MATHS SPRINGLS__W(correspondence_fit) SPRINGLS__W(correspondence_fit_begin)(SPRINGLS__NUM3 origin, SPRINGLS__NUM3 n,
+                                                                                        SPRINGLS__NUM3 tangent, SPRINGLS__NUM3 a0)
+{
+    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f);
+    SPRINGLS__W(correspondence_fit) fit;
+    int i;
+    fit.origin = origin;
+    fit.n = n;
+    fit.e1 = SPRINGLS__W(scale)(tangent, SPRINGLS__W(broadcast)(1.0f / SPRINGLS__FIT_RADIUS));
+    fit.e2 = SPRINGLS__W(cross)(n, fit.e1);
+    fit.a0 = a0;
+    for (i = 0; i < 15; i++) fit.moments[i] = zero;
+    for (i = 0; i < 6; i++) fit.right[i] = SPRINGLS__W(v3_make)(zero, zero, zero);
+    return fit;
+}
+
+/* Adds a particle with its normal and correspondence, unless it is too far, faces elsewhere, or lies on another sheet. */
+SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_add)(SPRINGLS__W(correspondence_fit) *fit, SPRINGLS__NUM3 p,
+                                                           SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)
+{
+    const float r = SPRINGLS__FIT_RADIUS;
+    const SPRINGLS__NUM3 d = SPRINGLS__W(sub)(p, fit->origin);
+    const SPRINGLS__NUM r2 = SPRINGLS__W(length2)(d) * (1.0f / (r * r));
+    const SPRINGLS__COND counts = (r2 < 1.0f) & (SPRINGLS__W(fabs)(SPRINGLS__W(dot)(d, fit->n)) <= 0.4f * r)
+                                  & (SPRINGLS__W(dot)(normal, fit->n) >= 0.4f);
+    SPRINGLS__NUM w, u, v, wu, wv, wuu, wuv, wvv, wuuu, wvvv, *m = fit->moments;
+    if (!SPRINGLS__W(any)(counts)) return;
+    w = SPRINGLS__W(select)(counts, (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f), SPRINGLS__W(broadcast)(0.0f));
+    u = SPRINGLS__W(dot)(d, fit->e1);
+    v = SPRINGLS__W(dot)(d, fit->e2);
+    wu = w * u;
+    wv = w * v;
+    wuu = wu * u;
+    wuv = wu * v;
+    wvv = wv * v;
+    wuuu = wuu * u;
+    wvvv = wvv * v;
+    m[0] += w;
+    m[1] += wu;
+    m[2] += wv;
+    m[3] += wuu;
+    m[4] += wuv;
+    m[5] += wvv;
+    m[6] += wuuu;
+    m[7] += wuu * v;
+    m[8] += wvv * u;
+    m[9] += wvvv;
+    m[10] += wuuu * u;
+    m[11] += wuuu * v;
+    m[12] += wuv * u * v;
+    m[13] += wvvv * u;
+    m[14] += wvvv * v;
+    a = SPRINGLS__W(sub)(a, fit->a0);
+    fit->right[0] = SPRINGLS__W(mad)(fit->right[0], a, wvv);
+    fit->right[1] = SPRINGLS__W(mad)(fit->right[1], a, wuv);
+    fit->right[2] = SPRINGLS__W(mad)(fit->right[2], a, wuu);
+    fit->right[3] = SPRINGLS__W(mad)(fit->right[3], a, wv);
+    fit->right[4] = SPRINGLS__W(mad)(fit->right[4], a, wu);
+    fit->right[5] = SPRINGLS__W(mad)(fit->right[5], a, w);
+}
+
+/* Replaces the correspondence at the origin, where it is not known yet, by that of a fit with the terms vv, uv, uu, v, u, 1 from
+   number `first` on: eliminates all but the constant one. The weights in which correspondences then count are together at most
+   the root of moments[0] by the last pivot: no larger than 8. */
+SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_solve)(const SPRINGLS__W(correspondence_fit) *fit, int first,
+                                                             SPRINGLS__NUM3 *a, SPRINGLS__COND *known)
+{
+    const SPRINGLS__NUM *m = fit->moments;
+    const SPRINGLS__NUM row[6][6] = { { m[14] },
+                                      { m[13], m[12] },
+                                      { m[12], m[11], m[10] },
+                                      { m[9], m[8], m[7], m[5] },
+                                      { m[8], m[7], m[6], m[4], m[3] },
+                                      { m[5], m[4], m[3], m[2], m[1], m[0] } };
+    SPRINGLS__NUM left[6][6]; /* the lower triangle */
+    SPRINGLS__NUM3 right[6], found;
+    SPRINGLS__COND good;
+    int i, j, k;
+    for (i = first; i < 6; i++) {
+        for (j = first; j <= i; j++) left[i][j] = row[i][j];
+        right[i] = fit->right[i];
+    }
+    good = m[0] > 0.0f;
+    for (k = first; k < 5; k++) {
+        const SPRINGLS__NUM inverse = 1.0f / left[k][k];
+        good = good & (left[k][k] > 1e-5f * m[0]); /* coordinates are at most 1 */
+        for (i = k + 1; i < 6; i++) {
+            const SPRINGLS__NUM factor = left[i][k] * inverse;
+            for (j = k + 1; j <= i; j++) left[i][j] -= factor * left[j][k];
+            right[i] = SPRINGLS__W(mad)(right[i], right[k], -factor);
+        }
+    }
+    good = good & (left[5][5] > m[0] / 64.0f) & SPRINGLS__W(not)(*known);
+    found = SPRINGLS__W(add)(fit->a0, SPRINGLS__W(scale)(right[5], 1.0f / left[5][5]));
+    a->x = SPRINGLS__W(select)(good, found.x, a->x);
+    a->y = SPRINGLS__W(select)(good, found.y, a->y);
+    a->z = SPRINGLS__W(select)(good, found.z, a->z);
+    *known = *known | good;
+}
+
+/* Returns the correspondence at the origin: by a quadratic, by a plane where too few neighbors lie around it for one, else a0. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(correspondence_fit_end)(const SPRINGLS__W(correspondence_fit) *fit)
+{
+    SPRINGLS__COND known = fit->moments[0] < 0.0f;
+    SPRINGLS__NUM3 a = fit->a0;
+    SPRINGLS__W(correspondence_fit_solve)(fit, 0, &a, &known);
+    if (SPRINGLS__W(any)(SPRINGLS__W(not)(known))) SPRINGLS__W(correspondence_fit_solve)(fit, 3, &a, &known);
+    return a;
+}
+/* -------- again: kernels_embed/language/width_simd.h -------- */
+/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
+   It has no guard because it is included before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH SPRINGLS__LANES
+#define SPRINGLS__NUM springls__vec
+#define SPRINGLS__NUM3 springls__vec3
+#define SPRINGLS__COND springls__vmask
+#define SPRINGLS__W(name) springls__vec_##name
+#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
+/* -------- again: kernels_embed/model/correspondence_fit_body.h -------- */
+/* correspondence_fit_body.h - the quadratic fit of correspondence_fit.h, for one place and for several at once. */
+
+/* Weighted sums over particles, in two tangent coordinates u and v that are 1 at the fit's radius. */
+typedef struct SPRINGLS__W(correspondence_fit) {
+    SPRINGLS__NUM3 origin, n;
+    SPRINGLS__NUM3 e1, e2;     /* tangents, of length 1 / radius */
+    SPRINGLS__NUM3 a0;         /* correspondences are summed relative to it */
+    SPRINGLS__NUM moments[15]; /* of 1, u, v, uu, uv, vv, uuu, uuv, uvv, vvv, uuuu, uuuv, uuvv, uvvv, vvvv */
+    SPRINGLS__NUM3 right[6];   /* of a - a0 times vv, uv, uu, v, u, 1 */
+} SPRINGLS__W(correspondence_fit);
+
+/* Begins a fit over no particles at `origin`; n, tangent: unit vectors, perpendicular to each other. */
+SPRINGLS__W_MATHS SPRINGLS__W(correspondence_fit) SPRINGLS__W(correspondence_fit_begin)(SPRINGLS__NUM3 origin, SPRINGLS__NUM3 n,
+                                                                                        SPRINGLS__NUM3 tangent, SPRINGLS__NUM3 a0)
+{
+    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f);
+    SPRINGLS__W(correspondence_fit) fit;
+    int i;
+    fit.origin = origin;
+    fit.n = n;
+    fit.e1 = SPRINGLS__W(scale)(tangent, SPRINGLS__W(broadcast)(1.0f / SPRINGLS__FIT_RADIUS));
+    fit.e2 = SPRINGLS__W(cross)(n, fit.e1);
+    fit.a0 = a0;
+    for (i = 0; i < 15; i++) fit.moments[i] = zero;
+    for (i = 0; i < 6; i++) fit.right[i] = SPRINGLS__W(v3_make)(zero, zero, zero);
+    return fit;
+}
+
+/* Adds a particle with its normal and correspondence, unless it is too far, faces elsewhere, or lies on another sheet. */
+SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_add)(SPRINGLS__W(correspondence_fit) *fit, SPRINGLS__NUM3 p,
+                                                           SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)
+{
+    const float r = SPRINGLS__FIT_RADIUS;
+    const SPRINGLS__NUM3 d = SPRINGLS__W(sub)(p, fit->origin);
+    const SPRINGLS__NUM r2 = SPRINGLS__W(length2)(d) * (1.0f / (r * r));
+    const SPRINGLS__COND counts = (r2 < 1.0f) & (SPRINGLS__W(fabs)(SPRINGLS__W(dot)(d, fit->n)) <= 0.4f * r)
+                                  & (SPRINGLS__W(dot)(normal, fit->n) >= 0.4f);
+    SPRINGLS__NUM w, u, v, wu, wv, wuu, wuv, wvv, wuuu, wvvv, *m = fit->moments;
+    if (!SPRINGLS__W(any)(counts)) return;
+    w = SPRINGLS__W(select)(counts, (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f), SPRINGLS__W(broadcast)(0.0f));
+    u = SPRINGLS__W(dot)(d, fit->e1);
+    v = SPRINGLS__W(dot)(d, fit->e2);
+    wu = w * u;
+    wv = w * v;
+    wuu = wu * u;
+    wuv = wu * v;
+    wvv = wv * v;
+    wuuu = wuu * u;
+    wvvv = wvv * v;
+    m[0] += w;
+    m[1] += wu;
+    m[2] += wv;
+    m[3] += wuu;
+    m[4] += wuv;
+    m[5] += wvv;
+    m[6] += wuuu;
+    m[7] += wuu * v;
+    m[8] += wvv * u;
+    m[9] += wvvv;
+    m[10] += wuuu * u;
+    m[11] += wuuu * v;
+    m[12] += wuv * u * v;
+    m[13] += wvvv * u;
+    m[14] += wvvv * v;
+    a = SPRINGLS__W(sub)(a, fit->a0);
+    fit->right[0] = SPRINGLS__W(mad)(fit->right[0], a, wvv);
+    fit->right[1] = SPRINGLS__W(mad)(fit->right[1], a, wuv);
+    fit->right[2] = SPRINGLS__W(mad)(fit->right[2], a, wuu);
+    fit->right[3] = SPRINGLS__W(mad)(fit->right[3], a, wv);
+    fit->right[4] = SPRINGLS__W(mad)(fit->right[4], a, wu);
+    fit->right[5] = SPRINGLS__W(mad)(fit->right[5], a, w);
+}
+
+/* Replaces the correspondence at the origin, where it is not known yet, by that of a fit with the terms vv, uv, uu, v, u, 1 from
+   number `first` on: eliminates all but the constant one. The weights in which correspondences then count are together at most
+   the root of moments[0] by the last pivot: no larger than 8. */
+SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_solve)(const SPRINGLS__W(correspondence_fit) *fit, int first,
+                                                             SPRINGLS__NUM3 *a, SPRINGLS__COND *known)
+{
+    const SPRINGLS__NUM *m = fit->moments;
+    const SPRINGLS__NUM row[6][6] = { { m[14] },
+                                      { m[13], m[12] },
+                                      { m[12], m[11], m[10] },
+                                      { m[9], m[8], m[7], m[5] },
+                                      { m[8], m[7], m[6], m[4], m[3] },
+                                      { m[5], m[4], m[3], m[2], m[1], m[0] } };
+    SPRINGLS__NUM left[6][6]; /* the lower triangle */
+    SPRINGLS__NUM3 right[6], found;
+    SPRINGLS__COND good;
+    int i, j, k;
+    for (i = first; i < 6; i++) {
+        for (j = first; j <= i; j++) left[i][j] = row[i][j];
+        right[i] = fit->right[i];
+    }
+    good = m[0] > 0.0f;
+    for (k = first; k < 5; k++) {
+        const SPRINGLS__NUM inverse = 1.0f / left[k][k];
+        good = good & (left[k][k] > 1e-5f * m[0]); /* coordinates are at most 1 */
+        for (i = k + 1; i < 6; i++) {
+            const SPRINGLS__NUM factor = left[i][k] * inverse;
+            for (j = k + 1; j <= i; j++) left[i][j] -= factor * left[j][k];
+            right[i] = SPRINGLS__W(mad)(right[i], right[k], -factor);
+        }
+    }
+    good = good & (left[5][5] > m[0] / 64.0f) & SPRINGLS__W(not)(*known);
+    found = SPRINGLS__W(add)(fit->a0, SPRINGLS__W(scale)(right[5], 1.0f / left[5][5]));
+    a->x = SPRINGLS__W(select)(good, found.x, a->x);
+    a->y = SPRINGLS__W(select)(good, found.y, a->y);
+    a->z = SPRINGLS__W(select)(good, found.z, a->z);
+    *known = *known | good;
+}
+
+/* Returns the correspondence at the origin: by a quadratic, by a plane where too few neighbors lie around it for one, else a0. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(correspondence_fit_end)(const SPRINGLS__W(correspondence_fit) *fit)
+{
+    SPRINGLS__COND known = fit->moments[0] < 0.0f;
+    SPRINGLS__NUM3 a = fit->a0;
+    SPRINGLS__W(correspondence_fit_solve)(fit, 0, &a, &known);
+    if (SPRINGLS__W(any)(SPRINGLS__W(not)(known))) SPRINGLS__W(correspondence_fit_solve)(fit, 3, &a, &known);
+    return a;
+}
+
+/* ======== >>correspondence_fit:kernel  (kernels_embed/model/correspondence_fit.h) ============================== */
+/* correspondence_fit.h - a quadratic moving-least-squares fit of the correspondence over neighboring particles, at one place: what
+   vertices of the zero level take. Its weights have 15 moments, and its value at the origin is what elimination leaves. */
+
 
 /* ======== >>isosurface:kernel  (kernels_embed/output/isosurface.h) ============================================= */
 /* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to
@@ -11430,10 +11408,20 @@ SPRINGLS__MATHS void springls__surface_element(const springls__model *model, spr
 /* Returns the correspondence of a point near a springl: by the quadratic fit around it, or else the springl's own. */
 SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *model, int springl, springls__v3 x)
 {
-    springls__v3 a = model->set.a[springl];
-    springls__v3 n = springls__springl_normal(model->set.s[springl]);
-    springls__fit_result fit = springls__fit_at(model, springl, x, n, a, model->set.count);
-    return fit.ok ? fit.a : a;
+    const float r = SPRINGLS__FIT_RADIUS;
+    const springls__v3 a = model->set.a[springl], n = springls__springl_normal(model->set.s[springl]);
+    springls__correspondence_fit fit = springls__correspondence_fit_begin(x, n, springls__any_tangent(n), a);
+    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
+    springls__fit_result edge;
+    int i;
+    if (model->params.keep_edges && springls__place_at_edge(model, x, n, a, model->set.count, &edge)) return edge.ok ? edge.a : a;
+    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+        if (springls__length2(springls__sub(s->p, x)) > 1.01f * r * r) continue; /* none of those counts */
+        if (springls__of_two_contact_bodies(model, springl, i)) continue;
+        springls__correspondence_fit_add(&fit, s->p, springls__springl_normal(*s), model->set.a[i]);
+    }
+    return springls__correspondence_fit_end(&fit);
 }
 
 /* Finds the gradient of phi, the correspondence and the nearest springl at vertex i. */
@@ -21046,6 +21034,7 @@ typedef struct springls__candidates {
     springls__v3 n[SPRINGLS__CHUNK_CANDIDATES], a[SPRINGLS__CHUNK_CANDIDATES];
     int springl[SPRINGLS__CHUNK_CANDIDATES], list[SPRINGLS__CHUNK_CANDIDATES];
     int count, listed;
+    uint16_t order[3 * SPRINGLS__TILE_VOXELS]; /* of the vertices: those of a group lie close together */
 } springls__candidates;
 
 /* A few vertices, one a lane; nearest: the candidates nearest to them, or -1. */
@@ -21095,24 +21084,51 @@ SPRINGLS__FN bool springls__find_candidates(const springls__model *model, spring
     return true;
 }
 
-/* Makes a group of vertices 0 .. count - 1; the last one fills the lanes that are left. */
-SPRINGLS__FN springls__vertex_group springls__vertex_group_of(const springls__v3 *vertex, int count)
+/* Returns a vector in each lane. */
+SPRINGLS__FN springls__vec3 springls__vectors_of(const springls__v3 v[SPRINGLS__LANES])
 {
-    springls__vertex_group group;
     float x[3][SPRINGLS__LANES];
     int lane;
-    group.lower = group.upper = vertex[0];
     for (lane = 0; lane < SPRINGLS__LANES; lane++) {
-        springls__v3 v = vertex[springls__imin(lane, count - 1)];
-        x[0][lane] = v.x;
-        x[1][lane] = v.y;
-        x[2][lane] = v.z;
-        group.lower = springls__min3(group.lower, v);
-        group.upper = springls__max3(group.upper, v);
+        x[0][lane] = v[lane].x;
+        x[1][lane] = v[lane].y;
+        x[2][lane] = v[lane].z;
+    }
+    return springls__vec_load_v3(x[0], x[1], x[2]);
+}
+
+/* Makes a group of vertices of the given numbers; the last one fills the lanes that are left. */
+SPRINGLS__FN springls__vertex_group springls__vertex_group_of(const springls__v3 *vertex, const uint16_t *number, int count)
+{
+    springls__vertex_group group;
+    springls__v3 v[SPRINGLS__LANES];
+    int lane;
+    group.lower = group.upper = vertex[number[0]];
+    for (lane = 0; lane < SPRINGLS__LANES; lane++) {
+        v[lane] = vertex[number[springls__imin(lane, count - 1)]];
+        group.lower = springls__min3(group.lower, v[lane]);
+        group.upper = springls__max3(group.upper, v[lane]);
         group.nearest[lane] = -1;
     }
-    group.x = springls__vec_load_v3(x[0], x[1], x[2]);
+    group.x = springls__vectors_of(v);
     return group;
+}
+
+/* Orders vertices by cells of two voxels. lower: of their box. */
+SPRINGLS__FN void springls__order_vertices(const springls__v3 *vertex, int count, springls__v3 lower, uint16_t *order)
+{
+    enum { SIDE = 6 }; /* of 11 voxels at most */
+    int first[SIDE * SIDE * SIDE + 1], i, k;
+    memset(first, 0, sizeof first);
+    for (k = 0; k < 2; k++) {
+        for (i = 0; i < count; i++) {
+            const springls__v3 d = springls__sub(vertex[i], lower);
+            int *cell = first + (int)(0.5f * d.x) + SIDE * ((int)(0.5f * d.y) + SIDE * (int)(0.5f * d.z));
+            if (k) order[(*cell)++] = (uint16_t)i;
+            else cell[1]++;
+        }
+        for (i = 0; k == 0 && i < SIDE * SIDE * SIDE; i++) first[i + 1] += first[i];
+    }
 }
 
 /* Returns the squares of how far numbers are beyond the interval from lower to upper. */
@@ -21157,16 +21173,10 @@ typedef struct springls__nearest_search { float best[SPRINGLS__LANES], limit[SPR
 SPRINGLS__FN void springls__try_candidate(const springls__model *model, const springls__candidates *c, int k,
                                           springls__vertex_group *group, springls__nearest_search *search)
 {
-    const springls__vec within = springls__vec_load(search->limit) + c->bounding_radius[k];
-    const springls__vec3 d = springls__vec_sub(springls__particle_of(c, k), group->x);
-    const springls__vmask near_by = springls__vec_length2(d) <= within * within;
-    springls__tri_plan plan;
+    const springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(model->set.s[c->springl[k]]));
     float d2[SPRINGLS__LANES];
     int lane;
-    if (!springls__vec_any(near_by)) return;
-    plan = springls__tri_plan_make(springls__springl_tri(model->set.s[c->springl[k]]));
-    springls__vec_store(d2, springls__vec_select(near_by, springls__vec_tri_distance2(&plan, group->x),
-                                                 springls__vec_broadcast(FLT_MAX)));
+    springls__vec_store(d2, springls__vec_tri_distance2(&plan, group->x));
     for (lane = 0; lane < SPRINGLS__LANES; lane++) {
         const int nearest = group->nearest[lane];
         if (d2[lane] > search->best[lane]) continue;
@@ -21177,31 +21187,43 @@ SPRINGLS__FN void springls__try_candidate(const springls__model *model, const sp
     }
 }
 
-/* Finds the candidates nearest to the vertices. guess: one that is probably near, or -1; it cannot change the result. */
-SPRINGLS__FN void springls__find_nearest(const springls__model *model, const springls__candidates *c, int guess,
-                                         springls__vertex_group *group)
+/* Returns the listed candidates whose particles are nearest to the vertices; there is one. */
+SPRINGLS__FN springls__vec springls__nearest_particles(const springls__candidates *c, springls__vec3 x)
+{
+    springls__vec best = springls__vec_broadcast(FLT_MAX), at = springls__vec_broadcast(0.0f);
+    int i;
+    for (i = 0; i < c->listed; i++) {
+        const springls__vec d2 = springls__vec_length2(springls__vec_sub(springls__particle_of(c, c->list[i]), x));
+        at = springls__vec_select(d2 < best, springls__vec_broadcast((float)c->list[i]), at);
+        best = springls__vec_min(d2, best);
+    }
+    return at;
+}
+
+/* Finds the candidates nearest to the vertices. It looks at those first whose particles are nearest, so that few others can be
+   nearer. */
+SPRINGLS__FN void springls__find_nearest(const springls__model *model, const springls__candidates *c, springls__vertex_group *group)
 {
     springls__nearest_search search;
+    springls__vec guess;
+    float first[SPRINGLS__LANES];
     int i;
     for (i = 0; i < SPRINGLS__LANES; i++) {
         search.best[i] = SPRINGLS__CHUNK_RADIUS * SPRINGLS__CHUNK_RADIUS;
         search.limit[i] = SPRINGLS__CHUNK_RADIUS;
     }
-    if (guess >= 0) springls__try_candidate(model, c, guess, group, &search);
-    for (i = 0; i < c->listed; i++) springls__try_candidate(model, c, c->list[i], group, &search);
-}
-
-/* Returns a vector in each lane. */
-SPRINGLS__FN springls__vec3 springls__vectors_of(const springls__v3 v[SPRINGLS__LANES])
-{
-    float x[3][SPRINGLS__LANES];
-    int lane;
-    for (lane = 0; lane < SPRINGLS__LANES; lane++) {
-        x[0][lane] = v[lane].x;
-        x[1][lane] = v[lane].y;
-        x[2][lane] = v[lane].z;
+    if (c->listed == 0) return;
+    guess = springls__nearest_particles(c, group->x);
+    springls__vec_store(first, guess);
+    for (i = 0; i < SPRINGLS__LANES; i++)
+        if (i == 0 || first[i] != first[i - 1]) springls__try_candidate(model, c, (int)first[i], group, &search);
+    for (i = 0; i < c->listed; i++) {
+        const int k = c->list[i];
+        const springls__vec within = springls__vec_load(search.limit) + c->bounding_radius[k];
+        const springls__vec d2 = springls__vec_length2(springls__vec_sub(springls__particle_of(c, k), group->x));
+        if (springls__vec_any(d2 <= within * within) && !springls__vec_any(guess == (float)k))
+            springls__try_candidate(model, c, k, group, &search);
     }
-    return springls__vec_load_v3(x[0], x[1], x[2]);
 }
 
 /* Returns elements of an array; zeros for index -1. */
@@ -21224,35 +21246,31 @@ SPRINGLS__FN springls__vec3 springls__tangents_of(const springls__candidates *c,
     return springls__vectors_of(v);
 }
 
-/* Finds the correspondences of the vertices: by the quadratic fits around them, or else those of their springls. */
+/* Returns the correspondences of the vertices: by the quadratic fits around them, or else those of their springls. */
 SPRINGLS__FN springls__vec3 springls__group_correspondences(const springls__candidates *c, const springls__vertex_group *group)
 {
-    const springls__vec3 a = springls__vectors_at(c->a, group->nearest);
-    springls__vec_fit fit = springls__vec_fit_begin_in(group->x, springls__vectors_at(c->n, group->nearest),
-                                                       springls__tangents_of(c, group->nearest), a);
-    springls__vec_fit_box box = springls__vec_fit_box_begin();
-    springls__vec_fit_result result;
+    springls__vec_correspondence_fit fit = springls__vec_correspondence_fit_begin(
+        group->x, springls__vectors_at(c->n, group->nearest), springls__tangents_of(c, group->nearest),
+        springls__vectors_at(c->a, group->nearest));
     int i;
     for (i = 0; i < c->listed; i++) {
         const int k = c->list[i];
-        springls__vec_fit_add_in_box(&fit, &box, springls__particle_of(c, k), springls__vec_broadcast3(c->n[k]),
-                                     springls__vec_broadcast3(c->a[k]));
+        springls__vec_correspondence_fit_add(&fit, springls__particle_of(c, k), springls__vec_broadcast3(c->n[k]),
+                                             springls__vec_broadcast3(c->a[k]));
     }
-    result = springls__vec_fit_end_in_box(&fit, &box);
-    return springls__vec_select3(result.ok, result.a, a);
+    return springls__vec_correspondence_fit_end(&fit);
 }
 
-/* Finds the springls nearest to up to LANES vertices, -1: none, and the correspondences of those that have one. *guess: as in
-   springls__find_nearest; it becomes one for vertices beside these. */
+/* Finds the springls nearest to up to LANES vertices, -1: none, and the correspondences of those that have one. */
 SPRINGLS__FN void springls__group_material(const springls__model *model, springls__candidates *c, const springls__v3 *vertex,
-                                           int count, int *guess, int *springl, springls__v3 *a)
+                                           const uint16_t *number, int count, int *springl, springls__v3 *a)
 {
-    springls__vertex_group group = springls__vertex_group_of(vertex, count);
+    springls__vertex_group group = springls__vertex_group_of(vertex, number, count);
     float x[3][SPRINGLS__LANES];
     springls__vec3 found;
     int lane;
     springls__list_candidates(&group, c);
-    springls__find_nearest(model, c, *guess, &group);
+    springls__find_nearest(model, c, &group);
     found = springls__group_correspondences(c, &group);
     springls__vec_store(x[0], found.x);
     springls__vec_store(x[1], found.y);
@@ -21260,7 +21278,6 @@ SPRINGLS__FN void springls__group_material(const springls__model *model, springl
     for (lane = 0; lane < count; lane++) {
         springl[lane] = group.nearest[lane] < 0 ? -1 : c->springl[group.nearest[lane]];
         a[lane] = springls__v3_make(x[0][lane], x[1][lane], x[2][lane]);
-        if (group.nearest[lane] >= 0) *guess = group.nearest[lane];
     }
 }
 
@@ -21477,12 +21494,16 @@ SPRINGLS__FN springls_status springls__chunks_make(springls_context *ctx, spring
 
 /* ---- finding what has changed ---- */
 
-/* Returns the bricks whose mesh depends on voxel v of a brick: a vertex on the voxels up to the end of its brick, a normal on
-   voxels one further. Bits as in springls__neighbor_mask_of_row. */
-SPRINGLS__FN uint32_t springls__bricks_affected_by(int v)
+/* Finds the bricks whose mesh depends on voxels x of row (y, z) of a brick: a vertex on the voxels up to the end of its brick, a
+   normal on voxels one further. Bits as in springls__neighbor_mask_of_row. */
+SPRINGLS__FN void springls__bricks_affected_by(int y, int z, uint32_t bricks[SPRINGLS__BRICK])
 {
-    int x = v & 7, y = v >> 3 & 7, z = v >> 6;
-    return springls__neighbor_mask_of_row(x <= 1, x == 7, y <= 1, y == 7, z <= 1, z == 7);
+    int x;
+    bricks[0] = springls__neighbor_mask_of_row(true, false, y <= 1, y == 7, z <= 1, z == 7);
+    bricks[2] = springls__neighbor_mask_of_row(false, false, y <= 1, y == 7, z <= 1, z == 7);
+    bricks[7] = springls__neighbor_mask_of_row(false, true, y <= 1, y == 7, z <= 1, z == 7);
+    bricks[1] = bricks[0];
+    for (x = 3; x < 7; x++) bricks[x] = bricks[2];
 }
 
 /* Returns whether the published zero level may pass between voxel v of a brick and one of its six neighbors. origin: the
@@ -21509,19 +21530,24 @@ SPRINGLS__FN uint32_t springls__publish_brick(const springls__grid *g, const int
 {
     const float deep = 1.5f; /* voxels: a value further from the surface moves a vertex only where phi is steep (may_cross) */
     const uint32_t own = 1u << 13;
-    uint32_t affected = 0u;
-    int v;
+    uint32_t affected = 0u, bricks[SPRINGLS__BRICK];
+    int v, y, z;
     for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-        float before = published[v];
+        const float before = published[v];
+        if ((v & 7) == 0) springls__bricks_affected_by(v >> 3 & 7, v >> 6, bricks);
         if (springls__fabs(now[v] - before) <= tolerance) continue;
         published[v] = now[v];
+        if ((affected & bricks[v & 7]) == bricks[v & 7]) continue;
         if (tolerance == 0.0f || springls__min(springls__fabs(now[v]), springls__fabs(before)) < deep
             || (now[v] < 0.0f) != (before < 0.0f) || springls__may_cross(g, origin, now, v, tolerance))
-            affected |= springls__bricks_affected_by(v);
+            affected |= bricks[v & 7];
     }
     if (!affected) return 0u;
-    for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
-        if (springls__bricks_affected_by(v) == own) published[v] = now[v];
+    for (z = 2; z < 7; z++)
+        for (y = 2; y < 7; y++) {
+            v = springls__voxel_in_brick(2, y, z);
+            memcpy(published + v, now + v, 5 * sizeof *now);
+        }
     return affected | own;
 }
 
@@ -21676,7 +21702,8 @@ SPRINGLS__FN int springls__edge_number(int x, int y, int z, int edge)
 SPRINGLS__FN void springls__mesh_chunk(const springls_chunks *c, springls_chunk *chunk, springls__v3 *vertex, uint16_t *corner)
 {
     const springls__grid *g = &c->published;
-    float tile[SPRINGLS__TILE_VOXELS];
+    float tile[SPRINGLS__TILE_VOXELS], signs[SPRINGLS__TILE * SPRINGLS__TILE];
+    uint32_t row[4];
     uint16_t number[3 * SPRINGLS__TILE_VOXELS]; /* [edge] 1 + index of its vertex; 0: none yet */
     int slot = springls__slot_at(g, 8 * chunk->brick[0], 8 * chunk->brick[1], 8 * chunk->brick[2]), x, y, z, k;
     springls__cube_range range;
@@ -21685,11 +21712,15 @@ SPRINGLS__FN void springls__mesh_chunk(const springls_chunks *c, springls_chunk 
     memset(number, 0, sizeof number);
     range = springls__brick_cubes(g, slot);
     springls__load_tile(g, g->phi, slot, springls__alone(), tile);
+    for (k = 0; k < SPRINGLS__TILE * SPRINGLS__TILE; k++) signs[k] = (float)springls__signs_of_row(tile + SPRINGLS__TILE * k);
     for (z = range.lo[2]; z <= range.hi[2]; z++)
-        for (y = range.lo[1]; y <= range.hi[1]; y++)
+        for (y = range.lo[1]; y <= range.hi[1]; y++) {
+            if (!springls__signs_around(signs, y, z, row)) continue;
             for (x = range.lo[0]; x <= range.hi[0]; x++) {
-                springls__mc_cell cell = springls__tile_cube(tile, x, y, z);
-                int mask = springls__mc_case(cell);
+                const int mask = springls__case_between(row, x);
+                springls__mc_cell cell;
+                if (springls__mc_count(mask) == 0) continue;
+                cell = springls__tile_cube(tile, x, y, z);
                 for (k = 0; k < 3 * springls__mc_count(mask); k++) {
                     int edge = springls__mc_edge(mask, 0, k);
                     uint16_t *n = &number[springls__edge_number(x, y, z, edge)];
@@ -21701,6 +21732,7 @@ SPRINGLS__FN void springls__mesh_chunk(const springls_chunks *c, springls_chunk 
                 }
                 chunk->triangle_count += springls__mc_count(mask);
             }
+        }
 }
 
 SPRINGLS__FN void springls__count_chunk_work(void *arg, int begin, int end, float *memory)
@@ -21736,7 +21768,7 @@ SPRINGLS__FN void springls__fill_chunk_material(const springls_context *ctx, spr
                                                 springls__candidates *candidates)
 {
     springls__v3 lower = vertex[0], upper = vertex[0], a[SPRINGLS__LANES];
-    int i, k, count, guess = -1, springl[SPRINGLS__LANES];
+    int i, k, count, springl[SPRINGLS__LANES];
     for (i = 1; i < chunk->vertex_count; i++) {
         lower = springls__min3(lower, vertex[i]);
         upper = springls__max3(upper, vertex[i]);
@@ -21745,27 +21777,72 @@ SPRINGLS__FN void springls__fill_chunk_material(const springls_context *ctx, spr
         springls__fill_single_material(ctx, chunk, vertex);
         return;
     }
+    springls__order_vertices(vertex, chunk->vertex_count, lower, candidates->order);
     for (i = 0; i < chunk->vertex_count; i += count) {
+        const uint16_t *number = candidates->order + i;
         count = springls__imin(SPRINGLS__LANES, chunk->vertex_count - i);
-        springls__group_material(&ctx->model, candidates, vertex + i, count, &guess, springl, a);
-        for (k = 0; k < count; k++) springls__write_chunk_material(ctx, chunk, i + k, vertex[i + k], springl[k], a[k]);
+        springls__group_material(&ctx->model, candidates, vertex, number, count, springl, a);
+        for (k = 0; k < count; k++)
+            springls__write_chunk_material(ctx, chunk, number[k], vertex[number[k]], springl[k], a[k]);
     }
+}
+
+/* Returns what springls__grid_gradient does at vertex x of the tile's brick. */
+SPRINGLS__FN springls__v3 springls__tile_gradient(const springls__wide_tile *tile, springls__v3 x)
+{
+    const springls__v3 origin = springls__v3_make((float)tile->origin[0], (float)tile->origin[1], (float)tile->origin[2]);
+    float side[6];
+    int d;
+    for (d = 0; d < 6; d++) {
+        const float h = d & 1 ? 0.5f : -0.5f;
+        const springls__v3 at = springls__v3_make(d >> 1 == 0 ? x.x + h : x.x, d >> 1 == 1 ? x.y + h : x.y,
+                                                  d >> 1 == 2 ? x.z + h : x.z);
+        side[d] = springls__wide_tile_sample(tile, springls__sub(at, origin));
+    }
+    return springls__v3_make(side[1] - side[0], side[3] - side[2], side[5] - side[4]);
+}
+
+/* Writes the normals of a chunk. vertex: voxels; memory: WIDE_VOXELS floats. */
+SPRINGLS__FN void springls__fill_normals(const springls_context *ctx, const springls__grid *g, springls_chunk *chunk,
+                                         const springls__v3 *vertex, float *memory)
+{
+    springls__wide_tile tile;
+    const int *b = chunk->brick;
+    const int origin[3] = { 8 * b[0], 8 * b[1], 8 * b[2] };
+    const bool border = springls__tile_at_border(g, origin);
+    int i;
+    tile.value = memory;
+    springls__load_wide_tile(g, g->phi, origin, springls__alone(), !border, &tile);
+    for (i = 0; i < chunk->vertex_count; i++) {
+        const springls__v3 n = springls__normal_to_world(ctx, border ? springls__grid_gradient(g, g->phi, vertex[i])
+                                                                     : springls__tile_gradient(&tile, vertex[i]));
+        memcpy(chunk->normals + 3 * i, &n, sizeof n);
+    }
+}
+
+/* What the chunks of a lane need: phi around a chunk, and the springls there. */
+typedef struct springls__chunk_memory {
+    float phi[SPRINGLS__WIDE_VOXELS];
+    springls__candidates candidates; /* only with correspondences */
+} springls__chunk_memory;
+
+/* Returns how many floats of it are needed. */
+SPRINGLS__FN size_t springls__chunk_floats(const springls_chunks *c)
+{
+    return c->desc.correspondences ? sizeof(springls__chunk_memory) / sizeof(float) : SPRINGLS__WIDE_VOXELS;
 }
 
 /* Fills the arrays of a counted chunk. Its positions are in voxels first, then in world units. */
 SPRINGLS__FN void springls__fill_chunk(const springls_context *ctx, const springls_chunks *c, springls_chunk *chunk,
-                                       springls__candidates *candidates)
+                                       springls__chunk_memory *memory)
 {
     springls__v3 *vertex = (springls__v3 *)(void *)chunk->positions;
     int i;
+    if (chunk->vertex_count == 0) return;
     springls__mesh_chunk(c, chunk, vertex, chunk->triangles);
-    if (c->desc.correspondences && chunk->vertex_count) springls__fill_chunk_material(ctx, chunk, vertex, candidates);
-    for (i = 0; i < chunk->vertex_count; i++) {
-        springls__v3 x = vertex[i];
-        springls__v3 n = springls__normal_to_world(ctx, springls__grid_gradient(&c->published, c->published.phi, x));
-        memcpy(chunk->normals + 3 * i, &n, sizeof n);
-        springls__voxel_to_world(ctx, x, chunk->positions + 3 * i);
-    }
+    if (c->desc.correspondences) springls__fill_chunk_material(ctx, chunk, vertex, &memory->candidates);
+    springls__fill_normals(ctx, &c->published, chunk, vertex, memory->phi);
+    for (i = 0; i < chunk->vertex_count; i++) springls__voxel_to_world(ctx, vertex[i], chunk->positions + 3 * i);
     for (i = 0; i < chunk->triangle_count && springls__is_mirrored(ctx); i++) { /* counter-clockwise seen from outside */
         uint16_t corner = chunk->triangles[3 * i + 1];
         chunk->triangles[3 * i + 1] = chunk->triangles[3 * i + 2];
@@ -21777,7 +21854,8 @@ SPRINGLS__FN void springls__fill_chunk_work(void *arg, int begin, int end, float
 {
     const springls_context *ctx = (const springls_context *)arg;
     for (; begin < end; begin++)
-        springls__fill_chunk(ctx, ctx->step.chunks, &ctx->step.chunks->chunk[begin], (springls__candidates *)(void *)memory);
+        springls__fill_chunk(ctx, ctx->step.chunks, &ctx->step.chunks->chunk[begin],
+                             (springls__chunk_memory *)(void *)memory);
 }
 
 /* Writes c->chunk, a chunk without arrays for each dirty brick. */
@@ -21874,7 +21952,6 @@ enum { SPRINGLS__CHUNKS_PUBLISH, SPRINGLS__CHUNKS_COUNT, SPRINGLS__CHUNKS_FILL, 
    chunks. */
 SPRINGLS__FN springls_status springls__update_chunks(springls_context *ctx)
 {
-    const size_t floats = sizeof(springls__candidates) / sizeof(float);
     springls_chunks *c = ctx->step.chunks;
     int i;
     ctx->on_device = false;
@@ -21898,8 +21975,8 @@ SPRINGLS__FN springls_status springls__update_chunks(springls_context *ctx)
         return springls__next_phase(ctx, SPRINGLS__CHUNKS_FILL);
     case SPRINGLS__CHUNKS_FILL:
         SPRINGLS__TRY(springls__allocate_chunks(ctx, c));
-        if (c->desc.correspondences) SPRINGLS__TRY(springls__reserve_lanes(ctx, floats, c->count));
-        springls__loop_over(ctx, c->count, 1, c->desc.correspondences ? floats : 0, springls__fill_chunk_work, ctx);
+        SPRINGLS__TRY(springls__reserve_lanes(ctx, springls__chunk_floats(c), c->count));
+        springls__loop_over(ctx, c->count, 1, springls__chunk_floats(c), springls__fill_chunk_work, ctx);
         return springls__next_phase(ctx, SPRINGLS__CHUNKS_FILLED);
     case SPRINGLS__CHUNKS_FILLED:
     default:
@@ -25583,7 +25660,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 946 \"springls.h\"\n",
+    "#line 947 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -25691,7 +25768,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1967 \"springls.h\"\n",
+    "#line 1968 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -25790,7 +25867,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 2067 \"springls.h\"\n",
+    "#line 2068 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -25883,7 +25960,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 2161 \"springls.h\"\n",
+    "#line 2162 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -25959,7 +26036,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2238 \"springls.h\"\n",
+    "#line 2239 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -25971,6 +26048,7 @@ static const char *const springls__kernel_lines[] = {
     "#define springls__broadcast(x) (x)\n",
     "#define springls__select(where, yes, no) ((where) ? (yes) : (no))\n",
     "#define springls__any(where) (where)\n",
+    "#define springls__not(where) (!(where))\n",
     "#define springls__load(from) (*(from))\n",
     "#define springls__store(to, x) (void)(*(to) = (x))\n",
     "#define springls__to_int(x) ((int)(x))\n",
@@ -25980,7 +26058,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2260 \"springls.h\"\n",
+    "#line 2262 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -25995,7 +26073,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2276 \"springls.h\"\n",
+    "#line 2278 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -26119,7 +26197,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2400 \"springls.h\"\n",
+    "#line 2402 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -26145,7 +26223,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2427 \"springls.h\"\n",
+    "#line 2429 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -26345,7 +26423,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2628 \"springls.h\"\n",
+    "#line 2630 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26360,7 +26438,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2643 \"springls.h\"\n",
+    "#line 2645 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -26484,14 +26562,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2767 \"springls.h\"\n",
+    "#line 2769 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2775 \"springls.h\"\n",
+    "#line 2777 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -26503,7 +26581,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2787 \"springls.h\"\n",
+    "#line 2789 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26518,7 +26596,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2803 \"springls.h\"\n",
+    "#line 2805 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -26562,7 +26640,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2847 \"springls.h\"\n",
+    "#line 2849 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26577,7 +26655,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2862 \"springls.h\"\n",
+    "#line 2864 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -26621,7 +26699,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2906 \"springls.h\"\n",
+    "#line 2908 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -26700,7 +26778,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2985 \"springls.h\"\n",
+    "#line 2987 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26715,7 +26793,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 3001 \"springls.h\"\n",
+    "#line 3003 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -26782,7 +26860,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3068 \"springls.h\"\n",
+    "#line 3070 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26797,7 +26875,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3083 \"springls.h\"\n",
+    "#line 3085 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -26864,7 +26942,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3151 \"springls.h\"\n",
+    "#line 3153 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -27228,7 +27306,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3516 \"springls.h\"\n",
+    "#line 3518 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -27860,7 +27938,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4149 \"springls.h\"\n",
+    "#line 4151 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -28051,7 +28129,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4341 \"springls.h\"\n",
+    "#line 4343 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -28060,526 +28138,223 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__FIT_VALUES 4 /* height, and the three coordinates of a      */\n",
     "#define SPRINGLS__FIT_RADIUS 2.5f /* voxels */\n",
     "\n",
-    "#line 4350 \"springls.h\"\n",
-    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
-    "   because it is included before every body. */\n",
-    "#undef SPRINGLS__WIDTH\n",
-    "#undef SPRINGLS__NUM\n",
-    "#undef SPRINGLS__NUM3\n",
-    "#undef SPRINGLS__COND\n",
-    "#undef SPRINGLS__W\n",
-    "#undef SPRINGLS__W_MATHS\n",
-    "#define SPRINGLS__WIDTH 1\n",
-    "#define SPRINGLS__NUM float\n",
-    "#define SPRINGLS__NUM3 springls__v3\n",
-    "#define SPRINGLS__COND bool\n",
-    "#define SPRINGLS__W(name) springls__##name\n",
-    "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4366 \"springls.h\"\n",
-    "/* fit_body.h - the quadratic fit of fit.h, for one place and for several at once. */\n",
+    "typedef struct springls__fit {\n",
+    "    springls__v3 origin, e1, e2, n; /* the tangent frame */\n",
+    "    springls__v3 a0;                /* correspondences are summed relative to it */\n",
+    "    float normal_matrix[21];        /* lower triangle, row by row */\n",
+    "    float right[24];\n",
+    "    float count;\n",
+    "} springls__fit;\n",
     "\n",
-    "typedef struct SPRINGLS__W(fit) {\n",
-    "    SPRINGLS__NUM3 origin, e1, e2, n; /* the tangent frame */\n",
-    "    SPRINGLS__NUM3 a0;                /* correspondences are summed relative to it */\n",
-    "    SPRINGLS__NUM normal_matrix[21];  /* lower triangle, row by row */\n",
-    "    SPRINGLS__NUM right[24];\n",
-    "    SPRINGLS__NUM count;\n",
-    "} SPRINGLS__W(fit);\n",
-    "\n",
-    "/* Begins a fit over no particles at `origin`; n, e1, e2: an orthonormal frame. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(fit) SPRINGLS__W(fit_begin_in)(SPRINGLS__NUM3 origin, SPRINGLS__NUM3 n, SPRINGLS__NUM3 e1,\n",
-    "                                                             SPRINGLS__NUM3 a0)\n",
-    "{\n",
-    "    SPRINGLS__W(fit) fit;\n",
-    "    int i;\n",
-    "    fit.origin = origin;\n",
-    "    fit.n = n;\n",
-    "    fit.a0 = a0;\n",
-    "    fit.e1 = e1;\n",
-    "    fit.e2 = SPRINGLS__W(cross)(n, e1);\n",
-    "    fit.count = SPRINGLS__W(broadcast)(0.0f);\n",
-    "    for (i = 0; i < 21; i++) fit.normal_matrix[i] = SPRINGLS__W(broadcast)(0.0f);\n",
-    "    for (i = 0; i < 24; i++) fit.right[i] = SPRINGLS__W(broadcast)(0.0f);\n",
-    "    return fit;\n",
-    "}\n",
-    "\n",
-    "/* A particle as an equation of the fit; weight 0: it is too far, faces elsewhere, or lies on another sheet. */\n",
-    "typedef struct SPRINGLS__W(fit_equation) {\n",
-    "    SPRINGLS__NUM term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;\n",
-    "} SPRINGLS__W(fit_equation);\n",
-    "\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(fit_equation) SPRINGLS__W(fit_equation_of)(const SPRINGLS__W(fit) *fit, SPRINGLS__NUM3 p,\n",
-    "                                                                         SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 from_origin = SPRINGLS__W(sub)(p, fit->origin);\n",
-    "    SPRINGLS__NUM3 d = SPRINGLS__W(scale)(from_origin, SPRINGLS__W(broadcast)(1.0f / SPRINGLS__FIT_RADIUS));\n",
-    "    SPRINGLS__NUM r2 = SPRINGLS__W(length2)(d), h = SPRINGLS__W(dot)(d, fit->n);\n",
-    "    SPRINGLS__COND within = (SPRINGLS__W(length2)(from_origin) < SPRINGLS__FIT_RADIUS * SPRINGLS__FIT_RADIUS) & (r2 < 1.0f);\n",
-    "    SPRINGLS__COND counts = within & (SPRINGLS__W(fabs)(h) <= 0.4f) & (SPRINGLS__W(dot)(normal, fit->n) >= 0.4f);\n",
-    "    SPRINGLS__W(fit_equation) e;\n",
-    "    e.term[0] = SPRINGLS__W(broadcast)(1.0f);\n",
-    "    e.term[1] = SPRINGLS__W(dot)(d, fit->e1);\n",
-    "    e.term[2] = SPRINGLS__W(dot)(d, fit->e2);\n",
-    "    e.term[3] = e.term[1] * e.term[1];\n",
-    "    e.term[4] = e.term[1] * e.term[2];\n",
-    "    e.term[5] = e.term[2] * e.term[2];\n",
-    "    e.value[0] = h;\n",
-    "    e.value[1] = a.x - fit->a0.x;\n",
-    "    e.value[2] = a.y - fit->a0.y;\n",
-    "    e.value[3] = a.z - fit->a0.z;\n",
-    "    e.weight = SPRINGLS__W(select)(counts, (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f), SPRINGLS__W(broadcast)(0.0f));\n",
-    "    return e;\n",
-    "}\n",
-    "\n",
-    "/* Adds a particle with its normal and correspondence. Returns false where it is too far, faces elsewhere, or lies on another\n",
-    "   sheet: weight 0 changes nothing. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(fit_add)(SPRINGLS__W(fit) *fit, SPRINGLS__NUM3 p, SPRINGLS__NUM3 normal,\n",
-    "                                                      SPRINGLS__NUM3 a)\n",
-    "{\n",
-    "    const SPRINGLS__W(fit_equation) e = SPRINGLS__W(fit_equation_of)(fit, p, normal, a);\n",
-    "    const SPRINGLS__COND counts = e.weight > 0.0f;\n",
-    "    int i, j;\n",
-    "    if (!SPRINGLS__W(any)(counts)) return counts;\n",
-    "    for (i = 0; i < SPRINGLS__FIT_TERMS; i++) {\n",
-    "        const SPRINGLS__NUM scaled = e.weight * e.term[i];\n",
-    "        for (j = 0; j <= i; j++) fit->normal_matrix[i * (i + 1) / 2 + j] += scaled * e.term[j];\n",
-    "        for (j = 0; j < SPRINGLS__FIT_VALUES; j++) fit->right[SPRINGLS__FIT_VALUES * i + j] += scaled * e.value[j];\n",
-    "    }\n",
-    "    fit->count += SPRINGLS__W(select)(counts, SPRINGLS__W(broadcast)(1.0f), SPRINGLS__W(broadcast)(0.0f));\n",
-    "    return counts;\n",
-    "}\n",
-    "\n",
-    "/* The fitted surface at the origin. */\n",
-    "typedef struct SPRINGLS__W(fit_result) {\n",
-    "    SPRINGLS__NUM3 point, normal, a;\n",
-    "    SPRINGLS__COND ok; /* false: too few neighbors, or they lie on a line */\n",
-    "} SPRINGLS__W(fit_result);\n",
-    "\n",
-    "/* Factors the first `terms` rows of the normal matrix by Cholesky into l, row by row; false when it is close to singular. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(fit_factor)(const SPRINGLS__W(fit) *fit, int terms, SPRINGLS__NUM l[21])\n",
-    "{\n",
-    "    SPRINGLS__COND ok = fit->count > 0.0f;\n",
-    "    int i, j, k;\n",
-    "    for (i = 0; i < terms; i++) {\n",
-    "        for (j = 0; j <= i; j++) {\n",
-    "            SPRINGLS__NUM sum = fit->normal_matrix[i * (i + 1) / 2 + j];\n",
-    "            for (k = 0; k < j; k++) sum -= l[i * (i + 1) / 2 + k] * l[j * (j + 1) / 2 + k];\n",
-    "            if (i == j) {\n",
-    "                ok = ok & (sum > 1e-5f * fit->normal_matrix[0]); /* coordinates are at most 1 */\n",
-    "                if (!SPRINGLS__W(any)(ok)) return ok;\n",
-    "                l[i * (i + 1) / 2 + i] = SPRINGLS__W(sqrt)(sum);\n",
-    "            } else {\n",
-    "                l[i * (i + 1) / 2 + j] = sum / l[j * (j + 1) / 2 + j];\n",
-    "            }\n",
-    "        }\n",
-    "    }\n",
-    "    return ok;\n",
-    "}\n",
-    "\n",
-    "/* Solves for one right-hand side, and replaces it in x by the solution. */\n",
-    "SPRINGLS__W_MATHS void SPRINGLS__W(fit_substitute)(const SPRINGLS__NUM l[21], int terms, SPRINGLS__NUM x[SPRINGLS__FIT_TERMS])\n",
-    "{\n",
-    "    int i, k;\n",
-    "    for (i = 0; i < terms; i++) {\n",
-    "        SPRINGLS__NUM sum = x[i];\n",
-    "        for (k = 0; k < i; k++) sum -= l[i * (i + 1) / 2 + k] * x[k];\n",
-    "        x[i] = sum / l[i * (i + 1) / 2 + i];\n",
-    "    }\n",
-    "    for (i = terms - 1; i >= 0; i--) {\n",
-    "        SPRINGLS__NUM sum = x[i];\n",
-    "        for (k = i + 1; k < terms; k++) sum -= l[k * (k + 1) / 2 + i] * x[k];\n",
-    "        x[i] = sum / l[i * (i + 1) / 2 + i];\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "/* The first `terms` coefficients of the height and of the three coordinates of a, and the Cholesky factor l. */\n",
-    "typedef struct SPRINGLS__W(fit_solution) {\n",
-    "    SPRINGLS__NUM x[SPRINGLS__FIT_VALUES][SPRINGLS__FIT_TERMS], l[21];\n",
-    "    int terms;\n",
-    "    SPRINGLS__COND ok; /* false: there are none */\n",
-    "} SPRINGLS__W(fit_solution);\n",
-    "\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(fit_solution) SPRINGLS__W(fit_coefficients)(const SPRINGLS__W(fit) *fit, int terms)\n",
-    "{\n",
-    "    SPRINGLS__W(fit_solution) s;\n",
-    "    int i, v;\n",
-    "    s.ok = SPRINGLS__W(fit_factor)(fit, terms, s.l);\n",
-    "    s.terms = SPRINGLS__W(any)(s.ok) ? terms : 0;\n",
-    "    for (v = 0; v < SPRINGLS__FIT_VALUES; v++) {\n",
-    "        for (i = 0; i < SPRINGLS__FIT_TERMS; i++)\n",
-    "            s.x[v][i] = i < s.terms ? fit->right[SPRINGLS__FIT_VALUES * i + v] : SPRINGLS__W(broadcast)(0.0f);\n",
-    "        SPRINGLS__W(fit_substitute)(s.l, s.terms, s.x[v]);\n",
-    "    }\n",
-    "    return s;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(select3)(SPRINGLS__COND where, SPRINGLS__NUM3 yes, SPRINGLS__NUM3 no)\n",
-    "{\n",
-    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(where, yes.x, no.x), SPRINGLS__W(select)(where, yes.y, no.y),\n",
-    "                                SPRINGLS__W(select)(where, yes.z, no.z));\n",
-    "}\n",
-    "\n",
-    "/* Replaces the result by that of the first `terms` coefficients where it is not ok, at least so many neighbors count, and the\n",
-    "   matrix is not close to singular. */\n",
-    "SPRINGLS__W_MATHS void SPRINGLS__W(fit_solve)(const SPRINGLS__W(fit) *fit, int terms, float neighbors,\n",
-    "                                              SPRINGLS__W(fit_result) *result)\n",
-    "{\n",
-    "    const SPRINGLS__COND due = SPRINGLS__W(select)(result->ok, SPRINGLS__W(broadcast)(0.0f), fit->count) >= neighbors;\n",
-    "    SPRINGLS__W(fit_solution) s;\n",
-    "    SPRINGLS__NUM3 normal;\n",
-    "    SPRINGLS__COND good;\n",
-    "    if (!SPRINGLS__W(any)(due)) return;\n",
-    "    s = SPRINGLS__W(fit_coefficients)(fit, terms);\n",
-    "    good = due & s.ok;\n",
-    "    normal = SPRINGLS__W(sub)(SPRINGLS__W(sub)(fit->n, SPRINGLS__W(scale)(fit->e1, s.x[0][1])),\n",
-    "                              SPRINGLS__W(scale)(fit->e2, s.x[0][2]));\n",
-    "    result->point = SPRINGLS__W(select3)(good, SPRINGLS__W(mad)(fit->origin, fit->n, s.x[0][0] * SPRINGLS__FIT_RADIUS),\n",
-    "                                         result->point);\n",
-    "    result->normal = SPRINGLS__W(select3)(good, SPRINGLS__W(normalize)(normal), result->normal);\n",
-    "    result->a = SPRINGLS__W(select3)(good, SPRINGLS__W(add)(fit->a0, SPRINGLS__W(v3_make)(s.x[1][0], s.x[2][0], s.x[3][0])),\n",
-    "                                     result->a);\n",
-    "    result->ok = result->ok | good;\n",
-    "}\n",
-    "\n",
-    "/* Solves for a quadratic with ten neighbors or more, for a plane with four or more and where the quadratic is close to singular;\n",
-    "   not ok with fewer. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_highest)(const SPRINGLS__W(fit) *fit)\n",
-    "{\n",
-    "    SPRINGLS__W(fit_result) result;\n",
-    "    result.ok = fit->count < 0.0f;\n",
-    "    result.point = fit->origin;\n",
-    "    result.normal = fit->n;\n",
-    "    result.a = fit->a0;\n",
-    "    SPRINGLS__W(fit_solve)(fit, 6, 10.0f, &result);\n",
-    "    SPRINGLS__W(fit_solve)(fit, 3, 4.0f, &result);\n",
-    "    return result;\n",
-    "}\n",
-    "\n",
-    "/* Solves the fit, but keeps the place where all neighbors lie to one side, at the rim of a wide hole: the height is unreliable\n",
-    "   there. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_end)(const SPRINGLS__W(fit) *fit)\n",
-    "{\n",
-    "    SPRINGLS__W(fit_result) result = SPRINGLS__W(fit_highest)(fit);\n",
-    "    SPRINGLS__NUM u = fit->normal_matrix[1], v = fit->normal_matrix[3], w = 0.6f * fit->normal_matrix[0];\n",
-    "    SPRINGLS__COND to_one_side = u * u + v * v > w * w;\n",
-    "    result.point = SPRINGLS__W(select3)(to_one_side, fit->origin, result.point);\n",
-    "    result.normal = SPRINGLS__W(select3)(to_one_side, fit->n, result.normal);\n",
-    "    return result;\n",
-    "}\n",
-    "\n",
-    "/* The box of the correspondences that a fit has taken. */\n",
-    "typedef struct SPRINGLS__W(fit_box) { SPRINGLS__NUM3 lower, upper; } SPRINGLS__W(fit_box);\n",
-    "\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(fit_box) SPRINGLS__W(fit_box_begin)(void)\n",
-    "{\n",
-    "    const SPRINGLS__NUM high = SPRINGLS__W(broadcast)(FLT_MAX), low = SPRINGLS__W(broadcast)(-FLT_MAX);\n",
-    "    SPRINGLS__W(fit_box) box;\n",
-    "    box.lower = SPRINGLS__W(v3_make)(high, high, high);\n",
-    "    box.upper = SPRINGLS__W(v3_make)(low, low, low);\n",
-    "    return box;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(min3)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)\n",
-    "{\n",
-    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(min)(a.x, b.x), SPRINGLS__W(min)(a.y, b.y), SPRINGLS__W(min)(a.z, b.z));\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(max3)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)\n",
-    "{\n",
-    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(max)(a.x, b.x), SPRINGLS__W(max)(a.y, b.y), SPRINGLS__W(max)(a.z, b.z));\n",
-    "}\n",
-    "\n",
-    "/* Adds a particle with its normal and correspondence to a fit and its box, where it counts. */\n",
-    "SPRINGLS__W_MATHS void SPRINGLS__W(fit_add_in_box)(SPRINGLS__W(fit) *fit, SPRINGLS__W(fit_box) *box, SPRINGLS__NUM3 p,\n",
-    "                                                   SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)\n",
-    "{\n",
-    "    const SPRINGLS__COND counts = SPRINGLS__W(fit_add)(fit, p, normal, a);\n",
-    "    if (!SPRINGLS__W(any)(counts)) return;\n",
-    "    box->lower = SPRINGLS__W(select3)(counts, SPRINGLS__W(min3)(box->lower, a), box->lower);\n",
-    "    box->upper = SPRINGLS__W(select3)(counts, SPRINGLS__W(max3)(box->upper, a), box->upper);\n",
-    "}\n",
-    "\n",
-    "/* Ends a fit: clamps its correspondence to a voxel beyond the range of the neighbors. Not ok either where the fitted surface is\n",
-    "   further than a voxel from the origin, or turned away from n. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_end_in_box)(const SPRINGLS__W(fit) *fit,\n",
-    "                                                                    const SPRINGLS__W(fit_box) *box)\n",
-    "{\n",
-    "    const SPRINGLS__NUM one = SPRINGLS__W(broadcast)(1.0f);\n",
-    "    const SPRINGLS__NUM3 margin = SPRINGLS__W(v3_make)(one, one, one);\n",
-    "    SPRINGLS__W(fit_result) result = SPRINGLS__W(fit_end)(fit);\n",
-    "    SPRINGLS__NUM3 a = SPRINGLS__W(max3)(result.a, SPRINGLS__W(sub)(box->lower, margin));\n",
-    "    SPRINGLS__NUM off2, facing;\n",
-    "    result.a = SPRINGLS__W(min3)(a, SPRINGLS__W(add)(box->upper, margin));\n",
-    "    off2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(result.point, fit->origin));\n",
-    "    facing = SPRINGLS__W(dot)(result.normal, fit->n);\n",
-    "    result.ok = result.ok & (off2 <= 1.0f) & (facing >= 0.3f);\n",
-    "    return result;\n",
-    "}\n",
-    "#line 4606 \"springls.h\"\n",
-    "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
-    "   It has no guard because it is included before every body. */\n",
-    "#undef SPRINGLS__WIDTH\n",
-    "#undef SPRINGLS__NUM\n",
-    "#undef SPRINGLS__NUM3\n",
-    "#undef SPRINGLS__COND\n",
-    "#undef SPRINGLS__W\n",
-    "#undef SPRINGLS__W_MATHS\n",
-    "#define SPRINGLS__WIDTH SPRINGLS__LANES\n",
-    "#define SPRINGLS__NUM springls__vec\n",
-    "#define SPRINGLS__NUM3 springls__vec3\n",
-    "#define SPRINGLS__COND springls__vmask\n",
-    "#define SPRINGLS__W(name) springls__vec_##name\n",
-    "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 4621 \"springls.h\"\n",
-    "/* fit_body.h - the quadratic fit of fit.h, for one place and for several at once. */\n",
-    "\n",
-    "typedef struct SPRINGLS__W(fit) {\n",
-    "    SPRINGLS__NUM3 origin, e1, e2, n; /* the tangent frame */\n",
-    "    SPRINGLS__NUM3 a0;                /* correspondences are summed relative to it */\n",
-    "    SPRINGLS__NUM normal_matrix[21];  /* lower triangle, row by row */\n",
-    "    SPRINGLS__NUM right[24];\n",
-    "    SPRINGLS__NUM count;\n",
-    "} SPRINGLS__W(fit);\n",
-    "\n",
-    "/* Begins a fit over no particles at `origin`; n, e1, e2: an orthonormal frame. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(fit) SPRINGLS__W(fit_begin_in)(SPRINGLS__NUM3 origin, SPRINGLS__NUM3 n, SPRINGLS__NUM3 e1,\n",
-    "                                                             SPRINGLS__NUM3 a0)\n",
-    "{\n",
-    "    SPRINGLS__W(fit) fit;\n",
-    "    int i;\n",
-    "    fit.origin = origin;\n",
-    "    fit.n = n;\n",
-    "    fit.a0 = a0;\n",
-    "    fit.e1 = e1;\n",
-    "    fit.e2 = SPRINGLS__W(cross)(n, e1);\n",
-    "    fit.count = SPRINGLS__W(broadcast)(0.0f);\n",
-    "    for (i = 0; i < 21; i++) fit.normal_matrix[i] = SPRINGLS__W(broadcast)(0.0f);\n",
-    "    for (i = 0; i < 24; i++) fit.right[i] = SPRINGLS__W(broadcast)(0.0f);\n",
-    "    return fit;\n",
-    "}\n",
-    "\n",
-    "/* A particle as an equation of the fit; weight 0: it is too far, faces elsewhere, or lies on another sheet. */\n",
-    "typedef struct SPRINGLS__W(fit_equation) {\n",
-    "    SPRINGLS__NUM term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;\n",
-    "} SPRINGLS__W(fit_equation);\n",
-    "\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(fit_equation) SPRINGLS__W(fit_equation_of)(const SPRINGLS__W(fit) *fit, SPRINGLS__NUM3 p,\n",
-    "                                                                         SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 from_origin = SPRINGLS__W(sub)(p, fit->origin);\n",
-    "    SPRINGLS__NUM3 d = SPRINGLS__W(scale)(from_origin, SPRINGLS__W(broadcast)(1.0f / SPRINGLS__FIT_RADIUS));\n",
-    "    SPRINGLS__NUM r2 = SPRINGLS__W(length2)(d), h = SPRINGLS__W(dot)(d, fit->n);\n",
-    "    SPRINGLS__COND within = (SPRINGLS__W(length2)(from_origin) < SPRINGLS__FIT_RADIUS * SPRINGLS__FIT_RADIUS) & (r2 < 1.0f);\n",
-    "    SPRINGLS__COND counts = within & (SPRINGLS__W(fabs)(h) <= 0.4f) & (SPRINGLS__W(dot)(normal, fit->n) >= 0.4f);\n",
-    "    SPRINGLS__W(fit_equation) e;\n",
-    "    e.term[0] = SPRINGLS__W(broadcast)(1.0f);\n",
-    "    e.term[1] = SPRINGLS__W(dot)(d, fit->e1);\n",
-    "    e.term[2] = SPRINGLS__W(dot)(d, fit->e2);\n",
-    "    e.term[3] = e.term[1] * e.term[1];\n",
-    "    e.term[4] = e.term[1] * e.term[2];\n",
-    "    e.term[5] = e.term[2] * e.term[2];\n",
-    "    e.value[0] = h;\n",
-    "    e.value[1] = a.x - fit->a0.x;\n",
-    "    e.value[2] = a.y - fit->a0.y;\n",
-    "    e.value[3] = a.z - fit->a0.z;\n",
-    "    e.weight = SPRINGLS__W(select)(counts, (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f), SPRINGLS__W(broadcast)(0.0f));\n",
-    "    return e;\n",
-    "}\n",
-    "\n",
-    "/* Adds a particle with its normal and correspondence. Returns false where it is too far, faces elsewhere, or lies on another\n",
-    "   sheet: weight 0 changes nothing. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(fit_add)(SPRINGLS__W(fit) *fit, SPRINGLS__NUM3 p, SPRINGLS__NUM3 normal,\n",
-    "                                                      SPRINGLS__NUM3 a)\n",
-    "{\n",
-    "    const SPRINGLS__W(fit_equation) e = SPRINGLS__W(fit_equation_of)(fit, p, normal, a);\n",
-    "    const SPRINGLS__COND counts = e.weight > 0.0f;\n",
-    "    int i, j;\n",
-    "    if (!SPRINGLS__W(any)(counts)) return counts;\n",
-    "    for (i = 0; i < SPRINGLS__FIT_TERMS; i++) {\n",
-    "        const SPRINGLS__NUM scaled = e.weight * e.term[i];\n",
-    "        for (j = 0; j <= i; j++) fit->normal_matrix[i * (i + 1) / 2 + j] += scaled * e.term[j];\n",
-    "        for (j = 0; j < SPRINGLS__FIT_VALUES; j++) fit->right[SPRINGLS__FIT_VALUES * i + j] += scaled * e.value[j];\n",
-    "    }\n",
-    "    fit->count += SPRINGLS__W(select)(counts, SPRINGLS__W(broadcast)(1.0f), SPRINGLS__W(broadcast)(0.0f));\n",
-    "    return counts;\n",
-    "}\n",
-    "\n",
-    "/* The fitted surface at the origin. */\n",
-    "typedef struct SPRINGLS__W(fit_result) {\n",
-    "    SPRINGLS__NUM3 point, normal, a;\n",
-    "    SPRINGLS__COND ok; /* false: too few neighbors, or they lie on a line */\n",
-    "} SPRINGLS__W(fit_result);\n",
-    "\n",
-    "/* Factors the first `terms` rows of the normal matrix by Cholesky into l, row by row; false when it is close to singular. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(fit_factor)(const SPRINGLS__W(fit) *fit, int terms, SPRINGLS__NUM l[21])\n",
-    "{\n",
-    "    SPRINGLS__COND ok = fit->count > 0.0f;\n",
-    "    int i, j, k;\n",
-    "    for (i = 0; i < terms; i++) {\n",
-    "        for (j = 0; j <= i; j++) {\n",
-    "            SPRINGLS__NUM sum = fit->normal_matrix[i * (i + 1) / 2 + j];\n",
-    "            for (k = 0; k < j; k++) sum -= l[i * (i + 1) / 2 + k] * l[j * (j + 1) / 2 + k];\n",
-    "            if (i == j) {\n",
-    "                ok = ok & (sum > 1e-5f * fit->normal_matrix[0]); /* coordinates are at most 1 */\n",
-    "                if (!SPRINGLS__W(any)(ok)) return ok;\n",
-    "                l[i * (i + 1) / 2 + i] = SPRINGLS__W(sqrt)(sum);\n",
-    "            } else {\n",
-    "                l[i * (i + 1) / 2 + j] = sum / l[j * (j + 1) / 2 + j];\n",
-    "            }\n",
-    "        }\n",
-    "    }\n",
-    "    return ok;\n",
-    "}\n",
-    "\n",
-    "/* Solves for one right-hand side, and replaces it in x by the solution. */\n",
-    "SPRINGLS__W_MATHS void SPRINGLS__W(fit_substitute)(const SPRINGLS__NUM l[21], int terms, SPRINGLS__NUM x[SPRINGLS__FIT_TERMS])\n",
-    "{\n",
-    "    int i, k;\n",
-    "    for (i = 0; i < terms; i++) {\n",
-    "        SPRINGLS__NUM sum = x[i];\n",
-    "        for (k = 0; k < i; k++) sum -= l[i * (i + 1) / 2 + k] * x[k];\n",
-    "        x[i] = sum / l[i * (i + 1) / 2 + i];\n",
-    "    }\n",
-    "    for (i = terms - 1; i >= 0; i--) {\n",
-    "        SPRINGLS__NUM sum = x[i];\n",
-    "        for (k = i + 1; k < terms; k++) sum -= l[k * (k + 1) / 2 + i] * x[k];\n",
-    "        x[i] = sum / l[i * (i + 1) / 2 + i];\n",
-    "    }\n",
-    "}\n",
-    "\n",
-    "/* The first `terms` coefficients of the height and of the three coordinates of a, and the Cholesky factor l. */\n",
-    "typedef struct SPRINGLS__W(fit_solution) {\n",
-    "    SPRINGLS__NUM x[SPRINGLS__FIT_VALUES][SPRINGLS__FIT_TERMS], l[21];\n",
-    "    int terms;\n",
-    "    SPRINGLS__COND ok; /* false: there are none */\n",
-    "} SPRINGLS__W(fit_solution);\n",
-    "\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(fit_solution) SPRINGLS__W(fit_coefficients)(const SPRINGLS__W(fit) *fit, int terms)\n",
-    "{\n",
-    "    SPRINGLS__W(fit_solution) s;\n",
-    "    int i, v;\n",
-    "    s.ok = SPRINGLS__W(fit_factor)(fit, terms, s.l);\n",
-    "    s.terms = SPRINGLS__W(any)(s.ok) ? terms : 0;\n",
-    "    for (v = 0; v < SPRINGLS__FIT_VALUES; v++) {\n",
-    "        for (i = 0; i < SPRINGLS__FIT_TERMS; i++)\n",
-    "            s.x[v][i] = i < s.terms ? fit->right[SPRINGLS__FIT_VALUES * i + v] : SPRINGLS__W(broadcast)(0.0f);\n",
-    "        SPRINGLS__W(fit_substitute)(s.l, s.terms, s.x[v]);\n",
-    "    }\n",
-    "    return s;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(select3)(SPRINGLS__COND where, SPRINGLS__NUM3 yes, SPRINGLS__NUM3 no)\n",
-    "{\n",
-    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(select)(where, yes.x, no.x), SPRINGLS__W(select)(where, yes.y, no.y),\n",
-    "                                SPRINGLS__W(select)(where, yes.z, no.z));\n",
-    "}\n",
-    "\n",
-    "/* Replaces the result by that of the first `terms` coefficients where it is not ok, at least so many neighbors count, and the\n",
-    "   matrix is not close to singular. */\n",
-    "SPRINGLS__W_MATHS void SPRINGLS__W(fit_solve)(const SPRINGLS__W(fit) *fit, int terms, float neighbors,\n",
-    "                                              SPRINGLS__W(fit_result) *result)\n",
-    "{\n",
-    "    const SPRINGLS__COND due = SPRINGLS__W(select)(result->ok, SPRINGLS__W(broadcast)(0.0f), fit->count) >= neighbors;\n",
-    "    SPRINGLS__W(fit_solution) s;\n",
-    "    SPRINGLS__NUM3 normal;\n",
-    "    SPRINGLS__COND good;\n",
-    "    if (!SPRINGLS__W(any)(due)) return;\n",
-    "    s = SPRINGLS__W(fit_coefficients)(fit, terms);\n",
-    "    good = due & s.ok;\n",
-    "    normal = SPRINGLS__W(sub)(SPRINGLS__W(sub)(fit->n, SPRINGLS__W(scale)(fit->e1, s.x[0][1])),\n",
-    "                              SPRINGLS__W(scale)(fit->e2, s.x[0][2]));\n",
-    "    result->point = SPRINGLS__W(select3)(good, SPRINGLS__W(mad)(fit->origin, fit->n, s.x[0][0] * SPRINGLS__FIT_RADIUS),\n",
-    "                                         result->point);\n",
-    "    result->normal = SPRINGLS__W(select3)(good, SPRINGLS__W(normalize)(normal), result->normal);\n",
-    "    result->a = SPRINGLS__W(select3)(good, SPRINGLS__W(add)(fit->a0, SPRINGLS__W(v3_make)(s.x[1][0], s.x[2][0], s.x[3][0])),\n",
-    "                                     result->a);\n",
-    "    result->ok = result->ok | good;\n",
-    "}\n",
-    "\n",
-    "/* Solves for a quadratic with ten neighbors or more, for a plane with four or more and where the quadratic is close to singular;\n",
-    "   not ok with fewer. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_highest)(const SPRINGLS__W(fit) *fit)\n",
-    "{\n",
-    "    SPRINGLS__W(fit_result) result;\n",
-    "    result.ok = fit->count < 0.0f;\n",
-    "    result.point = fit->origin;\n",
-    "    result.normal = fit->n;\n",
-    "    result.a = fit->a0;\n",
-    "    SPRINGLS__W(fit_solve)(fit, 6, 10.0f, &result);\n",
-    "    SPRINGLS__W(fit_solve)(fit, 3, 4.0f, &result);\n",
-    "    return result;\n",
-    "}\n",
-    "\n",
-    "/* Solves the fit, but keeps the place where all neighbors lie to one side, at the rim of a wide hole: the height is unreliable\n",
-    "   there. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_end)(const SPRINGLS__W(fit) *fit)\n",
-    "{\n",
-    "    SPRINGLS__W(fit_result) result = SPRINGLS__W(fit_highest)(fit);\n",
-    "    SPRINGLS__NUM u = fit->normal_matrix[1], v = fit->normal_matrix[3], w = 0.6f * fit->normal_matrix[0];\n",
-    "    SPRINGLS__COND to_one_side = u * u + v * v > w * w;\n",
-    "    result.point = SPRINGLS__W(select3)(to_one_side, fit->origin, result.point);\n",
-    "    result.normal = SPRINGLS__W(select3)(to_one_side, fit->n, result.normal);\n",
-    "    return result;\n",
-    "}\n",
-    "\n",
-    "/* The box of the correspondences that a fit has taken. */\n",
-    "typedef struct SPRINGLS__W(fit_box) { SPRINGLS__NUM3 lower, upper; } SPRINGLS__W(fit_box);\n",
-    "\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(fit_box) SPRINGLS__W(fit_box_begin)(void)\n",
-    "{\n",
-    "    const SPRINGLS__NUM high = SPRINGLS__W(broadcast)(FLT_MAX), low = SPRINGLS__W(broadcast)(-FLT_MAX);\n",
-    "    SPRINGLS__W(fit_box) box;\n",
-    "    box.lower = SPRINGLS__W(v3_make)(high, high, high);\n",
-    "    box.upper = SPRINGLS__W(v3_make)(low, low, low);\n",
-    "    return box;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(min3)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)\n",
-    "{\n",
-    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(min)(a.x, b.x), SPRINGLS__W(min)(a.y, b.y), SPRINGLS__W(min)(a.z, b.z));\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(max3)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b)\n",
-    "{\n",
-    "    return SPRINGLS__W(v3_make)(SPRINGLS__W(max)(a.x, b.x), SPRINGLS__W(max)(a.y, b.y), SPRINGLS__W(max)(a.z, b.z));\n",
-    "}\n",
-    "\n",
-    "/* Adds a particle with its normal and correspondence to a fit and its box, where it counts. */\n",
-    "SPRINGLS__W_MATHS void SPRINGLS__W(fit_add_in_box)(SPRINGLS__W(fit) *fit, SPRINGLS__W(fit_box) *box, SPRINGLS__NUM3 p,\n",
-    "                                                   SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)\n",
-    "{\n",
-    "    const SPRINGLS__COND counts = SPRINGLS__W(fit_add)(fit, p, normal, a);\n",
-    "    if (!SPRINGLS__W(any)(counts)) return;\n",
-    "    box->lower = SPRINGLS__W(select3)(counts, SPRINGLS__W(min3)(box->lower, a), box->lower);\n",
-    "    box->upper = SPRINGLS__W(select3)(counts, SPRINGLS__W(max3)(box->upper, a), box->upper);\n",
-    "}\n",
-    "\n",
-    "/* Ends a fit: clamps its correspondence to a voxel beyond the range of the neighbors. Not ok either where the fitted surface is\n",
-    "   further than a voxel from the origin, or turned away from n. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(fit_result) SPRINGLS__W(fit_end_in_box)(const SPRINGLS__W(fit) *fit,\n",
-    "                                                                    const SPRINGLS__W(fit_box) *box)\n",
-    "{\n",
-    "    const SPRINGLS__NUM one = SPRINGLS__W(broadcast)(1.0f);\n",
-    "    const SPRINGLS__NUM3 margin = SPRINGLS__W(v3_make)(one, one, one);\n",
-    "    SPRINGLS__W(fit_result) result = SPRINGLS__W(fit_end)(fit);\n",
-    "    SPRINGLS__NUM3 a = SPRINGLS__W(max3)(result.a, SPRINGLS__W(sub)(box->lower, margin));\n",
-    "    SPRINGLS__NUM off2, facing;\n",
-    "    result.a = SPRINGLS__W(min3)(a, SPRINGLS__W(add)(box->upper, margin));\n",
-    "    off2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(result.point, fit->origin));\n",
-    "    facing = SPRINGLS__W(dot)(result.normal, fit->n);\n",
-    "    result.ok = result.ok & (off2 <= 1.0f) & (facing >= 0.3f);\n",
-    "    return result;\n",
-    "}\n",
-    "#line 4861 \"springls.h\"\n",
-    "\n",
+    "/* Begins a fit over no particles at `origin`; n: a unit vector. */\n",
     "SPRINGLS__MATHS springls__fit springls__fit_begin(springls__v3 origin, springls__v3 n, springls__v3 a0)\n",
     "{\n",
-    "    return springls__fit_begin_in(origin, n, springls__any_tangent(n), a0);\n",
+    "    springls__fit fit;\n",
+    "    int i;\n",
+    "    fit.origin = origin;\n",
+    "    fit.n = n;\n",
+    "    fit.a0 = a0;\n",
+    "    fit.e1 = springls__any_tangent(n);\n",
+    "    fit.e2 = springls__cross(n, fit.e1);\n",
+    "    fit.count = 0.0f;\n",
+    "    for (i = 0; i < 21; i++) fit.normal_matrix[i] = 0.0f;\n",
+    "    for (i = 0; i < 24; i++) fit.right[i] = 0.0f;\n",
+    "    return fit;\n",
+    "}\n",
+    "\n",
+    "/* A particle as an equation of the fit; weight 0: it is too far, faces elsewhere, or lies on another sheet. */\n",
+    "typedef struct springls__fit_equation {\n",
+    "    float term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;\n",
+    "} springls__fit_equation;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__fit_equation springls__fit_equation_of(const springls__fit *fit, springls__v3 p, springls__v3 normal,\n",
+    "                                                                 springls__v3 a)\n",
+    "{\n",
+    "    springls__v3 from_origin = springls__sub(p, fit->origin);\n",
+    "    springls__v3 d = springls__scale(from_origin, 1.0f / SPRINGLS__FIT_RADIUS);\n",
+    "    float r2 = springls__length2(d), h = springls__dot(d, fit->n);\n",
+    "    bool within = springls__length2(from_origin) < SPRINGLS__FIT_RADIUS * SPRINGLS__FIT_RADIUS && r2 < 1.0f;\n",
+    "    bool counts = within && springls__fabs(h) <= 0.4f && springls__dot(normal, fit->n) >= 0.4f;\n",
+    "    springls__fit_equation e;\n",
+    "    e.term[0] = 1.0f;\n",
+    "    e.term[1] = springls__dot(d, fit->e1);\n",
+    "    e.term[2] = springls__dot(d, fit->e2);\n",
+    "    e.term[3] = e.term[1] * e.term[1];\n",
+    "    e.term[4] = e.term[1] * e.term[2];\n",
+    "    e.term[5] = e.term[2] * e.term[2];\n",
+    "    e.value[0] = h;\n",
+    "    e.value[1] = a.x - fit->a0.x;\n",
+    "    e.value[2] = a.y - fit->a0.y;\n",
+    "    e.value[3] = a.z - fit->a0.z;\n",
+    "    e.weight = counts ? (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f) : 0.0f;\n",
+    "    return e;\n",
+    "}\n",
+    "\n",
+    "/* Adds a particle with its normal and correspondence. Returns false where it is too far, faces elsewhere, or lies on another\n",
+    "   sheet: weight 0 changes nothing. */\n",
+    "SPRINGLS__MATHS bool springls__fit_add(springls__fit *fit, springls__v3 p, springls__v3 normal, springls__v3 a)\n",
+    "{\n",
+    "    const springls__fit_equation e = springls__fit_equation_of(fit, p, normal, a);\n",
+    "    int i, j;\n",
+    "    if (!(e.weight > 0.0f)) return false;\n",
+    "    for (i = 0; i < SPRINGLS__FIT_TERMS; i++) {\n",
+    "        const float scaled = e.weight * e.term[i];\n",
+    "        for (j = 0; j <= i; j++) fit->normal_matrix[i * (i + 1) / 2 + j] += scaled * e.term[j];\n",
+    "        for (j = 0; j < SPRINGLS__FIT_VALUES; j++) fit->right[SPRINGLS__FIT_VALUES * i + j] += scaled * e.value[j];\n",
+    "    }\n",
+    "    fit->count += 1.0f;\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
+    "/* The fitted surface at the origin. */\n",
+    "typedef struct springls__fit_result {\n",
+    "    springls__v3 point, normal, a;\n",
+    "    bool ok; /* false: too few neighbors, or they lie on a line */\n",
+    "} springls__fit_result;\n",
+    "\n",
+    "/* Factors the first `terms` rows of the normal matrix by Cholesky into l, row by row; false when it is close to singular. */\n",
+    "SPRINGLS__MATHS bool springls__fit_factor(const springls__fit *fit, int terms, float l[21])\n",
+    "{\n",
+    "    int i, j, k;\n",
+    "    for (i = 0; i < terms; i++) {\n",
+    "        for (j = 0; j <= i; j++) {\n",
+    "            float sum = fit->normal_matrix[i * (i + 1) / 2 + j];\n",
+    "            for (k = 0; k < j; k++) sum -= l[i * (i + 1) / 2 + k] * l[j * (j + 1) / 2 + k];\n",
+    "            if (i == j) {\n",
+    "                if (!(sum > 1e-5f * fit->normal_matrix[0])) return false; /* coordinates are at most 1 */\n",
+    "                l[i * (i + 1) / 2 + i] = springls__sqrt(sum);\n",
+    "            } else {\n",
+    "                l[i * (i + 1) / 2 + j] = sum / l[j * (j + 1) / 2 + j];\n",
+    "            }\n",
+    "        }\n",
+    "    }\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
+    "/* Solves for one right-hand side, and replaces it in x by the solution. */\n",
+    "SPRINGLS__MATHS void springls__fit_substitute(const float l[21], int terms, float x[SPRINGLS__FIT_TERMS])\n",
+    "{\n",
+    "    int i, k;\n",
+    "    for (i = 0; i < terms; i++) {\n",
+    "        float sum = x[i];\n",
+    "        for (k = 0; k < i; k++) sum -= l[i * (i + 1) / 2 + k] * x[k];\n",
+    "        x[i] = sum / l[i * (i + 1) / 2 + i];\n",
+    "    }\n",
+    "    for (i = terms - 1; i >= 0; i--) {\n",
+    "        float sum = x[i];\n",
+    "        for (k = i + 1; k < terms; k++) sum -= l[k * (k + 1) / 2 + i] * x[k];\n",
+    "        x[i] = sum / l[i * (i + 1) / 2 + i];\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* The first `terms` coefficients of the height and of the three coordinates of a, and the Cholesky factor l. */\n",
+    "typedef struct springls__fit_solution {\n",
+    "    float x[SPRINGLS__FIT_VALUES][SPRINGLS__FIT_TERMS], l[21];\n",
+    "    int terms;\n",
+    "    bool ok; /* false: there are none */\n",
+    "} springls__fit_solution;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__fit_solution springls__fit_coefficients(const springls__fit *fit, int terms)\n",
+    "{\n",
+    "    springls__fit_solution s;\n",
+    "    int i, v;\n",
+    "    s.ok = springls__fit_factor(fit, terms, s.l);\n",
+    "    s.terms = s.ok ? terms : 0;\n",
+    "    for (v = 0; v < SPRINGLS__FIT_VALUES; v++) {\n",
+    "        for (i = 0; i < SPRINGLS__FIT_TERMS; i++)\n",
+    "            s.x[v][i] = i < s.terms ? fit->right[SPRINGLS__FIT_VALUES * i + v] : 0.0f;\n",
+    "        springls__fit_substitute(s.l, s.terms, s.x[v]);\n",
+    "    }\n",
+    "    return s;\n",
+    "}\n",
+    "\n",
+    "/* Replaces the result by that of the first `terms` coefficients, unless the matrix is close to singular. */\n",
+    "SPRINGLS__MATHS void springls__fit_solve(const springls__fit *fit, int terms, springls__fit_result *result)\n",
+    "{\n",
+    "    const springls__fit_solution s = springls__fit_coefficients(fit, terms);\n",
+    "    if (!s.ok) return;\n",
+    "    result->point = springls__mad(fit->origin, fit->n, s.x[0][0] * SPRINGLS__FIT_RADIUS);\n",
+    "    result->normal = springls__normalize(springls__sub(springls__sub(fit->n, springls__scale(fit->e1, s.x[0][1])),\n",
+    "                                                       springls__scale(fit->e2, s.x[0][2])));\n",
+    "    result->a = springls__add(fit->a0, springls__v3_make(s.x[1][0], s.x[2][0], s.x[3][0]));\n",
+    "    result->ok = true;\n",
+    "}\n",
+    "\n",
+    "/* Solves for a quadratic with ten neighbors or more, for a plane with four or more and where the quadratic is close to singular;\n",
+    "   not ok with fewer. */\n",
+    "SPRINGLS__MATHS springls__fit_result springls__fit_highest(const springls__fit *fit)\n",
+    "{\n",
+    "    springls__fit_result result;\n",
+    "    result.ok = false;\n",
+    "    result.point = fit->origin;\n",
+    "    result.normal = fit->n;\n",
+    "    result.a = fit->a0;\n",
+    "    if (fit->count >= 10.0f) springls__fit_solve(fit, 6, &result);\n",
+    "    if (fit->count >= 4.0f && !result.ok) springls__fit_solve(fit, 3, &result);\n",
+    "    return result;\n",
+    "}\n",
+    "\n",
+    "/* Solves the fit, but keeps the place where all neighbors lie to one side, at the rim of a wide hole: the height is unreliable\n",
+    "   there. */\n",
+    "SPRINGLS__MATHS springls__fit_result springls__fit_end(const springls__fit *fit)\n",
+    "{\n",
+    "    springls__fit_result result = springls__fit_highest(fit);\n",
+    "    float u = fit->normal_matrix[1], v = fit->normal_matrix[3], w = 0.6f * fit->normal_matrix[0];\n",
+    "    if (u * u + v * v > w * w) {\n",
+    "        result.point = fit->origin;\n",
+    "        result.normal = fit->n;\n",
+    "    }\n",
+    "    return result;\n",
+    "}\n",
+    "\n",
+    "/* The box of the correspondences that a fit has taken. */\n",
+    "typedef struct springls__fit_box { springls__v3 lower, upper; } springls__fit_box;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__fit_box springls__fit_box_begin(void)\n",
+    "{\n",
+    "    springls__fit_box box;\n",
+    "    box.lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX);\n",
+    "    box.upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);\n",
+    "    return box;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS springls__v3 springls__min3(springls__v3 a, springls__v3 b)\n",
+    "{\n",
+    "    return springls__v3_make(springls__min(a.x, b.x), springls__min(a.y, b.y), springls__min(a.z, b.z));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS springls__v3 springls__max3(springls__v3 a, springls__v3 b)\n",
+    "{\n",
+    "    return springls__v3_make(springls__max(a.x, b.x), springls__max(a.y, b.y), springls__max(a.z, b.z));\n",
+    "}\n",
+    "\n",
+    "/* Adds a particle with its normal and correspondence to a fit and its box, where it counts. */\n",
+    "SPRINGLS__MATHS void springls__fit_add_in_box(springls__fit *fit, springls__fit_box *box, springls__v3 p, springls__v3 normal,\n",
+    "                                              springls__v3 a)\n",
+    "{\n",
+    "    if (!springls__fit_add(fit, p, normal, a)) return;\n",
+    "    box->lower = springls__min3(box->lower, a);\n",
+    "    box->upper = springls__max3(box->upper, a);\n",
+    "}\n",
+    "\n",
+    "/* Ends a fit: clamps its correspondence to a voxel beyond the range of the neighbors. Not ok either where the fitted surface is\n",
+    "   further than a voxel from the origin, or turned away from n. */\n",
+    "SPRINGLS__MATHS springls__fit_result springls__fit_end_in_box(const springls__fit *fit, const springls__fit_box *box)\n",
+    "{\n",
+    "    const springls__v3 margin = springls__v3_make(1.0f, 1.0f, 1.0f);\n",
+    "    springls__fit_result result = springls__fit_end(fit);\n",
+    "    springls__v3 a = springls__max3(result.a, springls__sub(box->lower, margin));\n",
+    "    float off2, facing;\n",
+    "    result.a = springls__min3(a, springls__add(box->upper, margin));\n",
+    "    off2 = springls__length2(springls__sub(result.point, fit->origin));\n",
+    "    facing = springls__dot(result.normal, fit->n);\n",
+    "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
+    "    return result;\n",
     "}\n",
     "\n",
     "/* Returns how many terms a number of neighbors is enough for: a quadratic's with ten or more, a plane's with four or more. */\n",
     "SPRINGLS__MATHS int springls__fit_terms(float count) { return count >= 10.0f ? 6 : count >= 4.0f ? 3 : 0; }\n",
-    "#line 4871 \"springls.h\"\n",
+    "#line 4569 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -28698,7 +28473,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 4991 \"springls.h\"\n",
+    "#line 4689 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -28848,7 +28623,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;\n",
     "}\n",
     "\n",
-    "#line 5141 \"springls.h\"\n",
+    "#line 4839 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28863,7 +28638,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 5157 \"springls.h\"\n",
+    "#line 4855 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -29194,7 +28969,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5488 \"springls.h\"\n",
+    "#line 5186 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29209,7 +28984,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5503 \"springls.h\"\n",
+    "#line 5201 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -29540,7 +29315,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5834 \"springls.h\"\n",
+    "#line 5532 \"springls.h\"\n",
     "\n",
     "/* Finds what becomes of springl i by the forces of the rule. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -29557,7 +29332,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 6434 \"springls.h\"\n",
+    "#line 6132 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -29583,7 +29358,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6461 \"springls.h\"\n",
+    "#line 6159 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -29672,7 +29447,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6551 \"springls.h\"\n",
+    "#line 6249 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -29812,7 +29587,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6692 \"springls.h\"\n",
+    "#line 6390 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -29912,7 +29687,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6793 \"springls.h\"\n",
+    "#line 6491 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -30133,7 +29908,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7015 \"springls.h\"\n",
+    "#line 6713 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -30163,7 +29938,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7045 \"springls.h\"\n",
+    "#line 6743 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30178,7 +29953,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7061 \"springls.h\"\n",
+    "#line 6759 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -30347,7 +30122,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7230 \"springls.h\"\n",
+    "#line 6928 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30362,7 +30137,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7245 \"springls.h\"\n",
+    "#line 6943 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -30531,7 +30306,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7414 \"springls.h\"\n",
+    "#line 7112 \"springls.h\"\n",
     "\n",
     "/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -30585,7 +30360,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7469 \"springls.h\"\n",
+    "#line 7167 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
@@ -30611,7 +30386,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
     "\n",
-    "#line 7495 \"springls.h\"\n",
+    "#line 7193 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30626,7 +30401,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7511 \"springls.h\"\n",
+    "#line 7209 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -30708,7 +30483,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7593 \"springls.h\"\n",
+    "#line 7291 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30723,7 +30498,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7608 \"springls.h\"\n",
+    "#line 7306 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -30805,7 +30580,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7690 \"springls.h\"\n",
+    "#line 7388 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -30880,7 +30655,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7766 \"springls.h\"\n",
+    "#line 7464 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -31433,7 +31208,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8320 \"springls.h\"\n",
+    "#line 8018 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -31530,7 +31305,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8418 \"springls.h\"\n",
+    "#line 8116 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -31654,7 +31429,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8543 \"springls.h\"\n",
+    "#line 8241 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -31924,7 +31699,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8814 \"springls.h\"\n",
+    "#line 8512 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -32000,7 +31775,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8891 \"springls.h\"\n",
+    "#line 8589 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -32142,7 +31917,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9034 \"springls.h\"\n",
+    "#line 8732 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -32331,7 +32106,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9224 \"springls.h\"\n",
+    "#line 8922 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -32458,7 +32233,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9352 \"springls.h\"\n",
+    "#line 9050 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -32491,7 +32266,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (others == 0) return 0;\n",
     "    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;\n",
     "}\n",
-    "#line 9386 \"springls.h\"\n",
+    "#line 9084 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -33056,7 +32831,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9952 \"springls.h\"\n",
+    "#line 9650 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -33208,7 +32983,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10105 \"springls.h\"\n",
+    "#line 9803 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -33292,7 +33067,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10190 \"springls.h\"\n",
+    "#line 9888 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -33389,7 +33164,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10288 \"springls.h\"\n",
+    "#line 9986 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -33926,7 +33701,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10826 \"springls.h\"\n",
+    "#line 10524 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -34002,7 +33777,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10903 \"springls.h\"\n",
+    "#line 10601 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -34238,7 +34013,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11140 \"springls.h\"\n",
+    "#line 10838 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -34271,7 +34046,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11174 \"springls.h\"\n",
+    "#line 10872 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -34296,7 +34071,285 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11200 \"springls.h\"\n",
+    "#line 10897 \"springls.h\"\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
+    "   because it is included before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH 1\n",
+    "#define SPRINGLS__NUM float\n",
+    "#define SPRINGLS__NUM3 springls__v3\n",
+    "#define SPRINGLS__COND bool\n",
+    "#define SPRINGLS__W(name) springls__##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
+    "#line 10913 \"springls.h\"\n",
+    "/* correspondence_fit_body.h - the quadratic fit of correspondence_fit.h, for one place and for several at once. */\n",
+    "\n",
+    "/* Weighted sums over particles, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
+    "typedef struct SPRINGLS__W(correspondence_fit) {\n",
+    "    SPRINGLS__NUM3 origin, n;\n",
+    "    SPRINGLS__NUM3 e1, e2;     /* tangents, of length 1 / radius */\n",
+    "    SPRINGLS__NUM3 a0;         /* correspondences are summed relative to it */\n",
+    "    SPRINGLS__NUM moments[15]; /* of 1, u, v, uu, uv, vv, uuu, uuv, uvv, vvv, uuuu, uuuv, uuvv, uvvv, vvvv */\n",
+    "    SPRINGLS__NUM3 right[6];   /* of a - a0 times vv, uv, uu, v, u, 1 */\n",
+    "} SPRINGLS__W(correspondence_fit);\n",
+    "\n",
+    "/* Begins a fit over no particles at `origin`; n, tangent: unit vectors, perpendicular to each other. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(correspondence_fit) SPRINGLS__W(correspondence_fit_begin)(SPRINGLS__NUM3 origin, SPRINGLS__NUM3 n,\n",
+    "                                                                                        SPRINGLS__NUM3 tangent, SPRINGLS__NUM3 a0)\n",
+    "{\n",
+    "    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    SPRINGLS__W(correspondence_fit) fit;\n",
+    "    int i;\n",
+    "    fit.origin = origin;\n",
+    "    fit.n = n;\n",
+    "    fit.e1 = SPRINGLS__W(scale)(tangent, SPRINGLS__W(broadcast)(1.0f / SPRINGLS__FIT_RADIUS));\n",
+    "    fit.e2 = SPRINGLS__W(cross)(n, fit.e1);\n",
+    "    fit.a0 = a0;\n",
+    "    for (i = 0; i < 15; i++) fit.moments[i] = zero;\n",
+    "    for (i = 0; i < 6; i++) fit.right[i] = SPRINGLS__W(v3_make)(zero, zero, zero);\n",
+    "    return fit;\n",
+    "}\n",
+    "\n",
+    "/* Adds a particle with its normal and correspondence, unless it is too far, faces elsewhere, or lies on another sheet. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_add)(SPRINGLS__W(correspondence_fit) *fit, SPRINGLS__NUM3 p,\n",
+    "                                                           SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)\n",
+    "{\n",
+    "    const float r = SPRINGLS__FIT_RADIUS;\n",
+    "    const SPRINGLS__NUM3 d = SPRINGLS__W(sub)(p, fit->origin);\n",
+    "    const SPRINGLS__NUM r2 = SPRINGLS__W(length2)(d) * (1.0f / (r * r));\n",
+    "    const SPRINGLS__COND counts = (r2 < 1.0f) & (SPRINGLS__W(fabs)(SPRINGLS__W(dot)(d, fit->n)) <= 0.4f * r)\n",
+    "                                  & (SPRINGLS__W(dot)(normal, fit->n) >= 0.4f);\n",
+    "    SPRINGLS__NUM w, u, v, wu, wv, wuu, wuv, wvv, wuuu, wvvv, *m = fit->moments;\n",
+    "    if (!SPRINGLS__W(any)(counts)) return;\n",
+    "    w = SPRINGLS__W(select)(counts, (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f), SPRINGLS__W(broadcast)(0.0f));\n",
+    "    u = SPRINGLS__W(dot)(d, fit->e1);\n",
+    "    v = SPRINGLS__W(dot)(d, fit->e2);\n",
+    "    wu = w * u;\n",
+    "    wv = w * v;\n",
+    "    wuu = wu * u;\n",
+    "    wuv = wu * v;\n",
+    "    wvv = wv * v;\n",
+    "    wuuu = wuu * u;\n",
+    "    wvvv = wvv * v;\n",
+    "    m[0] += w;\n",
+    "    m[1] += wu;\n",
+    "    m[2] += wv;\n",
+    "    m[3] += wuu;\n",
+    "    m[4] += wuv;\n",
+    "    m[5] += wvv;\n",
+    "    m[6] += wuuu;\n",
+    "    m[7] += wuu * v;\n",
+    "    m[8] += wvv * u;\n",
+    "    m[9] += wvvv;\n",
+    "    m[10] += wuuu * u;\n",
+    "    m[11] += wuuu * v;\n",
+    "    m[12] += wuv * u * v;\n",
+    "    m[13] += wvvv * u;\n",
+    "    m[14] += wvvv * v;\n",
+    "    a = SPRINGLS__W(sub)(a, fit->a0);\n",
+    "    fit->right[0] = SPRINGLS__W(mad)(fit->right[0], a, wvv);\n",
+    "    fit->right[1] = SPRINGLS__W(mad)(fit->right[1], a, wuv);\n",
+    "    fit->right[2] = SPRINGLS__W(mad)(fit->right[2], a, wuu);\n",
+    "    fit->right[3] = SPRINGLS__W(mad)(fit->right[3], a, wv);\n",
+    "    fit->right[4] = SPRINGLS__W(mad)(fit->right[4], a, wu);\n",
+    "    fit->right[5] = SPRINGLS__W(mad)(fit->right[5], a, w);\n",
+    "}\n",
+    "\n",
+    "/* Replaces the correspondence at the origin, where it is not known yet, by that of a fit with the terms vv, uv, uu, v, u, 1 from\n",
+    "   number `first` on: eliminates all but the constant one. The weights in which correspondences then count are together at most\n",
+    "   the root of moments[0] by the last pivot: no larger than 8. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_solve)(const SPRINGLS__W(correspondence_fit) *fit, int first,\n",
+    "                                                             SPRINGLS__NUM3 *a, SPRINGLS__COND *known)\n",
+    "{\n",
+    "    const SPRINGLS__NUM *m = fit->moments;\n",
+    "    const SPRINGLS__NUM row[6][6] = { { m[14] },\n",
+    "                                      { m[13], m[12] },\n",
+    "                                      { m[12], m[11], m[10] },\n",
+    "                                      { m[9], m[8], m[7], m[5] },\n",
+    "                                      { m[8], m[7], m[6], m[4], m[3] },\n",
+    "                                      { m[5], m[4], m[3], m[2], m[1], m[0] } };\n",
+    "    SPRINGLS__NUM left[6][6]; /* the lower triangle */\n",
+    "    SPRINGLS__NUM3 right[6], found;\n",
+    "    SPRINGLS__COND good;\n",
+    "    int i, j, k;\n",
+    "    for (i = first; i < 6; i++) {\n",
+    "        for (j = first; j <= i; j++) left[i][j] = row[i][j];\n",
+    "        right[i] = fit->right[i];\n",
+    "    }\n",
+    "    good = m[0] > 0.0f;\n",
+    "    for (k = first; k < 5; k++) {\n",
+    "        const SPRINGLS__NUM inverse = 1.0f / left[k][k];\n",
+    "        good = good & (left[k][k] > 1e-5f * m[0]); /* coordinates are at most 1 */\n",
+    "        for (i = k + 1; i < 6; i++) {\n",
+    "            const SPRINGLS__NUM factor = left[i][k] * inverse;\n",
+    "            for (j = k + 1; j <= i; j++) left[i][j] -= factor * left[j][k];\n",
+    "            right[i] = SPRINGLS__W(mad)(right[i], right[k], -factor);\n",
+    "        }\n",
+    "    }\n",
+    "    good = good & (left[5][5] > m[0] / 64.0f) & SPRINGLS__W(not)(*known);\n",
+    "    found = SPRINGLS__W(add)(fit->a0, SPRINGLS__W(scale)(right[5], 1.0f / left[5][5]));\n",
+    "    a->x = SPRINGLS__W(select)(good, found.x, a->x);\n",
+    "    a->y = SPRINGLS__W(select)(good, found.y, a->y);\n",
+    "    a->z = SPRINGLS__W(select)(good, found.z, a->z);\n",
+    "    *known = *known | good;\n",
+    "}\n",
+    "\n",
+    "/* Returns the correspondence at the origin: by a quadratic, by a plane where too few neighbors lie around it for one, else a0. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(correspondence_fit_end)(const SPRINGLS__W(correspondence_fit) *fit)\n",
+    "{\n",
+    "    SPRINGLS__COND known = fit->moments[0] < 0.0f;\n",
+    "    SPRINGLS__NUM3 a = fit->a0;\n",
+    "    SPRINGLS__W(correspondence_fit_solve)(fit, 0, &a, &known);\n",
+    "    if (SPRINGLS__W(any)(SPRINGLS__W(not)(known))) SPRINGLS__W(correspondence_fit_solve)(fit, 3, &a, &known);\n",
+    "    return a;\n",
+    "}\n",
+    "#line 11035 \"springls.h\"\n",
+    "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
+    "   It has no guard because it is included before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH SPRINGLS__LANES\n",
+    "#define SPRINGLS__NUM springls__vec\n",
+    "#define SPRINGLS__NUM3 springls__vec3\n",
+    "#define SPRINGLS__COND springls__vmask\n",
+    "#define SPRINGLS__W(name) springls__vec_##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
+    "#line 11050 \"springls.h\"\n",
+    "/* correspondence_fit_body.h - the quadratic fit of correspondence_fit.h, for one place and for several at once. */\n",
+    "\n",
+    "/* Weighted sums over particles, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
+    "typedef struct SPRINGLS__W(correspondence_fit) {\n",
+    "    SPRINGLS__NUM3 origin, n;\n",
+    "    SPRINGLS__NUM3 e1, e2;     /* tangents, of length 1 / radius */\n",
+    "    SPRINGLS__NUM3 a0;         /* correspondences are summed relative to it */\n",
+    "    SPRINGLS__NUM moments[15]; /* of 1, u, v, uu, uv, vv, uuu, uuv, uvv, vvv, uuuu, uuuv, uuvv, uvvv, vvvv */\n",
+    "    SPRINGLS__NUM3 right[6];   /* of a - a0 times vv, uv, uu, v, u, 1 */\n",
+    "} SPRINGLS__W(correspondence_fit);\n",
+    "\n",
+    "/* Begins a fit over no particles at `origin`; n, tangent: unit vectors, perpendicular to each other. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(correspondence_fit) SPRINGLS__W(correspondence_fit_begin)(SPRINGLS__NUM3 origin, SPRINGLS__NUM3 n,\n",
+    "                                                                                        SPRINGLS__NUM3 tangent, SPRINGLS__NUM3 a0)\n",
+    "{\n",
+    "    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    SPRINGLS__W(correspondence_fit) fit;\n",
+    "    int i;\n",
+    "    fit.origin = origin;\n",
+    "    fit.n = n;\n",
+    "    fit.e1 = SPRINGLS__W(scale)(tangent, SPRINGLS__W(broadcast)(1.0f / SPRINGLS__FIT_RADIUS));\n",
+    "    fit.e2 = SPRINGLS__W(cross)(n, fit.e1);\n",
+    "    fit.a0 = a0;\n",
+    "    for (i = 0; i < 15; i++) fit.moments[i] = zero;\n",
+    "    for (i = 0; i < 6; i++) fit.right[i] = SPRINGLS__W(v3_make)(zero, zero, zero);\n",
+    "    return fit;\n",
+    "}\n",
+    "\n",
+    "/* Adds a particle with its normal and correspondence, unless it is too far, faces elsewhere, or lies on another sheet. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_add)(SPRINGLS__W(correspondence_fit) *fit, SPRINGLS__NUM3 p,\n",
+    "                                                           SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)\n",
+    "{\n",
+    "    const float r = SPRINGLS__FIT_RADIUS;\n",
+    "    const SPRINGLS__NUM3 d = SPRINGLS__W(sub)(p, fit->origin);\n",
+    "    const SPRINGLS__NUM r2 = SPRINGLS__W(length2)(d) * (1.0f / (r * r));\n",
+    "    const SPRINGLS__COND counts = (r2 < 1.0f) & (SPRINGLS__W(fabs)(SPRINGLS__W(dot)(d, fit->n)) <= 0.4f * r)\n",
+    "                                  & (SPRINGLS__W(dot)(normal, fit->n) >= 0.4f);\n",
+    "    SPRINGLS__NUM w, u, v, wu, wv, wuu, wuv, wvv, wuuu, wvvv, *m = fit->moments;\n",
+    "    if (!SPRINGLS__W(any)(counts)) return;\n",
+    "    w = SPRINGLS__W(select)(counts, (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f), SPRINGLS__W(broadcast)(0.0f));\n",
+    "    u = SPRINGLS__W(dot)(d, fit->e1);\n",
+    "    v = SPRINGLS__W(dot)(d, fit->e2);\n",
+    "    wu = w * u;\n",
+    "    wv = w * v;\n",
+    "    wuu = wu * u;\n",
+    "    wuv = wu * v;\n",
+    "    wvv = wv * v;\n",
+    "    wuuu = wuu * u;\n",
+    "    wvvv = wvv * v;\n",
+    "    m[0] += w;\n",
+    "    m[1] += wu;\n",
+    "    m[2] += wv;\n",
+    "    m[3] += wuu;\n",
+    "    m[4] += wuv;\n",
+    "    m[5] += wvv;\n",
+    "    m[6] += wuuu;\n",
+    "    m[7] += wuu * v;\n",
+    "    m[8] += wvv * u;\n",
+    "    m[9] += wvvv;\n",
+    "    m[10] += wuuu * u;\n",
+    "    m[11] += wuuu * v;\n",
+    "    m[12] += wuv * u * v;\n",
+    "    m[13] += wvvv * u;\n",
+    "    m[14] += wvvv * v;\n",
+    "    a = SPRINGLS__W(sub)(a, fit->a0);\n",
+    "    fit->right[0] = SPRINGLS__W(mad)(fit->right[0], a, wvv);\n",
+    "    fit->right[1] = SPRINGLS__W(mad)(fit->right[1], a, wuv);\n",
+    "    fit->right[2] = SPRINGLS__W(mad)(fit->right[2], a, wuu);\n",
+    "    fit->right[3] = SPRINGLS__W(mad)(fit->right[3], a, wv);\n",
+    "    fit->right[4] = SPRINGLS__W(mad)(fit->right[4], a, wu);\n",
+    "    fit->right[5] = SPRINGLS__W(mad)(fit->right[5], a, w);\n",
+    "}\n",
+    "\n",
+    "/* Replaces the correspondence at the origin, where it is not known yet, by that of a fit with the terms vv, uv, uu, v, u, 1 from\n",
+    "   number `first` on: eliminates all but the constant one. The weights in which correspondences then count are together at most\n",
+    "   the root of moments[0] by the last pivot: no larger than 8. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_solve)(const SPRINGLS__W(correspondence_fit) *fit, int first,\n",
+    "                                                             SPRINGLS__NUM3 *a, SPRINGLS__COND *known)\n",
+    "{\n",
+    "    const SPRINGLS__NUM *m = fit->moments;\n",
+    "    const SPRINGLS__NUM row[6][6] = { { m[14] },\n",
+    "                                      { m[13], m[12] },\n",
+    "                                      { m[12], m[11], m[10] },\n",
+    "                                      { m[9], m[8], m[7], m[5] },\n",
+    "                                      { m[8], m[7], m[6], m[4], m[3] },\n",
+    "                                      { m[5], m[4], m[3], m[2], m[1], m[0] } };\n",
+    "    SPRINGLS__NUM left[6][6]; /* the lower triangle */\n",
+    "    SPRINGLS__NUM3 right[6], found;\n",
+    "    SPRINGLS__COND good;\n",
+    "    int i, j, k;\n",
+    "    for (i = first; i < 6; i++) {\n",
+    "        for (j = first; j <= i; j++) left[i][j] = row[i][j];\n",
+    "        right[i] = fit->right[i];\n",
+    "    }\n",
+    "    good = m[0] > 0.0f;\n",
+    "    for (k = first; k < 5; k++) {\n",
+    "        const SPRINGLS__NUM inverse = 1.0f / left[k][k];\n",
+    "        good = good & (left[k][k] > 1e-5f * m[0]); /* coordinates are at most 1 */\n",
+    "        for (i = k + 1; i < 6; i++) {\n",
+    "            const SPRINGLS__NUM factor = left[i][k] * inverse;\n",
+    "            for (j = k + 1; j <= i; j++) left[i][j] -= factor * left[j][k];\n",
+    "            right[i] = SPRINGLS__W(mad)(right[i], right[k], -factor);\n",
+    "        }\n",
+    "    }\n",
+    "    good = good & (left[5][5] > m[0] / 64.0f) & SPRINGLS__W(not)(*known);\n",
+    "    found = SPRINGLS__W(add)(fit->a0, SPRINGLS__W(scale)(right[5], 1.0f / left[5][5]));\n",
+    "    a->x = SPRINGLS__W(select)(good, found.x, a->x);\n",
+    "    a->y = SPRINGLS__W(select)(good, found.y, a->y);\n",
+    "    a->z = SPRINGLS__W(select)(good, found.z, a->z);\n",
+    "    *known = *known | good;\n",
+    "}\n",
+    "\n",
+    "/* Returns the correspondence at the origin: by a quadratic, by a plane where too few neighbors lie around it for one, else a0. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(correspondence_fit_end)(const SPRINGLS__W(correspondence_fit) *fit)\n",
+    "{\n",
+    "    SPRINGLS__COND known = fit->moments[0] < 0.0f;\n",
+    "    SPRINGLS__NUM3 a = fit->a0;\n",
+    "    SPRINGLS__W(correspondence_fit_solve)(fit, 0, &a, &known);\n",
+    "    if (SPRINGLS__W(any)(SPRINGLS__W(not)(known))) SPRINGLS__W(correspondence_fit_solve)(fit, 3, &a, &known);\n",
+    "    return a;\n",
+    "}\n",
+    "#line 11173 \"springls.h\"\n",
+    "/* correspondence_fit.h - a quadratic moving-least-squares fit of the correspondence over neighboring particles, at one place: what\n",
+    "   vertices of the zero level take. Its weights have 15 moments, and its value at the origin is what elimination leaves. */\n",
+    "\n",
+    "#line 11178 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -34530,10 +34583,20 @@ static const char *const springls__kernel_lines[] = {
     "/* Returns the correspondence of a point near a springl: by the quadratic fit around it, or else the springl's own. */\n",
     "SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *model, int springl, springls__v3 x)\n",
     "{\n",
-    "    springls__v3 a = model->set.a[springl];\n",
-    "    springls__v3 n = springls__springl_normal(model->set.s[springl]);\n",
-    "    springls__fit_result fit = springls__fit_at(model, springl, x, n, a, model->set.count);\n",
-    "    return fit.ok ? fit.a : a;\n",
+    "    const float r = SPRINGLS__FIT_RADIUS;\n",
+    "    const springls__v3 a = model->set.a[springl], n = springls__springl_normal(model->set.s[springl]);\n",
+    "    springls__correspondence_fit fit = springls__correspondence_fit_begin(x, n, springls__any_tangent(n), a);\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
+    "    springls__fit_result edge;\n",
+    "    int i;\n",
+    "    if (model->params.keep_edges && springls__place_at_edge(model, x, n, a, model->set.count, &edge)) return edge.ok ? edge.a : a;\n",
+    "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
+    "        if (springls__length2(springls__sub(s->p, x)) > 1.01f * r * r) continue; /* none of those counts */\n",
+    "        if (springls__of_two_contact_bodies(model, springl, i)) continue;\n",
+    "        springls__correspondence_fit_add(&fit, s->p, springls__springl_normal(*s), model->set.a[i]);\n",
+    "    }\n",
+    "    return springls__correspondence_fit_end(&fit);\n",
     "}\n",
     "\n",
     "/* Finds the gradient of phi, the correspondence and the nearest springl at vertex i. */\n",
@@ -34546,7 +34609,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11451 \"springls.h\"\n",
+    "#line 11439 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -34646,7 +34709,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 34650 \"springls.h\"\n",
+    "#line 34713 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
