@@ -33,8 +33,8 @@ SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_add)(SPRINGLS__W(correspon
     const float r = SPRINGLS__FIT_RADIUS;
     const SPRINGLS__NUM3 d = SPRINGLS__W(sub)(p, fit->origin);
     const SPRINGLS__NUM r2 = SPRINGLS__W(length2)(d) * (1.0f / (r * r));
-    const SPRINGLS__COND counts = (r2 < 1.0f) & (SPRINGLS__W(fabs)(SPRINGLS__W(dot)(d, fit->n)) <= 0.4f * r)
-                                  & (SPRINGLS__W(dot)(normal, fit->n) >= 0.4f);
+    const SPRINGLS__NUM height = SPRINGLS__W(fabs)(SPRINGLS__W(dot)(d, fit->n)), facing = SPRINGLS__W(dot)(normal, fit->n);
+    const SPRINGLS__COND counts = (r2 < 1.0f) & (height <= 0.4f * r) & (facing >= 0.4f);
     SPRINGLS__NUM w, u, v, wu, wv, wuu, wuv, wvv, wuuu, wvvv, *m = fit->moments;
     if (!SPRINGLS__W(any)(counts)) return;
     w = SPRINGLS__W(select)(counts, (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f), SPRINGLS__W(broadcast)(0.0f));
