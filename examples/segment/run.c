@@ -12,7 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MARGIN = 3 };
+enum { MARGIN = 3, MOST_MEANS = 20 };
 
 /* Weight of the curvature above which it decides where the contour goes, not only how smooth it is. */
 static const double most_curvature = 0.2;
@@ -84,25 +84,29 @@ static bool look(struct segment *run, struct segment_watch *watch, double *volum
 }
 
 /* Returns true if voxels may go ahead of the springls: from a shape or seeds, where topology is free and the force of the image
- * has to be followed whatever the contour's shape. Not with a region force, of which the means run away with the voxels. */
+ * has to be followed whatever the contour's shape. */
 static bool voxels_lead(const struct segment *run)
 {
     const struct segment_settings *set = &run->settings;
     return (segment_starts_far(run) || set->seed_count > 0) && run->params.topology == SPRINGLS_TOPOLOGY_FREE
-        && !(set->gvf > 0.0) && !(set->region > 0.0) && set->curvature <= most_curvature;
+        && !(set->gvf > 0.0) && set->curvature <= most_curvature;
 }
 
-/* Moves the level set in run->grid by voxels until it is at rest, as far as springls would come. */
+/* Moves the level set in run->grid by voxels until it is at rest, as far as springls would come. The means of a region force
+ * follow. */
 static bool lead(struct segment *run)
 {
     const struct segment_settings *set = &run->settings;
     struct volume *grid = &run->grid;
     float *force = malloc(volume_voxels(grid) * sizeof *force);
-    size_t changed;
-    bool fine = force ? segment_forces_update(run) : segment_no_memory();
-    if (fine) {
-        segment_resample(&run->push, run->push.data, grid, force);
-        fine = front_move(grid->dims, force, (int)ceil(set->speed * set->steps), grid->data, &changed) || segment_no_memory();
+    size_t changed = 1;
+    bool fine = force || segment_no_memory();
+    for (int i = 0; fine && changed > 0 && i < (set->region > 0.0 ? MOST_MEANS : 1); ++i) {
+        fine = segment_forces_update(run);
+        if (fine) {
+            segment_resample(&run->push, run->push.data, grid, force);
+            fine = front_move(grid->dims, force, (int)ceil(set->speed * set->steps), grid->data, &changed) || segment_no_memory();
+        }
     }
     free(force);
     return fine;
