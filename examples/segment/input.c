@@ -121,17 +121,15 @@ bool segment_begin(struct segment *run, int object)
 
 /* ---- start ---- */
 
-bool segment_bring(struct segment *run, const struct volume *from)
-{
-    struct volume *grid = &run->grid;
-    segment_resample(from, from->data, grid, grid->data);
-    return !run->settings.largest || segment_keep_largest(grid->dims, grid->data) || segment_no_memory();
-}
-
 /* Sets the level set on the present grid from the pressure, a mask, or the level set of a coarser grid. */
 bool segment_start_from(struct segment *run, const struct volume *from, const char *doing)
 {
-    return segment_bring(run, from) && segment_check(run->ctx, springls_set_level_set(run->ctx, run->grid.data), doing);
+    struct volume *grid = &run->grid;
+    segment_resample(from, from->data, grid, grid->data);
+    if (run->settings.largest && !segment_keep_largest(grid->dims, grid->data)) {
+        return segment_no_memory();
+    }
+    return segment_check(run->ctx, springls_set_level_set(run->ctx, grid->data), doing);
 }
 
 static bool start_from_threshold(struct segment *run)

@@ -2,7 +2,6 @@
 #include "segment/segment.h"
 
 #include "base/progress.h"
-#include "imaging/front.h"
 #include "imaging/segment_image.h"
 #include "springls/run_options.h"
 #include "springls/segment_model.h"
@@ -12,10 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MARGIN = 3, MOST_MEANS = 20 };
-
-/* Weight of the curvature above which it decides where the contour goes, not only how smooth it is. */
-static const double most_curvature = 0.2;
+enum { MARGIN = 3 };
 
 /* Speed, as a part of the speed at full pressure, above which a springl still moves. */
 static const float rest_speed = 0.05f;
@@ -83,35 +79,6 @@ static bool look(struct segment *run, struct segment_watch *watch, double *volum
     return true;
 }
 
-/* Returns true if voxels may go ahead of the springls: from a shape or seeds, where topology is free and the force of the image
- * has to be followed whatever the contour's shape. */
-static bool voxels_lead(const struct segment *run)
-{
-    const struct segment_settings *set = &run->settings;
-    return (segment_starts_far(run) || set->seed_count > 0) && run->params.topology == SPRINGLS_TOPOLOGY_FREE
-        && !(set->gvf > 0.0) && set->curvature <= most_curvature;
-}
-
-/* Moves the level set in run->grid by voxels until it is at rest, as far as springls would come. The means of a region force
- * follow. */
-static bool lead(struct segment *run)
-{
-    const struct segment_settings *set = &run->settings;
-    struct volume *grid = &run->grid;
-    float *force = malloc(volume_voxels(grid) * sizeof *force);
-    size_t changed = 1;
-    bool fine = force || segment_no_memory();
-    for (int i = 0; fine && changed > 0 && i < (set->region > 0.0 ? MOST_MEANS : 1); ++i) {
-        fine = segment_forces_update(run);
-        if (fine) {
-            segment_resample(&run->push, run->push.data, grid, force);
-            fine = front_move(grid->dims, force, (int)ceil(set->speed * set->steps), grid->data, &changed) || segment_no_memory();
-        }
-    }
-    free(force);
-    return fine;
-}
-
 /* Returns the work of `steps` steps on a grid and of all coarser ones: a grid half as fine has a quarter of the springls. */
 static size_t progress_of(const struct segment *run, int level, int steps)
 {
@@ -162,53 +129,6 @@ static bool run_to_rest(struct segment *run, int level, struct progress *bar)
     return fine;
 }
 
-/* Runs the springls to rest and copies their level set to run->grid. started: receives whether anything is left. */
-static bool move_by_springls(struct segment *run, int level, struct progress *bar, bool *started)
-{
-    const bool fine = run_to_rest(run, level, bar)
-                   && segment_check(run->ctx, springls_copy_level_set(run->ctx, run->grid.data), "level set");
-    *started = fine && springls_count(run->ctx) > 0;
-    return fine;
-}
-
-/* Returns true if the level set in run->grid has an inside. */
-static bool is_there(const struct segment *run)
-{
-    const size_t total = volume_voxels(&run->grid);
-    size_t n = 0;
-    while (n < total && !(run->grid.data[n] < 0.0f)) {
-        ++n;
-    }
-    return n < total;
-}
-
-/* Moves the contour by voxels, from the coarser grid if there is one. On the finest grid the springls follow, elsewhere they are
- * made only for the picture: they do not go over to the next grid. started: receives whether anything is left. */
-static bool move_by_voxels(struct segment *run, int level, const struct volume *coarse, struct progress *bar, bool *started)
-{
-    bool fine = (coarse ? segment_bring(run, coarse)
-                        : segment_check(run->ctx, springls_copy_level_set(run->ctx, run->grid.data), "level set"))
-             && lead(run);
-    *started = fine && is_there(run);
-    if (*started && (level == 0 || run->settings.common.out)) {
-        fine = segment_check(run->ctx, springls_set_level_set(run->ctx, run->grid.data), "level set");
-    }
-    if (*started && level == 0) {
-        fine = fine && move_by_springls(run, level, bar, started);
-    }
-    return fine;
-}
-
-/* Runs the contour to rest on a new grid. coarse: the one before, or NULL. started: receives whether anything is left. */
-static bool run_level(struct segment *run, int level, const struct volume *coarse, struct progress *bar, bool *started)
-{
-    const bool voxels = voxels_lead(run);
-    bool fine = (voxels && coarse) || (coarse ? segment_start_from(run, coarse, "from the coarser grid") : segment_start(run));
-    fine = fine && (level < run->result->levels - 1 || take_frame(run))
-        && (voxels ? move_by_voxels(run, level, coarse, bar, started) : move_by_springls(run, level, bar, started));
-    return fine && (!*started || ((level > 0 || segment_remove_islands(run)) && take_frame(run)));
-}
-
 static bool evolve(struct segment *run)
 {
     const struct segment_settings *set = &run->settings;
@@ -225,8 +145,13 @@ static bool evolve(struct segment *run)
     progress_begin(&bar, "segment", progress_of(run, 0, set->steps), !cli_may_print(&set->common));
     for (int level = result->levels - 1; fine && level >= 0; --level) {
         fine = segment_enter_level(run, ldexpf(result->voxel, level), &coarse)
-            && run_level(run, level, started ? &coarse : NULL, &bar, &started);
+            && (started ? segment_start_from(run, &coarse, "from the coarser grid") : segment_start(run));
         volume_free(&coarse);
+        fine = fine && (level < result->levels - 1 || take_frame(run)) && run_to_rest(run, level, &bar)
+            && segment_check(run->ctx, springls_copy_level_set(run->ctx, run->grid.data), "level set");
+        started = fine && springls_count(run->ctx) > 0; /* if not, the next grid starts again */
+        fine = fine && (!started || level > 0 || segment_remove_islands(run));
+        fine = fine && (!started || take_frame(run));
     }
     progress_end(&bar);
     result->seconds = elapsed_seconds() - begin;

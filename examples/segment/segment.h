@@ -100,7 +100,6 @@ struct segment {
 bool segment_read(struct segment *run);
 bool segment_begin(struct segment *run, int object);
 bool segment_start(struct segment *run);
-bool segment_bring(struct segment *run, const struct volume *from); /* a level set on another grid, to grid.data alone */
 bool segment_start_from(struct segment *run, const struct volume *from, const char *doing); /* from a level set on another grid */
 bool segment_starts_far(const struct segment *run); /* true if it starts from a shape */
 

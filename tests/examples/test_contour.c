@@ -30,7 +30,6 @@ int main(int argc, char **argv)
 #include "../../examples/segment/output.c"
 #include "../../examples/segment/run.c"
 
-#include "../../examples/common/imaging/front.h"
 #include "../../examples/common/imaging/level_set.h"
 #include "../../examples/common/imaging/mirror.h"
 
@@ -304,41 +303,6 @@ TEST level_set_alone_grows_shrinks_and_rests(void)
     for (int s = 0; s < 16; ++s) level_set_step(&set, 0.5f);
     ASSERT_IN_RANGE(6.0f, radius_of(&set, &error), 0.4f); /* of first order: 5 % of the way */
     level_set_free(&set);
-    PASS();
-}
-
-enum { FRONT = 24, FRONT_VOXELS = FRONT * FRONT * FRONT };
-
-/* A box of force 1 with a channel of one voxel to another box, .25 at the outer layer; -1 elsewhere. */
-static void boxes_and_a_channel(float *force, float *phi)
-{
-    for (int n = 0; n < FRONT_VOXELS; ++n) {
-        const int x = n % FRONT, y = n / FRONT % FRONT, z = n / (FRONT * FRONT);
-        const bool wide = y >= 6 && y < 18 && z >= 6 && z < 18, first = wide && x >= 2 && x < 10;
-        const bool second = wide && x >= 14 && x < 22, channel = y == 12 && z == 12 && x >= 10 && x < 14;
-        force[n] = first || second || channel ? (x == 2 ? 0.25f : 1.0f) : -1.0f;
-        phi[n] = sqrtf((float)((x - 6) * (x - 6) + (y - 12) * (y - 12) + (z - 12) * (z - 12))) - 4.0f;
-    }
-}
-
-TEST voxels_go_where_the_force_ends_but_not_along_threads(void)
-{
-    static float force[FRONT_VOXELS], phi[FRONT_VOXELS];
-    size_t changed, inside = 0;
-    boxes_and_a_channel(force, phi);
-    ASSERT(front_move((const int[3]){FRONT, FRONT, FRONT}, force, 1, phi, &changed));
-    ASSERT(changed > 0);
-    ASSERT(phi[6 + FRONT * (17 + FRONT * 12)] > 0.0f); /* not so far in one round */
-    ASSERT(front_move((const int[3]){FRONT, FRONT, FRONT}, force, 100, phi, &changed));
-    for (int n = 0; n < FRONT_VOXELS; ++n) {
-        inside += phi[n] < 0.0f;
-        ASSERT(n % FRONT < 14 || phi[n] > 0.0f); /* the other box, and what the force keeps out */
-    }
-    ASSERT(inside > 8 * 12 * 12 - 80 && inside <= 8 * 12 * 12 + 1); /* edges of the box may be missing */
-    ASSERT_EQ(-0.25f, phi[2 + FRONT * (12 + FRONT * 12)]);
-    ASSERT_EQ(1.0f, phi[1 + FRONT * (12 + FRONT * 12)]);
-    ASSERT(front_move((const int[3]){FRONT, FRONT, FRONT}, force, 100, phi, &changed));
-    ASSERT_EQ(0u, changed);
     PASS();
 }
 
@@ -635,7 +599,6 @@ int main(int argc, char **argv)
     RUN_TEST(mirror_is_found);
     RUN_TEST(level_set_alone_grows_shrinks_and_rests);
     RUN_TEST(level_set_alone_shrinks_by_curvature);
-    RUN_TEST(voxels_go_where_the_force_ends_but_not_along_threads);
     RUN_TEST(two_windows_make_one_map_in_the_format_of_the_input);
     RUN_TEST(every_start_and_every_force_find_the_ball);
     RUN_TEST(mirrored_mask_finds_the_other_side);
