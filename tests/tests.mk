@@ -42,6 +42,9 @@ test_csg_USES       = $(csg_USES)
 test_fields_USES    = $(register_USES)
 test_imaging_USES   = base
 test_morph_USES     = $(morph_USES)
+test_morph_files_USES = $(morph_USES)
+test_morph_shapes_USES = $(morph_USES)
+test_morph_skeletons_USES = $(morph_USES)
 test_register_USES  = $(register_USES)
 test_results_USES   = springls
 test_rig_USES       = $(rig_USES)
@@ -49,14 +52,27 @@ test_segment_USES   = imaging
 test_soft_body_USES = $(soft_body_USES)
 test_track_USES     = $(track4d_USES)
 test_viewer_USES    = $(viewer_USES)
+test_viewer_events_USES = $(viewer_USES)
+test_viewer_tools_USES = $(viewer_USES)
 test_volume_USES    = imaging
 test_volume_raycast_USES = springls
 test_atlas_LIBS     = $(atlas_LIBS)
 test_imaging_LIBS   = -lcjson
 test_viewer_LIBS    = $(viewer_LIBS)
-# The other tests of programs include the sources of their program.
-test_register_SOURCES = $(filter-out examples/register/register.c,$(wildcard examples/register/*.c))
-test_atlas_SOURCES  = $(filter-out examples/atlas/atlas.c,$(wildcard examples/atlas/*.c))
+test_viewer_events_LIBS = $(viewer_LIBS)
+test_viewer_tools_LIBS = $(viewer_LIBS)
+# Sources of a program that its tests are linked with, which are all but those that they include: $(2), with program.c. The other
+# tests of programs include all of them.
+sources_but = $(filter-out $(patsubst %,examples/$(1)/%.c,$(1) $(2)),$(wildcard examples/$(1)/*.c))
+test_atlas_SOURCES = $(call sources_but,atlas)
+test_register_SOURCES = $(call sources_but,register)
+test_morph_SOURCES = $(call sources_but,morph)
+test_morph_files_SOURCES = $(call sources_but,morph)
+test_morph_shapes_SOURCES = $(call sources_but,morph)
+test_morph_skeletons_SOURCES = $(call sources_but,morph,run)
+test_viewer_SOURCES = $(call sources_but,viewer,window)
+test_viewer_events_SOURCES = $(call sources_but,viewer)
+test_viewer_tools_SOURCES = $(call sources_but,viewer,tools)
 
 test_objects = $(patsubst examples/%.c,$(TEST_DIR)/objects/%.o,$(filter-out %/implementation.c,$($(1)_SOURCES) $(call folder_sources,$($(1)_USES))))
 EXAMPLE_TEST_FLAGS = $(TEST_FLAGS) $(NIFTI) -Iexamples -Iexamples/common -DTEST_EXAMPLES_COMMON

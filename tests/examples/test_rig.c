@@ -28,26 +28,15 @@ int main(int argc, char **argv)
 #undef MARGIN
 #include "../../examples/rig/body.c"
 
-#include <cjson/cJSON.h>
 #include <unistd.h>
 
 #include "gltf_problems.h"
+#include "json_report.h"
 #include "scratch.h"
 
 /* assimp 5.2 loses memory of its own on some broken files; LeakSanitizer calls this function for what to ignore. */
 const char *__lsan_default_suppressions(void);
 const char *__lsan_default_suppressions(void) { return "leak:libassimp\n"; }
-
-static char *whole_file(const char *path)
-{
-    FILE *file = fopen(path, "rb");
-    char *text = calloc(1, 1 << 22);
-    if (file) {
-        text[fread(text, 1, (1 << 22) - 1, file)] = '\0';
-        fclose(file);
-    }
-    return text;
-}
 
 static void write_file(const char *path, const char *text)
 {
@@ -204,20 +193,6 @@ static bool joint_of_report(const cJSON *json, const char *name, float place[3])
         place[i] = (float)value->valuedouble;
     }
     return true;
-}
-
-static cJSON *read_report(const char *path)
-{
-    char *text = whole_file(path);
-    cJSON *json = cJSON_Parse(text);
-    free(text);
-    return json;
-}
-
-static double number_of(const cJSON *json, const char *name)
-{
-    const cJSON *item = cJSON_GetObjectItem(json, name);
-    return cJSON_IsNumber(item) ? item->valuedouble : (double)NAN;
 }
 
 /* Compares one joint with the truth: near it, and nearer than its partner on the other side. */
@@ -468,7 +443,7 @@ TEST the_file_is_read_back(void)
     ASSERT_EQ(0, run_program(file));
     ASSERT(image_read_file(scratch("rigged.png"), &picture));
     image_free(&picture);
-    char *one = whole_file(scratch("rigged.glb")), *two = whole_file(scratch("other.glb"));
+    char *one = whole_file(scratch("rigged.glb"), NULL), *two = whole_file(scratch("other.glb"), NULL);
     ASSERT_EQ(0, memcmp(one, two, 1 << 22)); /* the same file both ways */
     free(one);
     free(two);
@@ -587,7 +562,7 @@ TEST templates_are_refused_in_one_line(void)
                                            {"\"parent\": \"hips\"", "\"parent\": \"toes.L\""},
                                            {"\"parent\": \"neck\"", "\"parent\": \"chest\""}};
     for (int w = 0; w < COUNT(wrong); ++w) {
-        char *text = whole_file("examples/rig/biped.json"), *at = strstr(text, wrong[w][0]),
+        char *text = whole_file("examples/rig/biped.json", NULL), *at = strstr(text, wrong[w][0]),
              *changed = calloc(1, 1 << 16);
         ASSERT(at != NULL);
         snprintf(changed, 1 << 16, "%.*s%s%s", (int)(at - text), text, wrong[w][1], at + strlen(wrong[w][0]));
@@ -626,7 +601,7 @@ TEST bad_input_ends_with_one_line(void)
     for (int l = 0; l < COUNT(usage); ++l) ASSERT_EQ(2, run_program(usage[l]));
     fflush(stderr);
     int count = 0;
-    char *text = whole_file(errors);
+    char *text = whole_file(errors, NULL);
     for (const char *c = text; *c; ++c) count += *c == '\n';
     ASSERT_EQ(COUNT(lines) + COUNT(usage), count);
     ASSERT(strstr(text, "the body has") && strstr(text, "encloses nothing")
@@ -637,10 +612,8 @@ TEST bad_input_ends_with_one_line(void)
 
 int main(int argc, char **argv)
 {
-    char command[300];
     GREATEST_MAIN_BEGIN();
-    snprintf(folder, sizeof folder, "%s/springls_rig_XXXXXX", getenv("TMPDIR") ? getenv("TMPDIR") : "/tmp");
-    if (!mkdtemp(folder)) { return 1; }
+    if (!make_folder()) { return 1; }
     RUN_TEST(templates_are_refused_in_one_line);
     RUN_TEST(a_body_in_t_pose_any_way_round);
     RUN_TEST(a_body_in_a_pose_any_way_round);
@@ -655,8 +628,7 @@ int main(int argc, char **argv)
     RUN_TEST(the_file_is_read_back);
     RUN_TEST(a_walk_is_taken_over);
     RUN_TEST(bad_input_ends_with_one_line);
-    snprintf(command, sizeof command, "rm -rf '%s'", folder);
-    if (system(command) != 0) { return 1; }
+    if (!remove_folder()) { return 1; }
     GREATEST_MAIN_END();
 }
 

@@ -1,0 +1,268 @@
+/* Shapes of examples/morph: distances to a mesh, contours that leave one piece, heat weights and a texture atlas of a tube, and
+ * meshes that cut themselves. Compiled like test_common.c, else skipped. */
+#define _POSIX_C_SOURCE 200809L
+
+#include "greatest.h"
+
+GREATEST_MAIN_DEFS();
+
+#ifndef TEST_EXAMPLES_COMMON
+
+TEST examples_morph_shapes_built_without_their_libraries(void) { SKIP(); }
+
+int main(int argc, char **argv)
+{
+    GREATEST_MAIN_BEGIN();
+    RUN_TEST(examples_morph_shapes_built_without_their_libraries);
+    GREATEST_MAIN_END();
+}
+
+#else
+
+#include "base/vec3.h"
+#include "character/mesh_voxels.h"
+#include "morph/morph.h"
+
+#include "morph_fixtures.h"
+
+/* ---- voxels ---- */
+
+/* Two tetrahedra, one inside the other: distances are those to the outer one. */
+TEST a_mesh_that_overlaps_itself_has_one_distance(void)
+{
+    const float positions[24] = {4, 4, 4, 24, 4, 4, 4, 24, 4, 4, 4, 24, 6, 6, 6, 11, 6, 6, 6, 11, 6, 6, 6, 11};
+    const int triangles[24] = {0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2, 4, 6, 5, 4, 5, 7, 5, 6, 7, 4, 7, 6};
+    const struct solid_grid grid = {{29, 28, 27}, {0, 0, 0}, 1.0};
+    enum { COUNT = 29 * 28 * 27 };
+    float *phi = malloc(COUNT * sizeof *phi);
+    int *nearest = malloc(COUNT * sizeof *nearest);
+    ASSERT(mesh_voxels(&grid, positions, triangles, 8, 1.5f, phi, nearest));
+    for (int z = 1; z < 26; ++z) {
+        for (int y = 1; y < 27; ++y) {
+            for (int x = 1; x < 28; ++x) {
+                const int at = (z * 28 + y) * 29 + x;
+                const float slope = (float)(x + y + z - 32) / sqrtf(3.0f);
+                const float inside = fmaxf(fmaxf(4.0f - (float)x, 4.0f - (float)y), fmaxf(4.0f - (float)z, slope));
+                if (inside < 0.0f) ASSERT_NEAR(inside, phi[at], inside > -1.4f ? 2e-4 : 1.0);
+                if (inside > 0.0f) ASSERT(phi[at] > 0.0f && phi[at] > inside - 1.0f);
+                if (inside < 0.0f && inside > -1.0f) ASSERT(nearest[at] >= 0 && nearest[at] < 4);
+            }
+        }
+    }
+    free(phi);
+    free(nearest);
+    PASS();
+}
+
+static float ball_at(const float p[3], float x, float y, float z, float radius)
+{
+    const float d[3] = {p[0] - x, p[1] - y, p[2] - z};
+    return vec3_length(d) - radius;
+}
+
+enum { ROOM = 40 }; /* voxels a side of the grid for contours */
+
+/* Fills the grid; which: 0 two balls, a drop and a hollow in one of the balls, 1 a rod through the balls, 2 a thin rod between. */
+static void fill_room(float *phi, int which)
+{
+    for (int n = 0; n < ROOM * ROOM * ROOM; ++n) {
+        const float p[3] = {(float)(n % ROOM), (float)(n / ROOM % ROOM), (float)(n / (ROOM * ROOM))};
+        const float left = ball_at(p, 10, 20, 20, 6), right = ball_at(p, 30, 20, 20, 6), drop = ball_at(p, 20, 33, 20, 1.6f);
+        const float rod = ball_at(p, fmaxf(10, fminf(30, p[0])), 20, 20, which == 1 ? 5 : 0.9f);
+        phi[n] = fminf(left, right);
+        phi[n] = which == 0 ? fmaxf(fminf(phi[n], drop), -ball_at(p, 10, 20, 20, 1.8f)) : fminf(phi[n], rod);
+    }
+}
+
+/* Drops and hollows vanish, and what the shape connects grows together, even along a rod thinner than two voxels. */
+TEST a_contour_leaves_one_piece(void)
+{
+    float *phi = malloc(ROOM * ROOM * ROOM * sizeof *phi);
+    for (int which = 1; which < 3; ++which) {
+        struct morph morph = {.settings = {.iterations = 2, .pace = 1.0f, .reach = 60}};
+        springls_desc desc = springls_default_desc();
+        const struct solid_grid grid = {{ROOM, ROOM, ROOM}, {0, 0, 0}, 1.0};
+        springls_mesh mesh;
+        struct mesh_check check;
+        bool whole;
+        for (int k = 0; k < 3; ++k) desc.grid.size[k] = ROOM, desc.grid.spacing[k] = 1.0;
+        morph.grid = desc.grid;
+        ASSERT_EQ(SPRINGLS_OK, springls_create(&desc, &morph.ctx));
+        morph.pressure = malloc(ROOM * ROOM * ROOM * sizeof(float));
+        morph.shape = malloc(ROOM * ROOM * ROOM * sizeof(float));
+        fill_room(phi, 0);
+        ASSERT(solid_is_whole(&grid, phi, &whole) && !whole);
+        ASSERT_EQ(SPRINGLS_OK, springls_set_level_set(morph.ctx, phi));
+        ASSERT_EQ(SPRINGLS_OK, springls_extract_mesh(morph.ctx, &mesh));
+        ASSERT_EQ(4, mesh_components(mesh.vertex_count, mesh.triangles, mesh.triangle_count));
+        springls_mesh_free(morph.ctx, &mesh);
+        fill_room(morph.shape, which);
+        ASSERT(solid_is_whole(&grid, morph.shape, &whole) && whole);
+        ASSERT(morph_contour(&morph));
+        ASSERT_EQ(SPRINGLS_OK, springls_extract_mesh(morph.ctx, &mesh));
+        ASSERT(mesh_check(mesh.positions, mesh.vertex_count, mesh.triangles, mesh.triangle_count, &check));
+        ASSERT_EQ(1, check.components);
+        ASSERT_EQ(0, check.open_edges + check.intersections);
+        springls_mesh_free(morph.ctx, &mesh);
+        free(morph.pressure);
+        free(morph.shape);
+        springls_destroy(morph.ctx);
+    }
+    free(phi);
+    PASS();
+}
+
+/* ---- a tube ---- */
+
+enum { RINGS = 41, AROUND = 24, TUBE_VERTICES = RINGS * AROUND + 2, TUBE_TRIANGLES = 2 * AROUND * RINGS };
+
+/* A tube along y from -1 to 1, closed by flat ends. */
+static void make_tube(float *positions, int *triangles)
+{
+    int used = 0;
+    for (int r = 0; r < RINGS; ++r) {
+        for (int k = 0; k < AROUND; ++k) {
+            const float turn = 6.2831853f * (float)k / AROUND;
+            float *p = positions + 3 * (r * AROUND + k);
+            p[0] = 0.2f * sinf(turn), p[1] = -1.0f + 2.0f * (float)r / (RINGS - 1), p[2] = 0.2f * cosf(turn);
+        }
+    }
+    for (int end = 0; end < 2; ++end) {
+        const float middle[3] = {0.0f, end ? 1.0f : -1.0f, 0.0f};
+        memcpy(positions + 3 * (RINGS * AROUND + end), middle, sizeof middle);
+    }
+    for (int k = 0; k < AROUND; ++k) {
+        const int next = (k + 1) % AROUND;
+        for (int r = 0; r + 1 < RINGS; ++r) {
+            const int a = r * AROUND + k, b = r * AROUND + next, two[6] = {a, b, b + AROUND, a, b + AROUND, a + AROUND};
+            memcpy(triangles + 3 * used, two, sizeof two);
+            used += 2;
+        }
+        const int top = (RINGS - 1) * AROUND, ends[6] = {next, k, RINGS * AROUND, top + k, top + next, RINGS * AROUND + 1};
+        memcpy(triangles + 3 * used, ends, sizeof ends);
+        used += 2;
+    }
+}
+
+TEST heat_weights_of_a_tube_are_symmetric_and_sum_to_one(void)
+{
+    float *positions = malloc(3 * TUBE_VERTICES * sizeof *positions), *weights = malloc(2 * TUBE_VERTICES * sizeof *weights);
+    int *triangles = malloc(3 * TUBE_TRIANGLES * sizeof *triangles);
+    const struct bone bones[2] = {{{0, -0.9f, 0}, {0, 0, 0}}, {{0, 0, 0}, {0, 0.9f, 0}}};
+    struct heat_report report;
+    struct mesh_check check;
+    make_tube(positions, triangles);
+    ASSERT(mesh_check(positions, TUBE_VERTICES, triangles, TUBE_TRIANGLES, &check));
+    ASSERT_EQ(0, check.open_edges);
+    ASSERT_EQ(2, check.euler);
+    ASSERT(heat_weights(positions, TUBE_VERTICES, triangles, TUBE_TRIANGLES, bones, 2, weights, &report));
+    ASSERT(report.sum_error < 1e-5);
+    ASSERT_EQ(TUBE_VERTICES, report.visible);
+    for (int r = 0; r < RINGS; ++r) {
+        const float *mine = weights + 2 * (r * AROUND + 3), *other = weights + 2 * ((RINGS - 1 - r) * AROUND + 3);
+        ASSERT_NEAR(1.0, mine[0] + mine[1], 1e-6);
+        ASSERT_NEAR(mine[0], other[1], 2e-3); /* the diagonals of the quads break the symmetry a little */
+        if (r > 0) ASSERT(mine[1] > weights[2 * ((r - 1) * AROUND + 3) + 1]); /* rising along the tube */
+    }
+    ASSERT_NEAR(0.5, weights[2 * (RINGS / 2 * AROUND + 3)], 2e-3);
+    ASSERT(weights[0] > 0.95f && weights[2 * ((RINGS - 1) * AROUND) + 1] > 0.95f);
+    ASSERT(!heat_weights(positions, TUBE_VERTICES, triangles, TUBE_TRIANGLES, bones, 0, weights, &report));
+    free(positions);
+    free(weights);
+    free(triangles);
+    PASS();
+}
+
+/* Colors a place by where it is on the tube. */
+static void place_as_color(const void *user, int triangle, const float weight[3], float color[3])
+{
+    const float *positions = *(float *const *)user;
+    const int *corner = ((int *const *)user)[1] + 3 * triangle;
+    for (int i = 0; i < 3; ++i) {
+        color[i] = 0.5f;
+        for (int k = 0; k < 3; ++k) color[i] += 0.5f * weight[k] * positions[3 * corner[k] + i];
+    }
+}
+
+/* Every point of the surface finds its own color in the image: charts neither overlap nor bleed. */
+TEST an_atlas_has_a_texel_for_every_place(void)
+{
+    float *positions = malloc(3 * TUBE_VERTICES * sizeof *positions);
+    int *triangles = malloc(3 * TUBE_TRIANGLES * sizeof *triangles);
+    struct texture_atlas atlas;
+    struct image image;
+    make_tube(positions, triangles);
+    const void *const surface[2] = {positions, triangles};
+    ASSERT(texture_atlas_unwrap(positions, TUBE_VERTICES, triangles, TUBE_TRIANGLES, 256, &atlas));
+    ASSERT(atlas.triangle_count == TUBE_TRIANGLES && atlas.vertex_count < 2 * TUBE_VERTICES);
+    ASSERT(texture_atlas_bake(&atlas, place_as_color, surface, &image));
+    for (int t = 0; t < TUBE_TRIANGLES; ++t) {
+        float uv[2] = {0.0f, 0.0f}, expected[3];
+        const float third[3] = {1.0f / 3.0f, 1.0f / 3.0f, 1.0f / 3.0f};
+        for (int k = 0; k < 3; ++k) {
+            const int v = atlas.triangles[3 * t + k];
+            ASSERT_EQ(triangles[3 * t + k], atlas.vertex_of[v]);
+            for (int i = 0; i < 2; ++i) {
+                ASSERT(atlas.uvs[2 * v + i] > 0.0f && atlas.uvs[2 * v + i] < 1.0f);
+                uv[i] += atlas.uvs[2 * v + i] / 3.0f;
+            }
+        }
+        place_as_color(surface, t, third, expected);
+        const float *texel = image.rgb + 3 * ((size_t)(uv[1] * 256.0f) * 256 + (size_t)(uv[0] * 256.0f));
+        for (int i = 0; i < 3; ++i) ASSERT_NEAR(expected[i], texel[i], 0.015);
+    }
+    image_free(&image);
+    texture_atlas_free(&atlas);
+    ASSERT(!texture_atlas_unwrap(positions, TUBE_VERTICES, triangles, TUBE_TRIANGLES, 8, &atlas)); /* too small for the gutters */
+    memset(positions, 0, 3 * TUBE_VERTICES * sizeof *positions);
+    ASSERT(!texture_atlas_unwrap(positions, TUBE_VERTICES, triangles, TUBE_TRIANGLES, 256, &atlas)); /* no area */
+    free(positions);
+    free(triangles);
+    PASS();
+}
+
+/* ---- meshes ---- */
+
+TEST meshes_that_cut_themselves_are_found_out(void)
+{
+    struct mesh_check check;
+    ASSERT(mesh_check(corners, 8, tetrahedra, 4, &check));
+    ASSERT(check.open_edges == 0 && check.intersections == 0 && check.components == 1 && check.euler == 2);
+    ASSERT(mesh_check(corners, 8, tetrahedra, 8, &check));
+    ASSERT(check.open_edges == 0 && check.intersections > 0 && check.components == 2 && check.euler == 4);
+    ASSERT(mesh_check(corners, 8, tetrahedra, 3, &check));
+    ASSERT_EQ(3, check.open_edges);
+    ASSERT(!mesh_check(corners, 3, tetrahedra, 4, &check)); /* an index out of range */
+    PASS();
+}
+
+TEST specks_are_left_out(void)
+{
+    float positions[24];
+    int triangles[24], count = 8;
+    memcpy(positions, corners, sizeof positions);
+    memcpy(triangles, tetrahedra, sizeof triangles);
+    for (int i = 12; i < 24; ++i) positions[i] *= 0.1f; /* 1/6000 */
+    ASSERT_EQ(0, mesh_drop_specks(positions, 8, triangles, &count, 1e-5));
+    ASSERT_EQ(8, count);
+    ASSERT_EQ(1, mesh_drop_specks(positions, 8, triangles, &count, 1e-2));
+    ASSERT_EQ(4, count);
+    ASSERT_EQ(0, memcmp(triangles, tetrahedra, 12 * sizeof *triangles));
+    PASS();
+}
+
+int main(int argc, char **argv)
+{
+    GREATEST_MAIN_BEGIN();
+    if (!make_folder()) return 1;
+    RUN_TEST(a_mesh_that_overlaps_itself_has_one_distance);
+    RUN_TEST(a_contour_leaves_one_piece);
+    RUN_TEST(heat_weights_of_a_tube_are_symmetric_and_sum_to_one);
+    RUN_TEST(an_atlas_has_a_texel_for_every_place);
+    RUN_TEST(meshes_that_cut_themselves_are_found_out);
+    RUN_TEST(specks_are_left_out);
+    if (!remove_folder()) return 1;
+    GREATEST_MAIN_END();
+}
+
+#endif

@@ -1,0 +1,291 @@
+/* Events of examples/viewer, played from scripts without a window: the pointer, keys, undo, and scripts that are wrong. Compiled
+ * like test_common.c, else skipped. */
+#define _POSIX_C_SOURCE 200809L
+
+#include "greatest.h"
+
+GREATEST_MAIN_DEFS();
+
+#ifndef TEST_EXAMPLES_COMMON
+
+TEST examples_viewer_events_built_without_their_libraries(void) { SKIP(); }
+
+int main(int argc, char **argv)
+{
+    GREATEST_MAIN_BEGIN();
+    RUN_TEST(examples_viewer_events_built_without_their_libraries);
+    GREATEST_MAIN_END();
+}
+
+#else
+
+#include "viewer/file.h"
+
+#include "viewer_fixtures.h"
+
+TEST the_pointer_pushes_and_drags(void)
+{
+    char error[VIEWER_TEXT];
+    struct viewer_app app = app_with_ball();
+    const double before = measured(&app.model).volume;
+    ASSERT(play(&app, "key 2\nmove 200 150\nscroll 5 ctrl\npress left\nframes 20\nrelease left\nrest\n", error));
+    ASSERT_FALSE(viewer_app_busy(&app));
+    const double dented = measured(&app.model).volume;
+    ASSERT(dented < before - 0.01);
+    const uint64_t hash = springls_state_hash(app.model.ctx);
+    ASSERT(play(&app, "frames 3\nmove 210 150\nscroll 1\nkey v\n", error)); /* at rest nothing is computed */
+    ASSERT_EQ(hash, springls_state_hash(app.model.ctx));
+    ASSERT_EQ(VIEWER_SPRINGLS, app.view);
+    ASSERT(play(&app, "scroll -1\npress left shift\nframes 20\nrelease left\nrest\n", error));
+    ASSERT(measured(&app.model).volume > dented + 0.01);
+
+    struct viewer_ray ray = viewer_camera_ray(&app.camera, 200.0f, 50.0f, 400, 300);
+    struct viewer_brush spot;
+    ASSERT_FALSE(viewer_pick(&app.model, &ray, &spot));
+    ASSERT(play(&app, "key 1\nmove 200 110\npress left\nmove 200 45 20\nframes 20\nrelease left\nrest\n", error));
+    ASSERT(viewer_pick(&app.model, &ray, &spot)); /* the nose is under the pointer */
+    viewer_app_close(&app);
+    PASS();
+}
+
+TEST the_pointer_turns_the_camera(void)
+{
+    char error[VIEWER_TEXT];
+    struct viewer_app app = app_with_ball();
+    const struct viewer_camera begin = app.camera;
+    const uint64_t hash = springls_state_hash(app.model.ctx);
+    ASSERT(play(&app, "key 2\nmove 5 295\npress left\nmove 55 295 3\nrelease left\n", error)); /* beside the body */
+    ASSERT(app.camera.yaw < begin.yaw);
+    ASSERT(play(&app, "press middle\nmove 55 200\nrelease middle\nscroll 2\n", error));
+    ASSERT(app.camera.target[1] < begin.target[1] - 0.1f);
+    ASSERT(app.camera.distance < begin.distance);
+    ASSERT(play(&app, "key F\n", error));
+    ASSERT_EQ(0, memcmp(&app.camera, &begin, sizeof begin));
+    ASSERT_EQ(hash, springls_state_hash(app.model.ctx));
+    viewer_app_close(&app);
+    PASS();
+}
+
+TEST the_pointer_cuts_and_merges(void)
+{
+    char error[VIEWER_TEXT];
+    struct viewer_app app = app_with_ball();
+    ASSERT(play(&app, "key 5\nmove 20 150\npress left\nmove 380 160 4\nrelease left\nrest\n", error));
+    ASSERT_EQ(2, measured(&app.model).components);
+    ASSERT(play(&app, "key 6\nmove 200 110\nscroll 6 ctrl\npress left\nmove 200 150 5\nrelease left\n", error));
+    ASSERT(app.second.ctx);
+    ASSERT_EQ(2, measured(&app.model).components);
+    ASSERT(play(&app, "key enter\nrest\n", error));
+    ASSERT_FALSE(app.second.ctx);
+    ASSERT_EQ(1, measured(&app.model).components);
+    const uint64_t hash = springls_state_hash(app.model.ctx);
+    ASSERT(play(&app, "press left\nrelease left\nkey escape\nkey enter\nrest\n", error)); /* thought better of it */
+    ASSERT_EQ(hash, springls_state_hash(app.model.ctx));
+    viewer_app_close(&app);
+    PASS();
+}
+
+/* Keys change the brush; half the strength makes half the dent. A mask is painted, cleared, inverted and undone. */
+TEST keys_set_brush_and_mask(void)
+{
+    char error[VIEWER_TEXT];
+    struct viewer_app app = app_with_ball(), weak = app_with_ball();
+    static const char push[] = "key 2\nmove 200 150\nscroll 5 ctrl\npress left\nframes 10\nrelease left\nrest\n";
+    const double before = measured(&app.model).volume;
+    ASSERT(play(&weak, "key -\nkey -\nkey -\nkey -\nkey -\n", error));
+    ASSERT_IN_RANGE(0.5f, weak.brush.strength, 1e-6f);
+    ASSERT(play(&app, push, error) && play(&weak, push, error));
+    const double dent = before - measured(&app.model).volume, half = before - measured(&weak.model).volume;
+    ASSERT(half > 0.3 * dent && half < 0.7 * dent);
+    for (int i = 0; i < 20; ++i) ASSERT(play(&weak, i < 12 ? "key -\n" : "key =\n", error));
+    ASSERT_IN_RANGE(0.9f, weak.brush.strength, 1e-5f); /* from the least, a tenth */
+    ASSERT(play(&weak, "key o\nkey x\nkey x\n", error));
+    ASSERT_EQ(VIEWER_FALLOFF_POINTED, weak.brush.falloff);
+    ASSERT_EQ(2, weak.brush.symmetry);
+    ASSERT(play(&weak, "key o\nkey o\nkey x\nkey x\n", error));
+    ASSERT_EQ(VIEWER_FALLOFF_SMOOTH, weak.brush.falloff);
+    ASSERT_EQ(0, weak.brush.symmetry);
+    viewer_app_close(&weak);
+
+    const uint64_t bare = springls_state_hash(app.model.ctx);
+    ASSERT(play(&app, "key 7\npress left\nframes 20\nrelease left\n", error));
+    ASSERT(app.model.mask >= 0);
+    const uint64_t masked = springls_state_hash(app.model.ctx);
+    ASSERT(play(&app, "key 2\npress left shift\nframes 10\nrelease left\nrest\n", error));
+    ASSERT_IN_RANGE(before - dent, measured(&app.model).volume, 0.1 * dent); /* the dent keeps its place */
+    ASSERT(play(&app, "key Z ctrl\nkey i\nkey i\nkey c\n", error));
+    ASSERT_EQ(-1, app.model.mask);
+    ASSERT(play(&app, "key Z ctrl\nkey Z ctrl\nkey Z ctrl\n", error));
+    ASSERT(app.model.mask >= 0);
+    ASSERT_EQ(masked, springls_state_hash(app.model.ctx));
+    ASSERT(play(&app, "key Z ctrl\n", error));
+    ASSERT_EQ(-1, app.model.mask);
+    ASSERT_EQ(bare, springls_state_hash(app.model.ctx));
+    viewer_app_close(&app);
+    PASS();
+}
+
+/* Opening a file, and beginning again, can be undone, in a grid of another size. */
+TEST undo_goes_across_files(void)
+{
+    char error[VIEWER_TEXT], script[700];
+    struct viewer_app app = app_with_ball();
+    ASSERT(play(&app, "key 2\nmove 200 150\npress left\nframes 5\nrelease left\nrest\n", error));
+    const uint64_t dented = springls_state_hash(app.model.ctx);
+    const float voxel = app.model.voxel;
+    const struct viewer_cut cut = stroke_across(&app.model, 3.0f, -2.0f, 2.0f, true);
+    struct viewer_model half = ball();
+    ASSERT(viewer_subtract(&half, &cut));
+    ASSERT(viewer_save(&half, scratch("half.ply")));
+    viewer_model_free(&half);
+    snprintf(script, sizeof script, "drop %s\nrest\nkey 3\npress left ctrl\nframes 3\nrelease left\nrest\n", scratch("half.ply"));
+    ASSERT(play(&app, script, error));
+    const uint64_t grown = springls_state_hash(app.model.ctx);
+    const float other = app.model.voxel;
+    ASSERT(fabsf(other - voxel) > 1e-4f * voxel || grown != dented);
+    ASSERT(play(&app, "key R\n", error));
+    ASSERT(play(&app, "key Z ctrl\n", error));
+    ASSERT_EQ(grown, springls_state_hash(app.model.ctx));
+    ASSERT(play(&app, "key Z ctrl\nkey Z ctrl\n", error));
+    ASSERT_EQ(dented, springls_state_hash(app.model.ctx));
+    ASSERT_IN_RANGE(voxel, app.model.voxel, 0.0f);
+    ASSERT(play(&app, "key Y ctrl\nkey Y ctrl\n", error));
+    ASSERT_EQ(grown, springls_state_hash(app.model.ctx));
+    ASSERT_IN_RANGE(other, app.model.voxel, 0.0f);
+    const int states = app.history.count;
+    ASSERT(play(&app, "drop /nowhere.obj\n", error)); /* a file that cannot be opened changes nothing */
+    ASSERT_EQ(states, app.history.count);
+    ASSERT(play(&app, "key 2\nmove 200 150\npress left\nframes 3\nrelease left\nrest\nkey Z ctrl\n", error)); /* tools work there */
+    ASSERT_EQ(grown, springls_state_hash(app.model.ctx));
+    viewer_app_close(&app);
+    PASS();
+}
+
+TEST undo_restores_the_model_to_the_bit(void)
+{
+    char error[VIEWER_TEXT];
+    struct viewer_app app = app_with_ball();
+    uint64_t hash[4] = {springls_state_hash(app.model.ctx)};
+    static const char *const changes[] = {"key 2\nmove 200 150\nscroll 5 ctrl\npress left\nframes 5\nrelease left\nrest\n",
+                                          "key 5\nmove 20 150\npress left\nmove 380 160\nrelease left\nrest\n",
+                                          "key 6\nmove 200 110\npress left\nrelease left\nkey enter\nrest\n"};
+    for (int i = 0; i < 3; ++i) {
+        ASSERT(play(&app, changes[i], error));
+        hash[i + 1] = springls_state_hash(app.model.ctx);
+        ASSERT(hash[i + 1] != hash[i]);
+    }
+    for (int i = 2; i >= 0; --i) {
+        ASSERT(play(&app, "key Z ctrl\nframes 2\n", error));
+        ASSERT_EQ(hash[i], springls_state_hash(app.model.ctx));
+    }
+    ASSERT(play(&app, "key Z ctrl\n", error));
+    ASSERT(strstr(app.message, "nothing more"));
+    for (int i = 1; i < 4; ++i) {
+        ASSERT(play(&app, "key Y ctrl\nframes 2\n", error));
+        ASSERT_EQ(hash[i], springls_state_hash(app.model.ctx));
+    }
+    ASSERT(play(&app, "key Y ctrl\n", error));
+    ASSERT(strstr(app.message, "nothing more"));
+    ASSERT(play(&app, "key Z ctrl\nkey Z ctrl\n", error));
+    ASSERT(play(&app, changes[1], error)); /* the same again has the same result; what was undone is forgotten */
+    ASSERT_EQ(hash[2], springls_state_hash(app.model.ctx));
+    ASSERT(play(&app, "key Y ctrl\n", error));
+    ASSERT_EQ(hash[2], springls_state_hash(app.model.ctx));
+    viewer_app_close(&app);
+    PASS();
+}
+
+/* Whatever comes while a step is in progress completes it first: undo, saving, a cut, the next tool. */
+TEST a_step_in_progress_is_completed_first(void)
+{
+    char error[VIEWER_TEXT];
+    struct viewer_app app = app_with_ball(), other = app_with_ball();
+    const uint64_t begin = springls_state_hash(app.model.ctx);
+    static const char push[] = "key 2\nmove 200 150\nscroll 5 ctrl\npress left\nframes 1\n";
+    ASSERT(play(&other, push, error));
+    const uint64_t pushed = springls_state_hash(other.model.ctx);
+    app.budget = 1e-6;
+    ASSERT(play(&app, push, error));
+    ASSERT(app.model.stepping);
+    ASSERT(viewer_app_busy(&app));
+    ASSERT(viewer_save(&app.model, scratch("midway.obj")));
+    ASSERT_FALSE(app.model.stepping);
+    ASSERT_EQ(pushed, springls_state_hash(app.model.ctx));
+    ASSERT(play(&app, "frames 1\n", error)); /* another step */
+    ASSERT(app.model.stepping);
+    ASSERT(play(&app, "release left\nkey Z ctrl\n", error));
+    ASSERT_FALSE(app.model.stepping);
+    ASSERT_EQ(begin, springls_state_hash(app.model.ctx));
+    ASSERT(play(&app, "key Y ctrl\nkey 2\npress left\nframes 2\n", error));
+    ASSERT(app.model.stepping);
+    ASSERT(play(&app, "release left\nkey 5\nmove 20 150\npress left\nmove 380 160\nrelease left\n", error));
+    ASSERT_EQ(2, measured(&app.model).components);
+    ASSERT(play(&app, "key 4\nmove 200 100\npress left ctrl\nframes 1\n", error));
+    ASSERT(app.model.stepping);
+    viewer_app_close(&app); /* leaks nothing */
+    viewer_app_close(&other);
+    PASS();
+}
+
+/* A script ends where a file cannot be saved, by either event. */
+TEST a_failed_save_ends_a_script(void)
+{
+    char error[VIEWER_TEXT], script[700];
+    struct viewer_app app = app_with_ball();
+    snprintf(script, sizeof script, "save %s\nkey 3\n", scratch("saved.glb"));
+    ASSERT(play(&app, script, error));
+    ASSERT_EQ(VIEWER_INFLATE, app.tool);
+    ASSERT_FALSE(play(&app, "save /nowhere/a.ply\nkey 4\n", error));
+    ASSERT(strstr(error, "/nowhere/a.ply"));
+    ASSERT_FALSE(play(&app, "save a.txt\nkey 4\n", error));
+    ASSERT(strstr(error, ".glb"));
+    app.save = "/nowhere/b.stl";
+    ASSERT_FALSE(play(&app, "key S ctrl\nkey 4\n", error));
+    ASSERT(strstr(error, "/nowhere/b.stl"));
+    ASSERT_EQ(VIEWER_INFLATE, app.tool); /* nothing after it was done */
+    app.save = scratch("saved.stl");
+    ASSERT(play(&app, "key S ctrl\nkey 4\n", error));
+    ASSERT_EQ(VIEWER_SMOOTH, app.tool);
+    viewer_app_close(&app);
+    PASS();
+}
+
+TEST a_script_that_is_wrong_is_refused(void)
+{
+    static const char *const wrong[] = {"jump 1 2\n", "move 1\n", "move 1 x\n", "press tail\n", "press left alt\n", "key\n",
+                                        "frames 0\n", "move 1 2 3 4 5 6 7\n", "scroll nan\n", "screenshot\n"};
+    char error[VIEWER_TEXT];
+    struct viewer_app app = app_with_ball();
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; ++i) {
+        ASSERT_FALSE(play(&app, wrong[i], error));
+        ASSERT(strstr(error, "line 1"));
+    }
+    ASSERT_FALSE(viewer_script_run(scratch("none.txt"), &app, NULL, NULL, error));
+    ASSERT(strstr(error, "cannot open"));
+    ASSERT(play(&app, "# a remark\n\nkey 3 # another\n", error));
+    ASSERT_EQ(VIEWER_INFLATE, app.tool);
+    ASSERT(play(&app, "drop nowhere.obj\n", error)); /* shown in the window; the model stays */
+    ASSERT(strstr(app.message, "nowhere.obj"));
+    ASSERT(springls_count(app.model.ctx) > 0);
+    viewer_app_close(&app);
+    PASS();
+}
+
+int main(int argc, char **argv)
+{
+    GREATEST_MAIN_BEGIN();
+    if (!make_folder()) return 1;
+    RUN_TEST(the_pointer_pushes_and_drags);
+    RUN_TEST(the_pointer_turns_the_camera);
+    RUN_TEST(the_pointer_cuts_and_merges);
+    RUN_TEST(keys_set_brush_and_mask);
+    RUN_TEST(undo_goes_across_files);
+    RUN_TEST(undo_restores_the_model_to_the_bit);
+    RUN_TEST(a_step_in_progress_is_completed_first);
+    RUN_TEST(a_failed_save_ends_a_script);
+    RUN_TEST(a_script_that_is_wrong_is_refused);
+    if (!remove_folder()) return 1;
+    GREATEST_MAIN_END();
+}
+
+#endif
