@@ -4348,6 +4348,17 @@ SPRINGLS__MATHS uint32_t springls__bricks_to_cover(const springls__model *model,
 #define SPRINGLS__FIT_VALUES 4 /* height, and the three coordinates of a      */
 #define SPRINGLS__FIT_RADIUS 2.5f /* voxels */
 
+/* What is further than this above or below the tangent plane, in radii, or faces elsewhere, by the cosine, is of another sheet. */
+#define SPRINGLS__FIT_SHEET_HEIGHT 0.4f
+#define SPRINGLS__FIT_SHEET_FACING 0.4f
+
+/* The weight of a particle by the square of its distance in radii. It falls to 0 at the radius, smoothly, since particles come and
+   go there, and is large at the origin, so that the fit comes close to interpolating the particles. */
+#define SPRINGLS__FIT_WEIGHT(r2) ((1.0f - (r2)) * (1.0f - (r2)) / ((r2) + 0.02f))
+
+/* A pivot that is no larger than this share of the sum of weights is 0 but for rounding: coordinates are at most 1. */
+#define SPRINGLS__FIT_SINGULAR 1e-5f
+
 typedef struct springls__fit {
     springls__v3 origin, e1, e2, n; /* the tangent frame */
     springls__v3 a0;                /* correspondences are summed relative to it */
@@ -4384,7 +4395,8 @@ SPRINGLS__MATHS springls__fit_equation springls__fit_equation_of(const springls_
     springls__v3 d = springls__scale(from_origin, 1.0f / SPRINGLS__FIT_RADIUS);
     float r2 = springls__length2(d), h = springls__dot(d, fit->n);
     bool within = springls__length2(from_origin) < SPRINGLS__FIT_RADIUS * SPRINGLS__FIT_RADIUS && r2 < 1.0f;
-    bool counts = within && springls__fabs(h) <= 0.4f && springls__dot(normal, fit->n) >= 0.4f;
+    bool counts = within && springls__fabs(h) <= SPRINGLS__FIT_SHEET_HEIGHT
+               && springls__dot(normal, fit->n) >= SPRINGLS__FIT_SHEET_FACING;
     springls__fit_equation e;
     e.term[0] = 1.0f;
     e.term[1] = springls__dot(d, fit->e1);
@@ -4396,7 +4408,7 @@ SPRINGLS__MATHS springls__fit_equation springls__fit_equation_of(const springls_
     e.value[1] = a.x - fit->a0.x;
     e.value[2] = a.y - fit->a0.y;
     e.value[3] = a.z - fit->a0.z;
-    e.weight = counts ? (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f) : 0.0f;
+    e.weight = counts ? SPRINGLS__FIT_WEIGHT(r2) : 0.0f;
     return e;
 }
 
@@ -4431,7 +4443,7 @@ SPRINGLS__MATHS bool springls__fit_factor(const springls__fit *fit, int terms, f
             float sum = fit->normal_matrix[i * (i + 1) / 2 + j];
             for (k = 0; k < j; k++) sum -= l[i * (i + 1) / 2 + k] * l[j * (j + 1) / 2 + k];
             if (i == j) {
-                if (!(sum > 1e-5f * fit->normal_matrix[0])) return false; /* coordinates are at most 1 */
+                if (!(sum > SPRINGLS__FIT_SINGULAR * fit->normal_matrix[0])) return false;
                 l[i * (i + 1) / 2 + i] = springls__sqrt(sum);
             } else {
                 l[i * (i + 1) / 2 + j] = sum / l[j * (j + 1) / 2 + j];
@@ -7164,7 +7176,8 @@ SPRINGLS__MATHS void springls__orient_element(const springls__model *model, spri
 }
 
 /* ======== >>project:kernel  (kernels_embed/stages/project.h) =================================================== */
-/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */
+/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place
+   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */
 
 /* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */
 #define SPRINGLS__PROJECT_RADIUS 1.6f
@@ -7187,7 +7200,6 @@ typedef struct springls__oriented { springls__v3 p, n, moved; int edge; } spring
 #define SPRINGLS__FACING 12
 #define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)
 #define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */
-
 
 /* -------- again: kernels_embed/language/width_float.h -------- */
 /* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
@@ -7256,7 +7268,7 @@ SPRINGLS__W_MATHS SPRINGLS__W(projection) SPRINGLS__W(moments_distance)(SPRINGLS
     return f;
 }
 
-/* Returns whether springls have a voxel on its other side. */
+/* Returns whether a voxel is on one side by the springls and on the other by phi. */
 SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(other_side)(SPRINGLS__NUM distance, SPRINGLS__NUM phi)
 {
     return (distance < 0.0f) != (phi < 0.0f);
@@ -7267,12 +7279,13 @@ SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(other_side)(SPRINGLS__NUM distance,
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(corrected_phi)(SPRINGLS__NUM phi, SPRINGLS__W(projection) f)
 {
     SPRINGLS__NUM change = SPRINGLS__W(fabs)(f.distance - phi);
-    SPRINGLS__COND same_side = (f.distance < 0.0f) == (phi < 0.0f);
+    SPRINGLS__COND same_side = SPRINGLS__W(not)(SPRINGLS__W(other_side)(f.distance, phi));
     SPRINGLS__COND closer = (f.trust > 0.2f) & (SPRINGLS__W(fabs)(f.distance) < SPRINGLS__W(fabs)(phi));
     return SPRINGLS__W(select)((change < f.trust) | (same_side & (closer | (change < 1.5f * f.trust))), f.distance, phi);
 }
 
-/* Returns whether phi may have lost a voxel: springls have it on their other side, not deep and not aside. */
+/* Returns whether phi may have lost a voxel of a sheet or gap: by the springls it is on the other side, no deeper than in one
+   that phi could lose, and not aside of them. */
 SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(can_nucleate)(SPRINGLS__NUM phi, SPRINGLS__W(projection) f)
 {
     return SPRINGLS__W(other_side)(f.distance, phi) & (SPRINGLS__W(fabs)(f.distance) < 0.8f) & (f.trust > 0.1f);
@@ -7353,7 +7366,7 @@ SPRINGLS__W_MATHS SPRINGLS__W(projection) SPRINGLS__W(moments_distance)(SPRINGLS
     return f;
 }
 
-/* Returns whether springls have a voxel on its other side. */
+/* Returns whether a voxel is on one side by the springls and on the other by phi. */
 SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(other_side)(SPRINGLS__NUM distance, SPRINGLS__NUM phi)
 {
     return (distance < 0.0f) != (phi < 0.0f);
@@ -7364,12 +7377,13 @@ SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(other_side)(SPRINGLS__NUM distance,
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(corrected_phi)(SPRINGLS__NUM phi, SPRINGLS__W(projection) f)
 {
     SPRINGLS__NUM change = SPRINGLS__W(fabs)(f.distance - phi);
-    SPRINGLS__COND same_side = (f.distance < 0.0f) == (phi < 0.0f);
+    SPRINGLS__COND same_side = SPRINGLS__W(not)(SPRINGLS__W(other_side)(f.distance, phi));
     SPRINGLS__COND closer = (f.trust > 0.2f) & (SPRINGLS__W(fabs)(f.distance) < SPRINGLS__W(fabs)(phi));
     return SPRINGLS__W(select)((change < f.trust) | (same_side & (closer | (change < 1.5f * f.trust))), f.distance, phi);
 }
 
-/* Returns whether phi may have lost a voxel: springls have it on their other side, not deep and not aside. */
+/* Returns whether phi may have lost a voxel of a sheet or gap: by the springls it is on the other side, no deeper than in one
+   that phi could lose, and not aside of them. */
 SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(can_nucleate)(SPRINGLS__NUM phi, SPRINGLS__W(projection) f)
 {
     return SPRINGLS__W(other_side)(f.distance, phi) & (SPRINGLS__W(fabs)(f.distance) < 0.8f) & (f.trust > 0.1f);
@@ -9233,7 +9247,7 @@ SPRINGLS__MATHS int springls__first_near(float x, float radius) { return (int)sp
 /* Returns the last voxel of the brick within `radius` of such a place along one axis. */
 SPRINGLS__MATHS int springls__last_near(float x, float radius) { return (int)springls__min(x + radius, 7.0f); }
 
-/* What springls__reached_rows does with a springl. */
+/* What springls__take_into_rows does with a springl. */
 #define SPRINGLS__TAKE_NEAREST 0   /* makes it the nearest springl of the voxels that have no nearer one */
 #define SPRINGLS__TAKE_SUMS 1      /* adds it to the sums of the voxels of its sheet */
 #define SPRINGLS__TAKE_ONE_SHEET 2 /* adds it to the sums of all: the springls near the brick are of one sheet */
@@ -9258,8 +9272,8 @@ SPRINGLS__MATHS void springls__reach_row(springls__brick_sums *sums, int row)
 }
 
 /* Takes a springl into the rows of a brick that are near it. It is near at most four voxels of a row. */
-SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group, int take,
-                                            springls__brick_sums *sums)
+SPRINGLS__MATHS void springls__take_into_rows(const springls__oriented s, const int origin[3], springls__group group, int take,
+                                              springls__brick_sums *sums)
 {
     const float radius = SPRINGLS__PROJECT_RADIUS;
     springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;
@@ -9311,7 +9325,7 @@ SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, con
     for (take = one_sheet ? SPRINGLS__TAKE_ONE_SHEET : SPRINGLS__TAKE_NEAREST; take <= last; take++)
         for (r = 0; r < near_by->count; r++)
             for (k = near_by->first[r]; k < near_by->end[r]; k++)
-                springls__reached_rows(oriented[k], origin, model->group, take, sums);
+                springls__take_into_rows(oriented[k], origin, model->group, take, sums);
 }
 
 /* The box of the places that springls at an edge may be near; empty where there are none. */
@@ -9514,7 +9528,7 @@ SPRINGLS__MATHS float springls__passed_phi(const springls__model *model, springl
     return springls__fabs(phi) < max_displacement ? springls__side_unknown(phi, model->grid.far_value) : phi;
 }
 
-/* Returns whether the surface may have passed a voxel of a row that no springl is near; true too where only a look at each tells.
+/* Returns whether the surface may have passed a voxel of a row that no springl is near; true too where each has to be looked at.
    sums: of the row, if a springl has reached it. */
 SPRINGLS__MATHS bool springls__some_passed(const springls__model *model, SPRINGLS__GLOBAL const float *phi, bool reached,
                                            SPRINGLS__LOCAL const float *sums, float max_displacement)
@@ -9551,8 +9565,8 @@ SPRINGLS__MATHS bool springls__project_row(const springls__model *model, const s
                                            SPRINGLS__GLOBAL const float *phi, SPRINGLS__GLOBAL float *out)
 {
     const bool carry = args.project.carry != 0;
-    const float passed = args.project.max_displacement;
-    bool some_passed = carry && springls__some_passed(model, phi, reached, sums, passed), unknown = false;
+    const float max_displacement = args.project.max_displacement;
+    bool some_passed = carry && springls__some_passed(model, phi, reached, sums, max_displacement), unknown = false;
     float value[8];
     int i;
     if (!reached && !some_passed) {
@@ -9560,7 +9574,7 @@ SPRINGLS__MATHS bool springls__project_row(const springls__model *model, const s
         return false;
     }
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__vec_store(value + i, springls__vec_load(phi + i));
-    if (some_passed) unknown = springls__mark_passed(model, origin, row, reached, sums, passed, value);
+    if (some_passed) unknown = springls__mark_passed(model, origin, row, reached, sums, max_displacement, value);
     if (reached && carry) springls__carry_row(tile, row, sums, value);
     if (reached && model->params.project_level_set)
         springls__correct_row(model, near_by, origin, row, sums, args, edges, value);
@@ -9568,7 +9582,7 @@ SPRINGLS__MATHS bool springls__project_row(const springls__model *model, const s
     return unknown;
 }
 
-/* What has_opposed has of a brick that is asleep, in which nothing is found. */
+/* In has_opposed: the brick is asleep, and was not looked into. */
 #define SPRINGLS__OPPOSED_ASLEEP 2
 
 /* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry
@@ -10910,7 +10924,7 @@ SPRINGLS__MATHS void springls__write_element(const springls__model *model, sprin
 #define SPRINGLS__W_MATHS SPRINGLS__MATHS
 
 /* ======== >>correspondence_fit_body:kernel  (kernels_embed/model/correspondence_fit_body.h) ==================== */
-/* correspondence_fit_body.h - the quadratic fit of correspondence_fit.h, for one place and for several at once. */
+/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */
 
 /* Weighted sums over particles, in two tangent coordinates u and v that are 1 at the fit's radius. */
 typedef struct SPRINGLS__W(correspondence_fit) {
@@ -10946,10 +10960,11 @@ SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_add)(SPRINGLS__W(correspon
     const SPRINGLS__NUM3 d = SPRINGLS__W(sub)(p, fit->origin);
     const SPRINGLS__NUM r2 = SPRINGLS__W(length2)(d) * (1.0f / (r * r));
     const SPRINGLS__NUM height = SPRINGLS__W(fabs)(SPRINGLS__W(dot)(d, fit->n)), facing = SPRINGLS__W(dot)(normal, fit->n);
-    const SPRINGLS__COND counts = (r2 < 1.0f) & (height <= 0.4f * r) & (facing >= 0.4f);
+    const SPRINGLS__COND counts = (r2 < 1.0f) & (height <= SPRINGLS__FIT_SHEET_HEIGHT * r)
+                                & (facing >= SPRINGLS__FIT_SHEET_FACING);
     SPRINGLS__NUM w, u, v, wu, wv, wuu, wuv, wvv, wuuu, wvvv, *m = fit->moments;
     if (!SPRINGLS__W(any)(counts)) return;
-    w = SPRINGLS__W(select)(counts, (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f), SPRINGLS__W(broadcast)(0.0f));
+    w = SPRINGLS__W(select)(counts, SPRINGLS__FIT_WEIGHT(r2), SPRINGLS__W(broadcast)(0.0f));
     u = SPRINGLS__W(dot)(d, fit->e1);
     v = SPRINGLS__W(dot)(d, fit->e2);
     wu = w * u;
@@ -10984,8 +10999,9 @@ SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_add)(SPRINGLS__W(correspon
 }
 
 /* Replaces the correspondence at the origin, where it is not known yet, by that of a fit with the terms vv, uv, uu, v, u, 1 from
-   number `first` on: eliminates all but the constant one. The weights in which correspondences then count are together at most
-   the root of moments[0] by the last pivot: no larger than 8. */
+   number `first` on: eliminates all but the constant one. It stays where particles lie badly around the origin, which would make
+   large errors of small ones: the value is a sum of the particles' correspondences whose factors are together, without their
+   signs, at most the root of moments[0] / last pivot (Cauchy-Schwarz), and that is bounded. */
 SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_solve)(const SPRINGLS__W(correspondence_fit) *fit, int first,
                                                              SPRINGLS__NUM3 *a, SPRINGLS__COND *known)
 {
@@ -10996,6 +11012,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_solve)(const SPRINGLS__W(c
                                       { m[9], m[8], m[7], m[5] },
                                       { m[8], m[7], m[6], m[4], m[3] },
                                       { m[5], m[4], m[3], m[2], m[1], m[0] } };
+    const float most = 8.0f; /* times the errors of correspondences */
     SPRINGLS__NUM left[6][6]; /* the lower triangle */
     SPRINGLS__NUM3 right[6], found;
     SPRINGLS__COND good;
@@ -11007,14 +11024,14 @@ SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_solve)(const SPRINGLS__W(c
     good = m[0] > 0.0f;
     for (k = first; k < 5; k++) {
         const SPRINGLS__NUM inverse = 1.0f / left[k][k];
-        good = good & (left[k][k] > 1e-5f * m[0]); /* coordinates are at most 1 */
+        good = good & (left[k][k] > SPRINGLS__FIT_SINGULAR * m[0]);
         for (i = k + 1; i < 6; i++) {
             const SPRINGLS__NUM factor = left[i][k] * inverse;
             for (j = k + 1; j <= i; j++) left[i][j] -= factor * left[j][k];
             right[i] = SPRINGLS__W(mad)(right[i], right[k], -factor);
         }
     }
-    good = good & (left[5][5] > m[0] / 64.0f) & SPRINGLS__W(not)(*known);
+    good = good & (left[5][5] > m[0] / (most * most)) & SPRINGLS__W(not)(*known);
     found = SPRINGLS__W(add)(fit->a0, SPRINGLS__W(scale)(right[5], 1.0f / left[5][5]));
     a->x = SPRINGLS__W(select)(good, found.x, a->x);
     a->y = SPRINGLS__W(select)(good, found.y, a->y);
@@ -11025,7 +11042,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_solve)(const SPRINGLS__W(c
 /* Returns the correspondence at the origin: by a quadratic, by a plane where too few neighbors lie around it for one, else a0. */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(correspondence_fit_end)(const SPRINGLS__W(correspondence_fit) *fit)
 {
-    SPRINGLS__COND known = fit->moments[0] < 0.0f;
+    SPRINGLS__COND known = fit->moments[0] < 0.0f; /* nowhere */
     SPRINGLS__NUM3 a = fit->a0;
     SPRINGLS__W(correspondence_fit_solve)(fit, 0, &a, &known);
     if (SPRINGLS__W(any)(SPRINGLS__W(not)(known))) SPRINGLS__W(correspondence_fit_solve)(fit, 3, &a, &known);
@@ -11047,7 +11064,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(correspondence_fit_end)(const SPRIN
 #define SPRINGLS__W(name) springls__vec_##name
 #define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
 /* -------- again: kernels_embed/model/correspondence_fit_body.h -------- */
-/* correspondence_fit_body.h - the quadratic fit of correspondence_fit.h, for one place and for several at once. */
+/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */
 
 /* Weighted sums over particles, in two tangent coordinates u and v that are 1 at the fit's radius. */
 typedef struct SPRINGLS__W(correspondence_fit) {
@@ -11083,10 +11100,11 @@ SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_add)(SPRINGLS__W(correspon
     const SPRINGLS__NUM3 d = SPRINGLS__W(sub)(p, fit->origin);
     const SPRINGLS__NUM r2 = SPRINGLS__W(length2)(d) * (1.0f / (r * r));
     const SPRINGLS__NUM height = SPRINGLS__W(fabs)(SPRINGLS__W(dot)(d, fit->n)), facing = SPRINGLS__W(dot)(normal, fit->n);
-    const SPRINGLS__COND counts = (r2 < 1.0f) & (height <= 0.4f * r) & (facing >= 0.4f);
+    const SPRINGLS__COND counts = (r2 < 1.0f) & (height <= SPRINGLS__FIT_SHEET_HEIGHT * r)
+                                & (facing >= SPRINGLS__FIT_SHEET_FACING);
     SPRINGLS__NUM w, u, v, wu, wv, wuu, wuv, wvv, wuuu, wvvv, *m = fit->moments;
     if (!SPRINGLS__W(any)(counts)) return;
-    w = SPRINGLS__W(select)(counts, (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f), SPRINGLS__W(broadcast)(0.0f));
+    w = SPRINGLS__W(select)(counts, SPRINGLS__FIT_WEIGHT(r2), SPRINGLS__W(broadcast)(0.0f));
     u = SPRINGLS__W(dot)(d, fit->e1);
     v = SPRINGLS__W(dot)(d, fit->e2);
     wu = w * u;
@@ -11121,8 +11139,9 @@ SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_add)(SPRINGLS__W(correspon
 }
 
 /* Replaces the correspondence at the origin, where it is not known yet, by that of a fit with the terms vv, uv, uu, v, u, 1 from
-   number `first` on: eliminates all but the constant one. The weights in which correspondences then count are together at most
-   the root of moments[0] by the last pivot: no larger than 8. */
+   number `first` on: eliminates all but the constant one. It stays where particles lie badly around the origin, which would make
+   large errors of small ones: the value is a sum of the particles' correspondences whose factors are together, without their
+   signs, at most the root of moments[0] / last pivot (Cauchy-Schwarz), and that is bounded. */
 SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_solve)(const SPRINGLS__W(correspondence_fit) *fit, int first,
                                                              SPRINGLS__NUM3 *a, SPRINGLS__COND *known)
 {
@@ -11133,6 +11152,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_solve)(const SPRINGLS__W(c
                                       { m[9], m[8], m[7], m[5] },
                                       { m[8], m[7], m[6], m[4], m[3] },
                                       { m[5], m[4], m[3], m[2], m[1], m[0] } };
+    const float most = 8.0f; /* times the errors of correspondences */
     SPRINGLS__NUM left[6][6]; /* the lower triangle */
     SPRINGLS__NUM3 right[6], found;
     SPRINGLS__COND good;
@@ -11144,14 +11164,14 @@ SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_solve)(const SPRINGLS__W(c
     good = m[0] > 0.0f;
     for (k = first; k < 5; k++) {
         const SPRINGLS__NUM inverse = 1.0f / left[k][k];
-        good = good & (left[k][k] > 1e-5f * m[0]); /* coordinates are at most 1 */
+        good = good & (left[k][k] > SPRINGLS__FIT_SINGULAR * m[0]);
         for (i = k + 1; i < 6; i++) {
             const SPRINGLS__NUM factor = left[i][k] * inverse;
             for (j = k + 1; j <= i; j++) left[i][j] -= factor * left[j][k];
             right[i] = SPRINGLS__W(mad)(right[i], right[k], -factor);
         }
     }
-    good = good & (left[5][5] > m[0] / 64.0f) & SPRINGLS__W(not)(*known);
+    good = good & (left[5][5] > m[0] / (most * most)) & SPRINGLS__W(not)(*known);
     found = SPRINGLS__W(add)(fit->a0, SPRINGLS__W(scale)(right[5], 1.0f / left[5][5]));
     a->x = SPRINGLS__W(select)(good, found.x, a->x);
     a->y = SPRINGLS__W(select)(good, found.y, a->y);
@@ -11162,7 +11182,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_solve)(const SPRINGLS__W(c
 /* Returns the correspondence at the origin: by a quadratic, by a plane where too few neighbors lie around it for one, else a0. */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(correspondence_fit_end)(const SPRINGLS__W(correspondence_fit) *fit)
 {
-    SPRINGLS__COND known = fit->moments[0] < 0.0f;
+    SPRINGLS__COND known = fit->moments[0] < 0.0f; /* nowhere */
     SPRINGLS__NUM3 a = fit->a0;
     SPRINGLS__W(correspondence_fit_solve)(fit, 0, &a, &known);
     if (SPRINGLS__W(any)(SPRINGLS__W(not)(known))) SPRINGLS__W(correspondence_fit_solve)(fit, 3, &a, &known);
@@ -11170,8 +11190,9 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(correspondence_fit_end)(const SPRIN
 }
 
 /* ======== >>correspondence_fit:kernel  (kernels_embed/model/correspondence_fit.h) ============================== */
-/* correspondence_fit.h - a quadratic moving-least-squares fit of the correspondence over neighboring particles, at one place: what
-   vertices of the zero level take. Its weights have 15 moments, and its value at the origin is what elimination leaves. */
+/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero
+   level need. Only its value at the origin counts: so the constant term comes last in an elimination, which leaves its value
+   without square roots and without substituting back; and the normal matrix is kept as the 15 moments of the weights in it. */
 
 
 /* ======== >>isosurface:kernel  (kernels_embed/output/isosurface.h) ============================================= */
@@ -11405,7 +11426,9 @@ SPRINGLS__MATHS void springls__surface_element(const springls__model *model, spr
     }
 }
 
-/* Returns the correspondence of a point near a springl: by the quadratic fit around it, or else the springl's own. */
+#define SPRINGLS__MATERIAL_RADIUS 1.0f /* voxels: how far from a vertex its springl may be */
+
+/* Returns the correspondence of a point near a springl: by the fit around it, or else the springl's own. */
 SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *model, int springl, springls__v3 x)
 {
     const float r = SPRINGLS__FIT_RADIUS;
@@ -11417,7 +11440,7 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *
     if (model->params.keep_edges && springls__place_at_edge(model, x, n, a, model->set.count, &edge)) return edge.ok ? edge.a : a;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
-        if (springls__length2(springls__sub(s->p, x)) > 1.01f * r * r) continue; /* none of those counts */
+        if (springls__length2(springls__sub(s->p, x)) > 1.01f * r * r) continue; /* none of those counts, whatever is rounded */
         if (springls__of_two_contact_bodies(model, springl, i)) continue;
         springls__correspondence_fit_add(&fit, s->p, springls__springl_normal(*s), model->set.a[i]);
     }
@@ -11428,7 +11451,7 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *
 SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model *model, springls__arguments args, int i)
 {
     springls__v3 x = springls__surface_positions(model)[i];
-    int nearest = springls__nearest_springl(model, x, 1.0f);
+    int nearest = springls__nearest_springl(model, x, SPRINGLS__MATERIAL_RADIUS);
     (void)args;
     springls__vertex_gradient(model)[i] = springls__grid_gradient(&model->grid, model->grid.phi, x);
     springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);
@@ -21023,9 +21046,6 @@ SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, spri
 
 enum { SPRINGLS__CHUNK_CANDIDATES = 1024 }; /* a multiple of SPRINGLS__LANES */
 
-/* How far from a vertex its springl may be, voxels. */
-#define SPRINGLS__CHUNK_RADIUS 1.0f
-
 /* The springls that may count for a vertex of a chunk, in the order of the cells, and the numbers of those that may for a few
    vertices of it. reach: voxels from the particle of one within which it may. */
 typedef struct springls__candidates {
@@ -21034,7 +21054,7 @@ typedef struct springls__candidates {
     springls__v3 n[SPRINGLS__CHUNK_CANDIDATES], a[SPRINGLS__CHUNK_CANDIDATES];
     int springl[SPRINGLS__CHUNK_CANDIDATES], list[SPRINGLS__CHUNK_CANDIDATES];
     int count, listed;
-    uint16_t order[3 * SPRINGLS__TILE_VOXELS]; /* of the vertices: those of a group lie close together */
+    uint16_t order[3 * SPRINGLS__TILE_VOXELS]; /* numbers of the vertices, group by group: those of a group lie close together */
 } springls__candidates;
 
 /* A few vertices, one a lane; nearest: the candidates nearest to them, or -1. */
@@ -21047,7 +21067,7 @@ typedef struct springls__vertex_group {
 /* Returns the distance from its particle within which a springl may be nearest to a vertex, or take part in a fit. */
 SPRINGLS__FN float springls__reach_of(float bounding_radius)
 {
-    return springls__max(SPRINGLS__FIT_RADIUS, SPRINGLS__CHUNK_RADIUS + bounding_radius);
+    return springls__max(SPRINGLS__FIT_RADIUS, SPRINGLS__MATERIAL_RADIUS + bounding_radius);
 }
 
 /* Returns true when a place is within r of a box, by each coordinate. */
@@ -21114,20 +21134,20 @@ SPRINGLS__FN springls__vertex_group springls__vertex_group_of(const springls__v3
     return group;
 }
 
-/* Orders vertices by cells of two voxels. lower: of their box. */
+/* Orders vertices by cells of two voxels, by counting, so that groups have short lists. lower: of their box. */
 SPRINGLS__FN void springls__order_vertices(const springls__v3 *vertex, int count, springls__v3 lower, uint16_t *order)
 {
-    enum { SIDE = 6 }; /* of 11 voxels at most */
-    int first[SIDE * SIDE * SIDE + 1], i, k;
+    enum { SIDE = 6, CELLS = SIDE * SIDE * SIDE }; /* a chunk's vertices lie within 11 voxels */
+    int first[CELLS + 1], pass, i; /* first: place in the order of a cell's next vertex */
     memset(first, 0, sizeof first);
-    for (k = 0; k < 2; k++) {
+    for (pass = 0; pass < 2; pass++) {
         for (i = 0; i < count; i++) {
             const springls__v3 d = springls__sub(vertex[i], lower);
             int *cell = first + (int)(0.5f * d.x) + SIDE * ((int)(0.5f * d.y) + SIDE * (int)(0.5f * d.z));
-            if (k) order[(*cell)++] = (uint16_t)i;
+            if (pass) order[(*cell)++] = (uint16_t)i;
             else cell[1]++;
         }
-        for (i = 0; k == 0 && i < SIDE * SIDE * SIDE; i++) first[i + 1] += first[i];
+        for (i = 0; pass == 0 && i < CELLS; i++) first[i + 1] += first[i];
     }
 }
 
@@ -21183,24 +21203,25 @@ SPRINGLS__FN void springls__try_candidate(const springls__model *model, const sp
         if (d2[lane] == search->best[lane] && (nearest < 0 || c->springl[k] >= c->springl[nearest])) continue;
         group->nearest[lane] = k;
         search->best[lane] = d2[lane];
-        search->limit[lane] = springls__nearest_limit(d2[lane], SPRINGLS__CHUNK_RADIUS);
+        search->limit[lane] = springls__nearest_limit(d2[lane], SPRINGLS__MATERIAL_RADIUS);
     }
 }
 
-/* Returns the listed candidates whose particles are nearest to the vertices; there is one. */
+/* Returns the candidates whose particles are nearest to the vertices, as floats, which numbers as small fit in; at least one is
+   listed. */
 SPRINGLS__FN springls__vec springls__nearest_particles(const springls__candidates *c, springls__vec3 x)
 {
-    springls__vec best = springls__vec_broadcast(FLT_MAX), at = springls__vec_broadcast(0.0f);
+    springls__vec best = springls__vec_broadcast(FLT_MAX), nearest = springls__vec_broadcast(0.0f);
     int i;
     for (i = 0; i < c->listed; i++) {
         const springls__vec d2 = springls__vec_length2(springls__vec_sub(springls__particle_of(c, c->list[i]), x));
-        at = springls__vec_select(d2 < best, springls__vec_broadcast((float)c->list[i]), at);
+        nearest = springls__vec_select(d2 < best, springls__vec_broadcast((float)c->list[i]), nearest);
         best = springls__vec_min(d2, best);
     }
-    return at;
+    return nearest;
 }
 
-/* Finds the candidates nearest to the vertices. It looks at those first whose particles are nearest, so that few others can be
+/* Finds the candidates nearest to the vertices. Those whose particles are nearest come first: after them few others can be
    nearer. */
 SPRINGLS__FN void springls__find_nearest(const springls__model *model, const springls__candidates *c, springls__vertex_group *group)
 {
@@ -21209,14 +21230,15 @@ SPRINGLS__FN void springls__find_nearest(const springls__model *model, const spr
     float first[SPRINGLS__LANES];
     int i;
     for (i = 0; i < SPRINGLS__LANES; i++) {
-        search.best[i] = SPRINGLS__CHUNK_RADIUS * SPRINGLS__CHUNK_RADIUS;
-        search.limit[i] = SPRINGLS__CHUNK_RADIUS;
+        search.best[i] = SPRINGLS__MATERIAL_RADIUS * SPRINGLS__MATERIAL_RADIUS;
+        search.limit[i] = SPRINGLS__MATERIAL_RADIUS;
     }
     if (c->listed == 0) return;
     guess = springls__nearest_particles(c, group->x);
     springls__vec_store(first, guess);
     for (i = 0; i < SPRINGLS__LANES; i++)
-        if (i == 0 || first[i] != first[i - 1]) springls__try_candidate(model, c, (int)first[i], group, &search);
+        if (i == 0 || first[i] != first[i - 1]) /* neighbors often share it */
+            springls__try_candidate(model, c, (int)first[i], group, &search);
     for (i = 0; i < c->listed; i++) {
         const int k = c->list[i];
         const springls__vec within = springls__vec_load(search.limit) + c->bounding_radius[k];
@@ -21246,7 +21268,7 @@ SPRINGLS__FN springls__vec3 springls__tangents_of(const springls__candidates *c,
     return springls__vectors_of(v);
 }
 
-/* Returns the correspondences of the vertices: by the quadratic fits around them, or else those of their springls. */
+/* Returns the correspondences of the vertices: by the fits around them, or else those of their springls. */
 SPRINGLS__FN springls__vec3 springls__group_correspondences(const springls__candidates *c, const springls__vertex_group *group)
 {
     springls__vec_correspondence_fit fit = springls__vec_correspondence_fit_begin(
@@ -21757,7 +21779,7 @@ SPRINGLS__FN void springls__fill_single_material(const springls_context *ctx, sp
 {
     int i;
     for (i = 0; i < chunk->vertex_count; i++) {
-        const int nearest = springls__nearest_springl(&ctx->model, vertex[i], SPRINGLS__CHUNK_RADIUS);
+        const int nearest = springls__nearest_springl(&ctx->model, vertex[i], SPRINGLS__MATERIAL_RADIUS);
         const springls__v3 a = nearest < 0 ? vertex[i] : springls__correspondence_at(&ctx->model, nearest, vertex[i]);
         springls__write_chunk_material(ctx, chunk, i, vertex[i], nearest, a);
     }
@@ -28138,6 +28160,17 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__FIT_VALUES 4 /* height, and the three coordinates of a      */\n",
     "#define SPRINGLS__FIT_RADIUS 2.5f /* voxels */\n",
     "\n",
+    "/* What is further than this above or below the tangent plane, in radii, or faces elsewhere, by the cosine, is of another sheet. */\n",
+    "#define SPRINGLS__FIT_SHEET_HEIGHT 0.4f\n",
+    "#define SPRINGLS__FIT_SHEET_FACING 0.4f\n",
+    "\n",
+    "/* The weight of a particle by the square of its distance in radii. It falls to 0 at the radius, smoothly, since particles come and\n",
+    "   go there, and is large at the origin, so that the fit comes close to interpolating the particles. */\n",
+    "#define SPRINGLS__FIT_WEIGHT(r2) ((1.0f - (r2)) * (1.0f - (r2)) / ((r2) + 0.02f))\n",
+    "\n",
+    "/* A pivot that is no larger than this share of the sum of weights is 0 but for rounding: coordinates are at most 1. */\n",
+    "#define SPRINGLS__FIT_SINGULAR 1e-5f\n",
+    "\n",
     "typedef struct springls__fit {\n",
     "    springls__v3 origin, e1, e2, n; /* the tangent frame */\n",
     "    springls__v3 a0;                /* correspondences are summed relative to it */\n",
@@ -28174,7 +28207,8 @@ static const char *const springls__kernel_lines[] = {
     "    springls__v3 d = springls__scale(from_origin, 1.0f / SPRINGLS__FIT_RADIUS);\n",
     "    float r2 = springls__length2(d), h = springls__dot(d, fit->n);\n",
     "    bool within = springls__length2(from_origin) < SPRINGLS__FIT_RADIUS * SPRINGLS__FIT_RADIUS && r2 < 1.0f;\n",
-    "    bool counts = within && springls__fabs(h) <= 0.4f && springls__dot(normal, fit->n) >= 0.4f;\n",
+    "    bool counts = within && springls__fabs(h) <= SPRINGLS__FIT_SHEET_HEIGHT\n",
+    "               && springls__dot(normal, fit->n) >= SPRINGLS__FIT_SHEET_FACING;\n",
     "    springls__fit_equation e;\n",
     "    e.term[0] = 1.0f;\n",
     "    e.term[1] = springls__dot(d, fit->e1);\n",
@@ -28186,7 +28220,7 @@ static const char *const springls__kernel_lines[] = {
     "    e.value[1] = a.x - fit->a0.x;\n",
     "    e.value[2] = a.y - fit->a0.y;\n",
     "    e.value[3] = a.z - fit->a0.z;\n",
-    "    e.weight = counts ? (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f) : 0.0f;\n",
+    "    e.weight = counts ? SPRINGLS__FIT_WEIGHT(r2) : 0.0f;\n",
     "    return e;\n",
     "}\n",
     "\n",
@@ -28221,7 +28255,7 @@ static const char *const springls__kernel_lines[] = {
     "            float sum = fit->normal_matrix[i * (i + 1) / 2 + j];\n",
     "            for (k = 0; k < j; k++) sum -= l[i * (i + 1) / 2 + k] * l[j * (j + 1) / 2 + k];\n",
     "            if (i == j) {\n",
-    "                if (!(sum > 1e-5f * fit->normal_matrix[0])) return false; /* coordinates are at most 1 */\n",
+    "                if (!(sum > SPRINGLS__FIT_SINGULAR * fit->normal_matrix[0])) return false;\n",
     "                l[i * (i + 1) / 2 + i] = springls__sqrt(sum);\n",
     "            } else {\n",
     "                l[i * (i + 1) / 2 + j] = sum / l[j * (j + 1) / 2 + j];\n",
@@ -28354,7 +28388,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Returns how many terms a number of neighbors is enough for: a quadratic's with ten or more, a plane's with four or more. */\n",
     "SPRINGLS__MATHS int springls__fit_terms(float count) { return count >= 10.0f ? 6 : count >= 4.0f ? 3 : 0; }\n",
-    "#line 4569 \"springls.h\"\n",
+    "#line 4581 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -28473,7 +28507,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 4689 \"springls.h\"\n",
+    "#line 4701 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -28623,7 +28657,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;\n",
     "}\n",
     "\n",
-    "#line 4839 \"springls.h\"\n",
+    "#line 4851 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28638,7 +28672,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4855 \"springls.h\"\n",
+    "#line 4867 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -28969,7 +29003,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5186 \"springls.h\"\n",
+    "#line 5198 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28984,7 +29018,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5201 \"springls.h\"\n",
+    "#line 5213 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -29315,7 +29349,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5532 \"springls.h\"\n",
+    "#line 5544 \"springls.h\"\n",
     "\n",
     "/* Finds what becomes of springl i by the forces of the rule. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -29332,7 +29366,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 6132 \"springls.h\"\n",
+    "#line 6144 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -29358,7 +29392,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6159 \"springls.h\"\n",
+    "#line 6171 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -29447,7 +29481,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6249 \"springls.h\"\n",
+    "#line 6261 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -29587,7 +29621,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6390 \"springls.h\"\n",
+    "#line 6402 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -29687,7 +29721,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6491 \"springls.h\"\n",
+    "#line 6503 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -29908,7 +29942,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6713 \"springls.h\"\n",
+    "#line 6725 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -29938,7 +29972,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6743 \"springls.h\"\n",
+    "#line 6755 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29953,7 +29987,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6759 \"springls.h\"\n",
+    "#line 6771 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -30122,7 +30156,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6928 \"springls.h\"\n",
+    "#line 6940 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30137,7 +30171,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6943 \"springls.h\"\n",
+    "#line 6955 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -30306,7 +30340,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7112 \"springls.h\"\n",
+    "#line 7124 \"springls.h\"\n",
     "\n",
     "/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -30360,8 +30394,9 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7167 \"springls.h\"\n",
-    "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */\n",
+    "#line 7179 \"springls.h\"\n",
+    "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
+    "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
     "/* Voxels: springls whose particles are further away do not count. A few springls are to average at every voxel. */\n",
     "#define SPRINGLS__PROJECT_RADIUS 1.6f\n",
@@ -30385,8 +30420,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "\n",
-    "#line 7193 \"springls.h\"\n",
+    "#line 7205 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30401,7 +30435,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7209 \"springls.h\"\n",
+    "#line 7221 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -30452,7 +30486,7 @@ static const char *const springls__kernel_lines[] = {
     "    return f;\n",
     "}\n",
     "\n",
-    "/* Returns whether springls have a voxel on its other side. */\n",
+    "/* Returns whether a voxel is on one side by the springls and on the other by phi. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(other_side)(SPRINGLS__NUM distance, SPRINGLS__NUM phi)\n",
     "{\n",
     "    return (distance < 0.0f) != (phi < 0.0f);\n",
@@ -30463,12 +30497,13 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(corrected_phi)(SPRINGLS__NUM phi, SPRINGLS__W(projection) f)\n",
     "{\n",
     "    SPRINGLS__NUM change = SPRINGLS__W(fabs)(f.distance - phi);\n",
-    "    SPRINGLS__COND same_side = (f.distance < 0.0f) == (phi < 0.0f);\n",
+    "    SPRINGLS__COND same_side = SPRINGLS__W(not)(SPRINGLS__W(other_side)(f.distance, phi));\n",
     "    SPRINGLS__COND closer = (f.trust > 0.2f) & (SPRINGLS__W(fabs)(f.distance) < SPRINGLS__W(fabs)(phi));\n",
     "    return SPRINGLS__W(select)((change < f.trust) | (same_side & (closer | (change < 1.5f * f.trust))), f.distance, phi);\n",
     "}\n",
     "\n",
-    "/* Returns whether phi may have lost a voxel: springls have it on their other side, not deep and not aside. */\n",
+    "/* Returns whether phi may have lost a voxel of a sheet or gap: by the springls it is on the other side, no deeper than in one\n",
+    "   that phi could lose, and not aside of them. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(can_nucleate)(SPRINGLS__NUM phi, SPRINGLS__W(projection) f)\n",
     "{\n",
     "    return SPRINGLS__W(other_side)(f.distance, phi) & (SPRINGLS__W(fabs)(f.distance) < 0.8f) & (f.trust > 0.1f);\n",
@@ -30483,7 +30518,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7291 \"springls.h\"\n",
+    "#line 7304 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30498,7 +30533,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7306 \"springls.h\"\n",
+    "#line 7319 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -30549,7 +30584,7 @@ static const char *const springls__kernel_lines[] = {
     "    return f;\n",
     "}\n",
     "\n",
-    "/* Returns whether springls have a voxel on its other side. */\n",
+    "/* Returns whether a voxel is on one side by the springls and on the other by phi. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(other_side)(SPRINGLS__NUM distance, SPRINGLS__NUM phi)\n",
     "{\n",
     "    return (distance < 0.0f) != (phi < 0.0f);\n",
@@ -30560,12 +30595,13 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(corrected_phi)(SPRINGLS__NUM phi, SPRINGLS__W(projection) f)\n",
     "{\n",
     "    SPRINGLS__NUM change = SPRINGLS__W(fabs)(f.distance - phi);\n",
-    "    SPRINGLS__COND same_side = (f.distance < 0.0f) == (phi < 0.0f);\n",
+    "    SPRINGLS__COND same_side = SPRINGLS__W(not)(SPRINGLS__W(other_side)(f.distance, phi));\n",
     "    SPRINGLS__COND closer = (f.trust > 0.2f) & (SPRINGLS__W(fabs)(f.distance) < SPRINGLS__W(fabs)(phi));\n",
     "    return SPRINGLS__W(select)((change < f.trust) | (same_side & (closer | (change < 1.5f * f.trust))), f.distance, phi);\n",
     "}\n",
     "\n",
-    "/* Returns whether phi may have lost a voxel: springls have it on their other side, not deep and not aside. */\n",
+    "/* Returns whether phi may have lost a voxel of a sheet or gap: by the springls it is on the other side, no deeper than in one\n",
+    "   that phi could lose, and not aside of them. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(can_nucleate)(SPRINGLS__NUM phi, SPRINGLS__W(projection) f)\n",
     "{\n",
     "    return SPRINGLS__W(other_side)(f.distance, phi) & (SPRINGLS__W(fabs)(f.distance) < 0.8f) & (f.trust > 0.1f);\n",
@@ -30580,7 +30616,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7388 \"springls.h\"\n",
+    "#line 7402 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -30655,7 +30691,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7464 \"springls.h\"\n",
+    "#line 7478 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -31208,7 +31244,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8018 \"springls.h\"\n",
+    "#line 8032 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -31305,7 +31341,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8116 \"springls.h\"\n",
+    "#line 8130 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -31429,7 +31465,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8241 \"springls.h\"\n",
+    "#line 8255 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -31699,7 +31735,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8512 \"springls.h\"\n",
+    "#line 8526 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -31775,7 +31811,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8589 \"springls.h\"\n",
+    "#line 8603 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -31917,7 +31953,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 8732 \"springls.h\"\n",
+    "#line 8746 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -32106,7 +32142,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 8922 \"springls.h\"\n",
+    "#line 8936 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -32233,7 +32269,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9050 \"springls.h\"\n",
+    "#line 9064 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -32266,7 +32302,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (others == 0) return 0;\n",
     "    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;\n",
     "}\n",
-    "#line 9084 \"springls.h\"\n",
+    "#line 9098 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -32419,7 +32455,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Returns the last voxel of the brick within `radius` of such a place along one axis. */\n",
     "SPRINGLS__MATHS int springls__last_near(float x, float radius) { return (int)springls__min(x + radius, 7.0f); }\n",
     "\n",
-    "/* What springls__reached_rows does with a springl. */\n",
+    "/* What springls__take_into_rows does with a springl. */\n",
     "#define SPRINGLS__TAKE_NEAREST 0   /* makes it the nearest springl of the voxels that have no nearer one */\n",
     "#define SPRINGLS__TAKE_SUMS 1      /* adds it to the sums of the voxels of its sheet */\n",
     "#define SPRINGLS__TAKE_ONE_SHEET 2 /* adds it to the sums of all: the springls near the brick are of one sheet */\n",
@@ -32444,8 +32480,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Takes a springl into the rows of a brick that are near it. It is near at most four voxels of a row. */\n",
-    "SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group, int take,\n",
-    "                                            springls__brick_sums *sums)\n",
+    "SPRINGLS__MATHS void springls__take_into_rows(const springls__oriented s, const int origin[3], springls__group group, int take,\n",
+    "                                              springls__brick_sums *sums)\n",
     "{\n",
     "    const float radius = SPRINGLS__PROJECT_RADIUS;\n",
     "    springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;\n",
@@ -32497,7 +32533,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (take = one_sheet ? SPRINGLS__TAKE_ONE_SHEET : SPRINGLS__TAKE_NEAREST; take <= last; take++)\n",
     "        for (r = 0; r < near_by->count; r++)\n",
     "            for (k = near_by->first[r]; k < near_by->end[r]; k++)\n",
-    "                springls__reached_rows(oriented[k], origin, model->group, take, sums);\n",
+    "                springls__take_into_rows(oriented[k], origin, model->group, take, sums);\n",
     "}\n",
     "\n",
     "/* The box of the places that springls at an edge may be near; empty where there are none. */\n",
@@ -32700,7 +32736,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__fabs(phi) < max_displacement ? springls__side_unknown(phi, model->grid.far_value) : phi;\n",
     "}\n",
     "\n",
-    "/* Returns whether the surface may have passed a voxel of a row that no springl is near; true too where only a look at each tells.\n",
+    "/* Returns whether the surface may have passed a voxel of a row that no springl is near; true too where each has to be looked at.\n",
     "   sums: of the row, if a springl has reached it. */\n",
     "SPRINGLS__MATHS bool springls__some_passed(const springls__model *model, SPRINGLS__GLOBAL const float *phi, bool reached,\n",
     "                                           SPRINGLS__LOCAL const float *sums, float max_displacement)\n",
@@ -32737,8 +32773,8 @@ static const char *const springls__kernel_lines[] = {
     "                                           SPRINGLS__GLOBAL const float *phi, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    const bool carry = args.project.carry != 0;\n",
-    "    const float passed = args.project.max_displacement;\n",
-    "    bool some_passed = carry && springls__some_passed(model, phi, reached, sums, passed), unknown = false;\n",
+    "    const float max_displacement = args.project.max_displacement;\n",
+    "    bool some_passed = carry && springls__some_passed(model, phi, reached, sums, max_displacement), unknown = false;\n",
     "    float value[8];\n",
     "    int i;\n",
     "    if (!reached && !some_passed) {\n",
@@ -32746,7 +32782,7 @@ static const char *const springls__kernel_lines[] = {
     "        return false;\n",
     "    }\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__vec_store(value + i, springls__vec_load(phi + i));\n",
-    "    if (some_passed) unknown = springls__mark_passed(model, origin, row, reached, sums, passed, value);\n",
+    "    if (some_passed) unknown = springls__mark_passed(model, origin, row, reached, sums, max_displacement, value);\n",
     "    if (reached && carry) springls__carry_row(tile, row, sums, value);\n",
     "    if (reached && model->params.project_level_set)\n",
     "        springls__correct_row(model, near_by, origin, row, sums, args, edges, value);\n",
@@ -32754,7 +32790,7 @@ static const char *const springls__kernel_lines[] = {
     "    return unknown;\n",
     "}\n",
     "\n",
-    "/* What has_opposed has of a brick that is asleep, in which nothing is found. */\n",
+    "/* In has_opposed: the brick is asleep, and was not looked into. */\n",
     "#define SPRINGLS__OPPOSED_ASLEEP 2\n",
     "\n",
     "/* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry\n",
@@ -32831,7 +32867,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9650 \"springls.h\"\n",
+    "#line 9664 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -32983,7 +33019,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 9803 \"springls.h\"\n",
+    "#line 9817 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -33067,7 +33103,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 9888 \"springls.h\"\n",
+    "#line 9902 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -33164,7 +33200,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 9986 \"springls.h\"\n",
+    "#line 10000 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -33701,7 +33737,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10524 \"springls.h\"\n",
+    "#line 10538 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -33777,7 +33813,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10601 \"springls.h\"\n",
+    "#line 10615 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -34013,7 +34049,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 10838 \"springls.h\"\n",
+    "#line 10852 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -34046,7 +34082,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 10872 \"springls.h\"\n",
+    "#line 10886 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -34071,7 +34107,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 10897 \"springls.h\"\n",
+    "#line 10911 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34086,8 +34122,8 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 10913 \"springls.h\"\n",
-    "/* correspondence_fit_body.h - the quadratic fit of correspondence_fit.h, for one place and for several at once. */\n",
+    "#line 10927 \"springls.h\"\n",
+    "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* Weighted sums over particles, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
     "typedef struct SPRINGLS__W(correspondence_fit) {\n",
@@ -34123,10 +34159,11 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM3 d = SPRINGLS__W(sub)(p, fit->origin);\n",
     "    const SPRINGLS__NUM r2 = SPRINGLS__W(length2)(d) * (1.0f / (r * r));\n",
     "    const SPRINGLS__NUM height = SPRINGLS__W(fabs)(SPRINGLS__W(dot)(d, fit->n)), facing = SPRINGLS__W(dot)(normal, fit->n);\n",
-    "    const SPRINGLS__COND counts = (r2 < 1.0f) & (height <= 0.4f * r) & (facing >= 0.4f);\n",
+    "    const SPRINGLS__COND counts = (r2 < 1.0f) & (height <= SPRINGLS__FIT_SHEET_HEIGHT * r)\n",
+    "                                & (facing >= SPRINGLS__FIT_SHEET_FACING);\n",
     "    SPRINGLS__NUM w, u, v, wu, wv, wuu, wuv, wvv, wuuu, wvvv, *m = fit->moments;\n",
     "    if (!SPRINGLS__W(any)(counts)) return;\n",
-    "    w = SPRINGLS__W(select)(counts, (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f), SPRINGLS__W(broadcast)(0.0f));\n",
+    "    w = SPRINGLS__W(select)(counts, SPRINGLS__FIT_WEIGHT(r2), SPRINGLS__W(broadcast)(0.0f));\n",
     "    u = SPRINGLS__W(dot)(d, fit->e1);\n",
     "    v = SPRINGLS__W(dot)(d, fit->e2);\n",
     "    wu = w * u;\n",
@@ -34161,8 +34198,9 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Replaces the correspondence at the origin, where it is not known yet, by that of a fit with the terms vv, uv, uu, v, u, 1 from\n",
-    "   number `first` on: eliminates all but the constant one. The weights in which correspondences then count are together at most\n",
-    "   the root of moments[0] by the last pivot: no larger than 8. */\n",
+    "   number `first` on: eliminates all but the constant one. It stays where particles lie badly around the origin, which would make\n",
+    "   large errors of small ones: the value is a sum of the particles' correspondences whose factors are together, without their\n",
+    "   signs, at most the root of moments[0] / last pivot (Cauchy-Schwarz), and that is bounded. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_solve)(const SPRINGLS__W(correspondence_fit) *fit, int first,\n",
     "                                                             SPRINGLS__NUM3 *a, SPRINGLS__COND *known)\n",
     "{\n",
@@ -34173,6 +34211,7 @@ static const char *const springls__kernel_lines[] = {
     "                                      { m[9], m[8], m[7], m[5] },\n",
     "                                      { m[8], m[7], m[6], m[4], m[3] },\n",
     "                                      { m[5], m[4], m[3], m[2], m[1], m[0] } };\n",
+    "    const float most = 8.0f; /* times the errors of correspondences */\n",
     "    SPRINGLS__NUM left[6][6]; /* the lower triangle */\n",
     "    SPRINGLS__NUM3 right[6], found;\n",
     "    SPRINGLS__COND good;\n",
@@ -34184,14 +34223,14 @@ static const char *const springls__kernel_lines[] = {
     "    good = m[0] > 0.0f;\n",
     "    for (k = first; k < 5; k++) {\n",
     "        const SPRINGLS__NUM inverse = 1.0f / left[k][k];\n",
-    "        good = good & (left[k][k] > 1e-5f * m[0]); /* coordinates are at most 1 */\n",
+    "        good = good & (left[k][k] > SPRINGLS__FIT_SINGULAR * m[0]);\n",
     "        for (i = k + 1; i < 6; i++) {\n",
     "            const SPRINGLS__NUM factor = left[i][k] * inverse;\n",
     "            for (j = k + 1; j <= i; j++) left[i][j] -= factor * left[j][k];\n",
     "            right[i] = SPRINGLS__W(mad)(right[i], right[k], -factor);\n",
     "        }\n",
     "    }\n",
-    "    good = good & (left[5][5] > m[0] / 64.0f) & SPRINGLS__W(not)(*known);\n",
+    "    good = good & (left[5][5] > m[0] / (most * most)) & SPRINGLS__W(not)(*known);\n",
     "    found = SPRINGLS__W(add)(fit->a0, SPRINGLS__W(scale)(right[5], 1.0f / left[5][5]));\n",
     "    a->x = SPRINGLS__W(select)(good, found.x, a->x);\n",
     "    a->y = SPRINGLS__W(select)(good, found.y, a->y);\n",
@@ -34202,13 +34241,13 @@ static const char *const springls__kernel_lines[] = {
     "/* Returns the correspondence at the origin: by a quadratic, by a plane where too few neighbors lie around it for one, else a0. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(correspondence_fit_end)(const SPRINGLS__W(correspondence_fit) *fit)\n",
     "{\n",
-    "    SPRINGLS__COND known = fit->moments[0] < 0.0f;\n",
+    "    SPRINGLS__COND known = fit->moments[0] < 0.0f; /* nowhere */\n",
     "    SPRINGLS__NUM3 a = fit->a0;\n",
     "    SPRINGLS__W(correspondence_fit_solve)(fit, 0, &a, &known);\n",
     "    if (SPRINGLS__W(any)(SPRINGLS__W(not)(known))) SPRINGLS__W(correspondence_fit_solve)(fit, 3, &a, &known);\n",
     "    return a;\n",
     "}\n",
-    "#line 11035 \"springls.h\"\n",
+    "#line 11052 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34223,8 +34262,8 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11050 \"springls.h\"\n",
-    "/* correspondence_fit_body.h - the quadratic fit of correspondence_fit.h, for one place and for several at once. */\n",
+    "#line 11067 \"springls.h\"\n",
+    "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* Weighted sums over particles, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
     "typedef struct SPRINGLS__W(correspondence_fit) {\n",
@@ -34260,10 +34299,11 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM3 d = SPRINGLS__W(sub)(p, fit->origin);\n",
     "    const SPRINGLS__NUM r2 = SPRINGLS__W(length2)(d) * (1.0f / (r * r));\n",
     "    const SPRINGLS__NUM height = SPRINGLS__W(fabs)(SPRINGLS__W(dot)(d, fit->n)), facing = SPRINGLS__W(dot)(normal, fit->n);\n",
-    "    const SPRINGLS__COND counts = (r2 < 1.0f) & (height <= 0.4f * r) & (facing >= 0.4f);\n",
+    "    const SPRINGLS__COND counts = (r2 < 1.0f) & (height <= SPRINGLS__FIT_SHEET_HEIGHT * r)\n",
+    "                                & (facing >= SPRINGLS__FIT_SHEET_FACING);\n",
     "    SPRINGLS__NUM w, u, v, wu, wv, wuu, wuv, wvv, wuuu, wvvv, *m = fit->moments;\n",
     "    if (!SPRINGLS__W(any)(counts)) return;\n",
-    "    w = SPRINGLS__W(select)(counts, (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f), SPRINGLS__W(broadcast)(0.0f));\n",
+    "    w = SPRINGLS__W(select)(counts, SPRINGLS__FIT_WEIGHT(r2), SPRINGLS__W(broadcast)(0.0f));\n",
     "    u = SPRINGLS__W(dot)(d, fit->e1);\n",
     "    v = SPRINGLS__W(dot)(d, fit->e2);\n",
     "    wu = w * u;\n",
@@ -34298,8 +34338,9 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Replaces the correspondence at the origin, where it is not known yet, by that of a fit with the terms vv, uv, uu, v, u, 1 from\n",
-    "   number `first` on: eliminates all but the constant one. The weights in which correspondences then count are together at most\n",
-    "   the root of moments[0] by the last pivot: no larger than 8. */\n",
+    "   number `first` on: eliminates all but the constant one. It stays where particles lie badly around the origin, which would make\n",
+    "   large errors of small ones: the value is a sum of the particles' correspondences whose factors are together, without their\n",
+    "   signs, at most the root of moments[0] / last pivot (Cauchy-Schwarz), and that is bounded. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_solve)(const SPRINGLS__W(correspondence_fit) *fit, int first,\n",
     "                                                             SPRINGLS__NUM3 *a, SPRINGLS__COND *known)\n",
     "{\n",
@@ -34310,6 +34351,7 @@ static const char *const springls__kernel_lines[] = {
     "                                      { m[9], m[8], m[7], m[5] },\n",
     "                                      { m[8], m[7], m[6], m[4], m[3] },\n",
     "                                      { m[5], m[4], m[3], m[2], m[1], m[0] } };\n",
+    "    const float most = 8.0f; /* times the errors of correspondences */\n",
     "    SPRINGLS__NUM left[6][6]; /* the lower triangle */\n",
     "    SPRINGLS__NUM3 right[6], found;\n",
     "    SPRINGLS__COND good;\n",
@@ -34321,14 +34363,14 @@ static const char *const springls__kernel_lines[] = {
     "    good = m[0] > 0.0f;\n",
     "    for (k = first; k < 5; k++) {\n",
     "        const SPRINGLS__NUM inverse = 1.0f / left[k][k];\n",
-    "        good = good & (left[k][k] > 1e-5f * m[0]); /* coordinates are at most 1 */\n",
+    "        good = good & (left[k][k] > SPRINGLS__FIT_SINGULAR * m[0]);\n",
     "        for (i = k + 1; i < 6; i++) {\n",
     "            const SPRINGLS__NUM factor = left[i][k] * inverse;\n",
     "            for (j = k + 1; j <= i; j++) left[i][j] -= factor * left[j][k];\n",
     "            right[i] = SPRINGLS__W(mad)(right[i], right[k], -factor);\n",
     "        }\n",
     "    }\n",
-    "    good = good & (left[5][5] > m[0] / 64.0f) & SPRINGLS__W(not)(*known);\n",
+    "    good = good & (left[5][5] > m[0] / (most * most)) & SPRINGLS__W(not)(*known);\n",
     "    found = SPRINGLS__W(add)(fit->a0, SPRINGLS__W(scale)(right[5], 1.0f / left[5][5]));\n",
     "    a->x = SPRINGLS__W(select)(good, found.x, a->x);\n",
     "    a->y = SPRINGLS__W(select)(good, found.y, a->y);\n",
@@ -34339,17 +34381,18 @@ static const char *const springls__kernel_lines[] = {
     "/* Returns the correspondence at the origin: by a quadratic, by a plane where too few neighbors lie around it for one, else a0. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(correspondence_fit_end)(const SPRINGLS__W(correspondence_fit) *fit)\n",
     "{\n",
-    "    SPRINGLS__COND known = fit->moments[0] < 0.0f;\n",
+    "    SPRINGLS__COND known = fit->moments[0] < 0.0f; /* nowhere */\n",
     "    SPRINGLS__NUM3 a = fit->a0;\n",
     "    SPRINGLS__W(correspondence_fit_solve)(fit, 0, &a, &known);\n",
     "    if (SPRINGLS__W(any)(SPRINGLS__W(not)(known))) SPRINGLS__W(correspondence_fit_solve)(fit, 3, &a, &known);\n",
     "    return a;\n",
     "}\n",
-    "#line 11173 \"springls.h\"\n",
-    "/* correspondence_fit.h - a quadratic moving-least-squares fit of the correspondence over neighboring particles, at one place: what\n",
-    "   vertices of the zero level take. Its weights have 15 moments, and its value at the origin is what elimination leaves. */\n",
+    "#line 11193 \"springls.h\"\n",
+    "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
+    "   level need. Only its value at the origin counts: so the constant term comes last in an elimination, which leaves its value\n",
+    "   without square roots and without substituting back; and the normal matrix is kept as the 15 moments of the weights in it. */\n",
     "\n",
-    "#line 11178 \"springls.h\"\n",
+    "#line 11199 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -34580,7 +34623,9 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Returns the correspondence of a point near a springl: by the quadratic fit around it, or else the springl's own. */\n",
+    "#define SPRINGLS__MATERIAL_RADIUS 1.0f /* voxels: how far from a vertex its springl may be */\n",
+    "\n",
+    "/* Returns the correspondence of a point near a springl: by the fit around it, or else the springl's own. */\n",
     "SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *model, int springl, springls__v3 x)\n",
     "{\n",
     "    const float r = SPRINGLS__FIT_RADIUS;\n",
@@ -34592,7 +34637,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.keep_edges && springls__place_at_edge(model, x, n, a, model->set.count, &edge)) return edge.ok ? edge.a : a;\n",
     "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
-    "        if (springls__length2(springls__sub(s->p, x)) > 1.01f * r * r) continue; /* none of those counts */\n",
+    "        if (springls__length2(springls__sub(s->p, x)) > 1.01f * r * r) continue; /* none of those counts, whatever is rounded */\n",
     "        if (springls__of_two_contact_bodies(model, springl, i)) continue;\n",
     "        springls__correspondence_fit_add(&fit, s->p, springls__springl_normal(*s), model->set.a[i]);\n",
     "    }\n",
@@ -34603,13 +34648,13 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    springls__v3 x = springls__surface_positions(model)[i];\n",
-    "    int nearest = springls__nearest_springl(model, x, 1.0f);\n",
+    "    int nearest = springls__nearest_springl(model, x, SPRINGLS__MATERIAL_RADIUS);\n",
     "    (void)args;\n",
     "    springls__vertex_gradient(model)[i] = springls__grid_gradient(&model->grid, model->grid.phi, x);\n",
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11439 \"springls.h\"\n",
+    "#line 11462 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -34709,7 +34754,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 34713 \"springls.h\"\n",
+    "#line 34758 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

@@ -3,9 +3,11 @@
  * The pressure is minus the shape's signed distance, at most `pace`. In a crevice or at the tip of a thin limb that is little, so
  * where the model lags behind the pressure is the full pace. What is thinner than a voxel tears, and where bodies part drops stay.
  * The shape is one body without hollows, but a contour only moves surfaces: it joins nothing. So where the model is in parts its
- * level set is repaired as that of a character is (solid_voxels.h), and where its side has changed the contour makes the model do
- * the same: drops and hollows shrink until they vanish, and a larger part grows along the shortest bridge until it meets the
- * rest. */
+ * level set is repaired as that of a character is (solid_voxels.h), and where the repair has changed its side the contour moves the
+ * model there: drops and hollows shrink until they vanish, and a larger part grows along the shortest bridge until it meets the
+ * rest.
+ *
+ * A step is the paper's eq. 1 with the pressure rho alone. */
 #include "morph/morph.h"
 
 #include <math.h>
@@ -15,6 +17,7 @@
 #define LAG 1.0f     /* voxel: a model further than this from a voxel of the shape's other side lags... */
 #define SURE 0.1f    /* ...if that lies this deep inside or outside the shape */
 #define OUTSIDE 0.5f /* voxel: parts of the model that are this far outside the shape are not joined to the rest, but given up */
+#define BARELY 1e-3f /* voxel: phi of what is given up, just outside */
 
 enum { MEND = 30 }; /* steps that mend parts, at most: a voxel each */
 
@@ -32,7 +35,7 @@ static bool contour_step(struct morph *morph)
     return morph_check(morph->ctx, springls_step(morph->ctx, &step), "active contour");
 }
 
-/* Calls for a voxel with itself and the 26 around, -1 beyond the grid's inner part. */
+/* Lists a voxel and the 26 around it. Returns how many there are: none at the grid's border. */
 static int voxels_around(const int size[3], size_t voxel, size_t around[27])
 {
     const int at = (int)voxel, place[3] = {at % size[0], at / size[0] % size[1], at / (size[0] * size[1])};
@@ -47,7 +50,7 @@ static int voxels_around(const int size[3], size_t voxel, size_t around[27])
 
 /* ---- towards the shape ---- */
 
-/* Sets the pressure; counts voxels where the model lags, outside and inside the shape. */
+/* Sets the pressure; counts the voxels where the model lags: lags[0] outside the shape, lags[1] inside. */
 static void press_to_shape(struct morph *morph, const float *model, int lags[2])
 {
     const size_t count = morph_voxel_count(morph);
@@ -66,7 +69,8 @@ static void press_to_shape(struct morph *morph, const float *model, int lags[2])
     }
 }
 
-/* Steps `iterations` times, and up to five times as many while limbs have to grow, or crevices become deeper. */
+/* Steps `iterations` times, and up to five times as many while limbs have to grow, or crevices to deepen. Those that are thinner
+ * than a voxel never end: crevices count for as long as what is left of them does not grow. */
 static bool approach_shape(struct morph *morph, float *model)
 {
     const int iterations = morph->settings.iterations;
@@ -84,7 +88,7 @@ static bool approach_shape(struct morph *morph, float *model)
 /* ---- one piece ---- */
 
 /* Finds whether the model's surface is not that of one body without hollows; sets `model` to its level set. Voxels that touch at
- * edges only may be connected or not: then the mesh tells. */
+ * edges only may be connected or not: then the components of the mesh decide. */
 static bool is_in_parts(struct morph *morph, float *model, bool *parts)
 {
     const struct solid_grid voxels = morph_voxels(&morph->grid);
@@ -134,7 +138,7 @@ static bool make_whole(struct morph *morph, float *model)
         good = repaired || morph_no_memory();
     }
     for (int step = 0; good && parts && step < MEND; ++step) {
-        for (size_t n = 0; n < count; ++n) { repaired[n] = morph->shape[n] > OUTSIDE ? fmaxf(model[n], 1e-3f) : model[n]; }
+        for (size_t n = 0; n < count; ++n) { repaired[n] = morph->shape[n] > OUTSIDE ? fmaxf(model[n], BARELY) : model[n]; }
         good = solid_repair(&voxels, repaired, morph->settings.reach, &repair) || morph_no_memory();
         if (good) {
             press_changes(morph, model, repaired);

@@ -323,7 +323,8 @@ bool morph_prepare(struct morph *morph)
     morph->target_phi = malloc(morph_voxel_count(morph) * sizeof(float));
     morph->source_nearest = malloc(morph_voxel_count(morph) * sizeof(int));
     morph->target_nearest = malloc(morph_voxel_count(morph) * sizeof(int));
-    if (!morph->pressure || !morph->shape || !morph->source_phi || !morph->target_phi || !morph->source_nearest || !morph->target_nearest) {
+    if (!morph->pressure || !morph->shape || !morph->source_phi || !morph->target_phi || !morph->source_nearest
+        || !morph->target_nearest) {
         return morph_no_memory();
     }
     return run_create("morph", &desc, &morph->ctx) == CLI_CONTINUE && run_create("morph", &desc, &morph->other) == CLI_CONTINUE
@@ -590,8 +591,8 @@ static double volume_left(const struct morph_body *body, float size)
     return fmax(0.1, left / whole);
 }
 
-/* Makes the signed distance of the body between source and target. part: 0 the source, 1 the target. The level set is blended, limbs that only one has are united with it, it is moved so that the volume is
- * between theirs, and what falls apart is bridged. */
+/* Makes the signed distance of the body between source and target. part: 0 the source, 1 the target. The level set is blended,
+ * limbs that only one has are united with it, it is moved so that the volume is between theirs, and what falls apart is bridged. */
 static bool pose_between(struct morph *morph, float part)
 {
     const size_t count = morph_voxel_count(morph);

@@ -61,8 +61,10 @@ static void note_sheets(const struct morph *morph, const char *name, const struc
         return;
     }
     if (thicken < 0.0f) {
-        fprintf(stderr, "morph: %s: sheets without an inside (%d, of %d triangles) are made one voxel thick; --thicken X for another "
-                "thickness, 0 to leave them out\n", name, sheets->found, sheets->triangles);
+        fprintf(stderr,
+                "morph: %s: sheets without an inside (%d, of %d triangles) are made one voxel thick; --thicken X for another "
+                "thickness, 0 to leave them out\n",
+                name, sheets->found, sheets->triangles);
     } else {
         fprintf(stderr, "morph: %s: sheets without an inside (%d, of %d triangles) are left out; --thicken 1 makes them solid\n",
                 name, sheets->found, sheets->triangles);

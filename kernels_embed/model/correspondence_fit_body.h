@@ -1,4 +1,4 @@
-/* correspondence_fit_body.h - the quadratic fit of correspondence_fit.h, for one place and for several at once. */
+/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */
 
 /* Weighted sums over particles, in two tangent coordinates u and v that are 1 at the fit's radius. */
 typedef struct SPRINGLS__W(correspondence_fit) {
@@ -34,10 +34,11 @@ SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_add)(SPRINGLS__W(correspon
     const SPRINGLS__NUM3 d = SPRINGLS__W(sub)(p, fit->origin);
     const SPRINGLS__NUM r2 = SPRINGLS__W(length2)(d) * (1.0f / (r * r));
     const SPRINGLS__NUM height = SPRINGLS__W(fabs)(SPRINGLS__W(dot)(d, fit->n)), facing = SPRINGLS__W(dot)(normal, fit->n);
-    const SPRINGLS__COND counts = (r2 < 1.0f) & (height <= 0.4f * r) & (facing >= 0.4f);
+    const SPRINGLS__COND counts = (r2 < 1.0f) & (height <= SPRINGLS__FIT_SHEET_HEIGHT * r)
+                                & (facing >= SPRINGLS__FIT_SHEET_FACING);
     SPRINGLS__NUM w, u, v, wu, wv, wuu, wuv, wvv, wuuu, wvvv, *m = fit->moments;
     if (!SPRINGLS__W(any)(counts)) return;
-    w = SPRINGLS__W(select)(counts, (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f), SPRINGLS__W(broadcast)(0.0f));
+    w = SPRINGLS__W(select)(counts, SPRINGLS__FIT_WEIGHT(r2), SPRINGLS__W(broadcast)(0.0f));
     u = SPRINGLS__W(dot)(d, fit->e1);
     v = SPRINGLS__W(dot)(d, fit->e2);
     wu = w * u;
@@ -72,8 +73,9 @@ SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_add)(SPRINGLS__W(correspon
 }
 
 /* Replaces the correspondence at the origin, where it is not known yet, by that of a fit with the terms vv, uv, uu, v, u, 1 from
-   number `first` on: eliminates all but the constant one. The weights in which correspondences then count are together at most
-   the root of moments[0] by the last pivot: no larger than 8. */
+   number `first` on: eliminates all but the constant one. It stays where particles lie badly around the origin, which would make
+   large errors of small ones: the value is a sum of the particles' correspondences whose factors are together, without their
+   signs, at most the root of moments[0] / last pivot (Cauchy-Schwarz), and that is bounded. */
 SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_solve)(const SPRINGLS__W(correspondence_fit) *fit, int first,
                                                              SPRINGLS__NUM3 *a, SPRINGLS__COND *known)
 {
@@ -84,6 +86,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_solve)(const SPRINGLS__W(c
                                       { m[9], m[8], m[7], m[5] },
                                       { m[8], m[7], m[6], m[4], m[3] },
                                       { m[5], m[4], m[3], m[2], m[1], m[0] } };
+    const float most = 8.0f; /* times the errors of correspondences */
     SPRINGLS__NUM left[6][6]; /* the lower triangle */
     SPRINGLS__NUM3 right[6], found;
     SPRINGLS__COND good;
@@ -95,14 +98,14 @@ SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_solve)(const SPRINGLS__W(c
     good = m[0] > 0.0f;
     for (k = first; k < 5; k++) {
         const SPRINGLS__NUM inverse = 1.0f / left[k][k];
-        good = good & (left[k][k] > 1e-5f * m[0]); /* coordinates are at most 1 */
+        good = good & (left[k][k] > SPRINGLS__FIT_SINGULAR * m[0]);
         for (i = k + 1; i < 6; i++) {
             const SPRINGLS__NUM factor = left[i][k] * inverse;
             for (j = k + 1; j <= i; j++) left[i][j] -= factor * left[j][k];
             right[i] = SPRINGLS__W(mad)(right[i], right[k], -factor);
         }
     }
-    good = good & (left[5][5] > m[0] / 64.0f) & SPRINGLS__W(not)(*known);
+    good = good & (left[5][5] > m[0] / (most * most)) & SPRINGLS__W(not)(*known);
     found = SPRINGLS__W(add)(fit->a0, SPRINGLS__W(scale)(right[5], 1.0f / left[5][5]));
     a->x = SPRINGLS__W(select)(good, found.x, a->x);
     a->y = SPRINGLS__W(select)(good, found.y, a->y);
@@ -113,7 +116,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_solve)(const SPRINGLS__W(c
 /* Returns the correspondence at the origin: by a quadratic, by a plane where too few neighbors lie around it for one, else a0. */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(correspondence_fit_end)(const SPRINGLS__W(correspondence_fit) *fit)
 {
-    SPRINGLS__COND known = fit->moments[0] < 0.0f;
+    SPRINGLS__COND known = fit->moments[0] < 0.0f; /* nowhere */
     SPRINGLS__NUM3 a = fit->a0;
     SPRINGLS__W(correspondence_fit_solve)(fit, 0, &a, &known);
     if (SPRINGLS__W(any)(SPRINGLS__W(not)(known))) SPRINGLS__W(correspondence_fit_solve)(fit, 3, &a, &known);

@@ -10,6 +10,17 @@
 #define SPRINGLS__FIT_VALUES 4 /* height, and the three coordinates of a      */
 #define SPRINGLS__FIT_RADIUS 2.5f /* voxels */
 
+/* What is further than this above or below the tangent plane, in radii, or faces elsewhere, by the cosine, is of another sheet. */
+#define SPRINGLS__FIT_SHEET_HEIGHT 0.4f
+#define SPRINGLS__FIT_SHEET_FACING 0.4f
+
+/* The weight of a particle by the square of its distance in radii. It falls to 0 at the radius, smoothly, since particles come and
+   go there, and is large at the origin, so that the fit comes close to interpolating the particles. */
+#define SPRINGLS__FIT_WEIGHT(r2) ((1.0f - (r2)) * (1.0f - (r2)) / ((r2) + 0.02f))
+
+/* A pivot that is no larger than this share of the sum of weights is 0 but for rounding: coordinates are at most 1. */
+#define SPRINGLS__FIT_SINGULAR 1e-5f
+
 typedef struct springls__fit {
     springls__v3 origin, e1, e2, n; /* the tangent frame */
     springls__v3 a0;                /* correspondences are summed relative to it */
@@ -46,7 +57,8 @@ SPRINGLS__MATHS springls__fit_equation springls__fit_equation_of(const springls_
     springls__v3 d = springls__scale(from_origin, 1.0f / SPRINGLS__FIT_RADIUS);
     float r2 = springls__length2(d), h = springls__dot(d, fit->n);
     bool within = springls__length2(from_origin) < SPRINGLS__FIT_RADIUS * SPRINGLS__FIT_RADIUS && r2 < 1.0f;
-    bool counts = within && springls__fabs(h) <= 0.4f && springls__dot(normal, fit->n) >= 0.4f;
+    bool counts = within && springls__fabs(h) <= SPRINGLS__FIT_SHEET_HEIGHT
+               && springls__dot(normal, fit->n) >= SPRINGLS__FIT_SHEET_FACING;
     springls__fit_equation e;
     e.term[0] = 1.0f;
     e.term[1] = springls__dot(d, fit->e1);
@@ -58,7 +70,7 @@ SPRINGLS__MATHS springls__fit_equation springls__fit_equation_of(const springls_
     e.value[1] = a.x - fit->a0.x;
     e.value[2] = a.y - fit->a0.y;
     e.value[3] = a.z - fit->a0.z;
-    e.weight = counts ? (1.0f - r2) * (1.0f - r2) / (r2 + 0.02f) : 0.0f;
+    e.weight = counts ? SPRINGLS__FIT_WEIGHT(r2) : 0.0f;
     return e;
 }
 
@@ -93,7 +105,7 @@ SPRINGLS__MATHS bool springls__fit_factor(const springls__fit *fit, int terms, f
             float sum = fit->normal_matrix[i * (i + 1) / 2 + j];
             for (k = 0; k < j; k++) sum -= l[i * (i + 1) / 2 + k] * l[j * (j + 1) / 2 + k];
             if (i == j) {
-                if (!(sum > 1e-5f * fit->normal_matrix[0])) return false; /* coordinates are at most 1 */
+                if (!(sum > SPRINGLS__FIT_SINGULAR * fit->normal_matrix[0])) return false;
                 l[i * (i + 1) / 2 + i] = springls__sqrt(sum);
             } else {
                 l[i * (i + 1) / 2 + j] = sum / l[j * (j + 1) / 2 + j];

@@ -238,7 +238,9 @@ SPRINGLS__MATHS void springls__surface_element(const springls__model *model, spr
     }
 }
 
-/* Returns the correspondence of a point near a springl: by the quadratic fit around it, or else the springl's own. */
+#define SPRINGLS__MATERIAL_RADIUS 1.0f /* voxels: how far from a vertex its springl may be */
+
+/* Returns the correspondence of a point near a springl: by the fit around it, or else the springl's own. */
 SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *model, int springl, springls__v3 x)
 {
     const float r = SPRINGLS__FIT_RADIUS;
@@ -250,7 +252,7 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *
     if (model->params.keep_edges && springls__place_at_edge(model, x, n, a, model->set.count, &edge)) return edge.ok ? edge.a : a;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
-        if (springls__length2(springls__sub(s->p, x)) > 1.01f * r * r) continue; /* none of those counts */
+        if (springls__length2(springls__sub(s->p, x)) > 1.01f * r * r) continue; /* none of those counts, whatever is rounded */
         if (springls__of_two_contact_bodies(model, springl, i)) continue;
         springls__correspondence_fit_add(&fit, s->p, springls__springl_normal(*s), model->set.a[i]);
     }
@@ -261,7 +263,7 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *
 SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model *model, springls__arguments args, int i)
 {
     springls__v3 x = springls__surface_positions(model)[i];
-    int nearest = springls__nearest_springl(model, x, 1.0f);
+    int nearest = springls__nearest_springl(model, x, SPRINGLS__MATERIAL_RADIUS);
     (void)args;
     springls__vertex_gradient(model)[i] = springls__grid_gradient(&model->grid, model->grid.phi, x);
     springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);

@@ -1,4 +1,5 @@
-/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. */
+/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place
+   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */
 #ifndef SPRINGLS__KERNEL_STAGES_PROJECT_H
 #define SPRINGLS__KERNEL_STAGES_PROJECT_H
 
@@ -25,7 +26,6 @@ typedef struct springls__oriented { springls__v3 p, n, moved; int edge; } spring
 #define SPRINGLS__FACING 12
 #define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)
 #define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */
-
 
 #include "../language/width_float.h"
 #include "project_body.h"

@@ -48,7 +48,7 @@ SPRINGLS__W_MATHS SPRINGLS__W(projection) SPRINGLS__W(moments_distance)(SPRINGLS
     return f;
 }
 
-/* Returns whether springls have a voxel on its other side. */
+/* Returns whether a voxel is on one side by the springls and on the other by phi. */
 SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(other_side)(SPRINGLS__NUM distance, SPRINGLS__NUM phi)
 {
     return (distance < 0.0f) != (phi < 0.0f);
@@ -59,12 +59,13 @@ SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(other_side)(SPRINGLS__NUM distance,
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(corrected_phi)(SPRINGLS__NUM phi, SPRINGLS__W(projection) f)
 {
     SPRINGLS__NUM change = SPRINGLS__W(fabs)(f.distance - phi);
-    SPRINGLS__COND same_side = (f.distance < 0.0f) == (phi < 0.0f);
+    SPRINGLS__COND same_side = SPRINGLS__W(not)(SPRINGLS__W(other_side)(f.distance, phi));
     SPRINGLS__COND closer = (f.trust > 0.2f) & (SPRINGLS__W(fabs)(f.distance) < SPRINGLS__W(fabs)(phi));
     return SPRINGLS__W(select)((change < f.trust) | (same_side & (closer | (change < 1.5f * f.trust))), f.distance, phi);
 }
 
-/* Returns whether phi may have lost a voxel: springls have it on their other side, not deep and not aside. */
+/* Returns whether phi may have lost a voxel of a sheet or gap: by the springls it is on the other side, no deeper than in one
+   that phi could lose, and not aside of them. */
 SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(can_nucleate)(SPRINGLS__NUM phi, SPRINGLS__W(projection) f)
 {
     return SPRINGLS__W(other_side)(f.distance, phi) & (SPRINGLS__W(fabs)(f.distance) < 0.8f) & (f.trust > 0.1f);

@@ -161,7 +161,7 @@ SPRINGLS__MATHS int springls__first_near(float x, float radius) { return (int)sp
 /* Returns the last voxel of the brick within `radius` of such a place along one axis. */
 SPRINGLS__MATHS int springls__last_near(float x, float radius) { return (int)springls__min(x + radius, 7.0f); }
 
-/* What springls__reached_rows does with a springl. */
+/* What springls__take_into_rows does with a springl. */
 #define SPRINGLS__TAKE_NEAREST 0   /* makes it the nearest springl of the voxels that have no nearer one */
 #define SPRINGLS__TAKE_SUMS 1      /* adds it to the sums of the voxels of its sheet */
 #define SPRINGLS__TAKE_ONE_SHEET 2 /* adds it to the sums of all: the springls near the brick are of one sheet */
@@ -186,8 +186,8 @@ SPRINGLS__MATHS void springls__reach_row(springls__brick_sums *sums, int row)
 }
 
 /* Takes a springl into the rows of a brick that are near it. It is near at most four voxels of a row. */
-SPRINGLS__MATHS void springls__reached_rows(const springls__oriented s, const int origin[3], springls__group group, int take,
-                                            springls__brick_sums *sums)
+SPRINGLS__MATHS void springls__take_into_rows(const springls__oriented s, const int origin[3], springls__group group, int take,
+                                              springls__brick_sums *sums)
 {
     const float radius = SPRINGLS__PROJECT_RADIUS;
     springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;
@@ -239,7 +239,7 @@ SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, con
     for (take = one_sheet ? SPRINGLS__TAKE_ONE_SHEET : SPRINGLS__TAKE_NEAREST; take <= last; take++)
         for (r = 0; r < near_by->count; r++)
             for (k = near_by->first[r]; k < near_by->end[r]; k++)
-                springls__reached_rows(oriented[k], origin, model->group, take, sums);
+                springls__take_into_rows(oriented[k], origin, model->group, take, sums);
 }
 
 /* The box of the places that springls at an edge may be near; empty where there are none. */
@@ -442,7 +442,7 @@ SPRINGLS__MATHS float springls__passed_phi(const springls__model *model, springl
     return springls__fabs(phi) < max_displacement ? springls__side_unknown(phi, model->grid.far_value) : phi;
 }
 
-/* Returns whether the surface may have passed a voxel of a row that no springl is near; true too where only a look at each tells.
+/* Returns whether the surface may have passed a voxel of a row that no springl is near; true too where each has to be looked at.
    sums: of the row, if a springl has reached it. */
 SPRINGLS__MATHS bool springls__some_passed(const springls__model *model, SPRINGLS__GLOBAL const float *phi, bool reached,
                                            SPRINGLS__LOCAL const float *sums, float max_displacement)
@@ -479,8 +479,8 @@ SPRINGLS__MATHS bool springls__project_row(const springls__model *model, const s
                                            SPRINGLS__GLOBAL const float *phi, SPRINGLS__GLOBAL float *out)
 {
     const bool carry = args.project.carry != 0;
-    const float passed = args.project.max_displacement;
-    bool some_passed = carry && springls__some_passed(model, phi, reached, sums, passed), unknown = false;
+    const float max_displacement = args.project.max_displacement;
+    bool some_passed = carry && springls__some_passed(model, phi, reached, sums, max_displacement), unknown = false;
     float value[8];
     int i;
     if (!reached && !some_passed) {
@@ -488,7 +488,7 @@ SPRINGLS__MATHS bool springls__project_row(const springls__model *model, const s
         return false;
     }
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__vec_store(value + i, springls__vec_load(phi + i));
-    if (some_passed) unknown = springls__mark_passed(model, origin, row, reached, sums, passed, value);
+    if (some_passed) unknown = springls__mark_passed(model, origin, row, reached, sums, max_displacement, value);
     if (reached && carry) springls__carry_row(tile, row, sums, value);
     if (reached && model->params.project_level_set)
         springls__correct_row(model, near_by, origin, row, sums, args, edges, value);
@@ -496,7 +496,7 @@ SPRINGLS__MATHS bool springls__project_row(const springls__model *model, const s
     return unknown;
 }
 
-/* What has_opposed has of a brick that is asleep, in which nothing is found. */
+/* In has_opposed: the brick is asleep, and was not looked into. */
 #define SPRINGLS__OPPOSED_ASLEEP 2
 
 /* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry

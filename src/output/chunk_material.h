@@ -8,9 +8,6 @@
 
 enum { SPRINGLS__CHUNK_CANDIDATES = 1024 }; /* a multiple of SPRINGLS__LANES */
 
-/* How far from a vertex its springl may be, voxels. */
-#define SPRINGLS__CHUNK_RADIUS 1.0f
-
 /* The springls that may count for a vertex of a chunk, in the order of the cells, and the numbers of those that may for a few
    vertices of it. reach: voxels from the particle of one within which it may. */
 typedef struct springls__candidates {
@@ -19,7 +16,7 @@ typedef struct springls__candidates {
     springls__v3 n[SPRINGLS__CHUNK_CANDIDATES], a[SPRINGLS__CHUNK_CANDIDATES];
     int springl[SPRINGLS__CHUNK_CANDIDATES], list[SPRINGLS__CHUNK_CANDIDATES];
     int count, listed;
-    uint16_t order[3 * SPRINGLS__TILE_VOXELS]; /* of the vertices: those of a group lie close together */
+    uint16_t order[3 * SPRINGLS__TILE_VOXELS]; /* numbers of the vertices, group by group: those of a group lie close together */
 } springls__candidates;
 
 /* A few vertices, one a lane; nearest: the candidates nearest to them, or -1. */
@@ -32,7 +29,7 @@ typedef struct springls__vertex_group {
 /* Returns the distance from its particle within which a springl may be nearest to a vertex, or take part in a fit. */
 SPRINGLS__FN float springls__reach_of(float bounding_radius)
 {
-    return springls__max(SPRINGLS__FIT_RADIUS, SPRINGLS__CHUNK_RADIUS + bounding_radius);
+    return springls__max(SPRINGLS__FIT_RADIUS, SPRINGLS__MATERIAL_RADIUS + bounding_radius);
 }
 
 /* Returns true when a place is within r of a box, by each coordinate. */
@@ -99,20 +96,20 @@ SPRINGLS__FN springls__vertex_group springls__vertex_group_of(const springls__v3
     return group;
 }
 
-/* Orders vertices by cells of two voxels. lower: of their box. */
+/* Orders vertices by cells of two voxels, by counting, so that groups have short lists. lower: of their box. */
 SPRINGLS__FN void springls__order_vertices(const springls__v3 *vertex, int count, springls__v3 lower, uint16_t *order)
 {
-    enum { SIDE = 6 }; /* of 11 voxels at most */
-    int first[SIDE * SIDE * SIDE + 1], i, k;
+    enum { SIDE = 6, CELLS = SIDE * SIDE * SIDE }; /* a chunk's vertices lie within 11 voxels */
+    int first[CELLS + 1], pass, i; /* first: place in the order of a cell's next vertex */
     memset(first, 0, sizeof first);
-    for (k = 0; k < 2; k++) {
+    for (pass = 0; pass < 2; pass++) {
         for (i = 0; i < count; i++) {
             const springls__v3 d = springls__sub(vertex[i], lower);
             int *cell = first + (int)(0.5f * d.x) + SIDE * ((int)(0.5f * d.y) + SIDE * (int)(0.5f * d.z));
-            if (k) order[(*cell)++] = (uint16_t)i;
+            if (pass) order[(*cell)++] = (uint16_t)i;
             else cell[1]++;
         }
-        for (i = 0; k == 0 && i < SIDE * SIDE * SIDE; i++) first[i + 1] += first[i];
+        for (i = 0; pass == 0 && i < CELLS; i++) first[i + 1] += first[i];
     }
 }
 
@@ -168,24 +165,25 @@ SPRINGLS__FN void springls__try_candidate(const springls__model *model, const sp
         if (d2[lane] == search->best[lane] && (nearest < 0 || c->springl[k] >= c->springl[nearest])) continue;
         group->nearest[lane] = k;
         search->best[lane] = d2[lane];
-        search->limit[lane] = springls__nearest_limit(d2[lane], SPRINGLS__CHUNK_RADIUS);
+        search->limit[lane] = springls__nearest_limit(d2[lane], SPRINGLS__MATERIAL_RADIUS);
     }
 }
 
-/* Returns the listed candidates whose particles are nearest to the vertices; there is one. */
+/* Returns the candidates whose particles are nearest to the vertices, as floats, which numbers as small fit in; at least one is
+   listed. */
 SPRINGLS__FN springls__vec springls__nearest_particles(const springls__candidates *c, springls__vec3 x)
 {
-    springls__vec best = springls__vec_broadcast(FLT_MAX), at = springls__vec_broadcast(0.0f);
+    springls__vec best = springls__vec_broadcast(FLT_MAX), nearest = springls__vec_broadcast(0.0f);
     int i;
     for (i = 0; i < c->listed; i++) {
         const springls__vec d2 = springls__vec_length2(springls__vec_sub(springls__particle_of(c, c->list[i]), x));
-        at = springls__vec_select(d2 < best, springls__vec_broadcast((float)c->list[i]), at);
+        nearest = springls__vec_select(d2 < best, springls__vec_broadcast((float)c->list[i]), nearest);
         best = springls__vec_min(d2, best);
     }
-    return at;
+    return nearest;
 }
 
-/* Finds the candidates nearest to the vertices. It looks at those first whose particles are nearest, so that few others can be
+/* Finds the candidates nearest to the vertices. Those whose particles are nearest come first: after them few others can be
    nearer. */
 SPRINGLS__FN void springls__find_nearest(const springls__model *model, const springls__candidates *c, springls__vertex_group *group)
 {
@@ -194,14 +192,15 @@ SPRINGLS__FN void springls__find_nearest(const springls__model *model, const spr
     float first[SPRINGLS__LANES];
     int i;
     for (i = 0; i < SPRINGLS__LANES; i++) {
-        search.best[i] = SPRINGLS__CHUNK_RADIUS * SPRINGLS__CHUNK_RADIUS;
-        search.limit[i] = SPRINGLS__CHUNK_RADIUS;
+        search.best[i] = SPRINGLS__MATERIAL_RADIUS * SPRINGLS__MATERIAL_RADIUS;
+        search.limit[i] = SPRINGLS__MATERIAL_RADIUS;
     }
     if (c->listed == 0) return;
     guess = springls__nearest_particles(c, group->x);
     springls__vec_store(first, guess);
     for (i = 0; i < SPRINGLS__LANES; i++)
-        if (i == 0 || first[i] != first[i - 1]) springls__try_candidate(model, c, (int)first[i], group, &search);
+        if (i == 0 || first[i] != first[i - 1]) /* neighbors often share it */
+            springls__try_candidate(model, c, (int)first[i], group, &search);
     for (i = 0; i < c->listed; i++) {
         const int k = c->list[i];
         const springls__vec within = springls__vec_load(search.limit) + c->bounding_radius[k];
@@ -231,7 +230,7 @@ SPRINGLS__FN springls__vec3 springls__tangents_of(const springls__candidates *c,
     return springls__vectors_of(v);
 }
 
-/* Returns the correspondences of the vertices: by the quadratic fits around them, or else those of their springls. */
+/* Returns the correspondences of the vertices: by the fits around them, or else those of their springls. */
 SPRINGLS__FN springls__vec3 springls__group_correspondences(const springls__candidates *c, const springls__vertex_group *group)
 {
     springls__vec_correspondence_fit fit = springls__vec_correspondence_fit_begin(

@@ -306,7 +306,7 @@ static void map_uv(const struct uv_map *map, const struct aiVector3D *uv, float 
     out[1] = map->offset[1] - map->sine * u + map->cosine * v;
 }
 
-/* Reads how a material looks. Files that know no metal, such as OBJ, are rough. */
+/* Reads how a material looks. Files of formats without metal, such as OBJ, are rough. */
 static void read_material(struct reader *r, unsigned number)
 {
     struct material *made = &r->character->materials[number];

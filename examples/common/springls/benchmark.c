@@ -61,7 +61,7 @@ static int fail(const struct run *run, const char *what)
     return cli_fail(run->benchmark->name, CLI_EXIT_FAILURE, "%s: %s", what, springls_last_error(run->ctx));
 }
 
-/* Where the body becomes thinner than a voxel the paper's set, whose phi alone says what is there, loses it. */
+/* Where the body becomes thinner than a voxel the paper's set loses it: there phi alone decides what is left. */
 static int nothing_left(const struct run *run, int done, int calls)
 {
     return cli_fail(run->benchmark->name, CLI_EXIT_FAILURE,

@@ -50,20 +50,20 @@ static bool is_word(const char *line, const char *word)
     return strncmp(line, word, length) == 0 && (line[length] == '\0' || isspace((unsigned char)line[length]));
 }
 
-/* Every line is one of those that the format has. */
+/* Returns whether every line is one that the format has, up to its end. */
 static bool ply_header_is_whole(struct header *h)
 {
     static const char *const words[] = {"format", "comment", "obj_info", "element", "property"};
     for (int row = 2; row < MOST_LINES && fgets(h->line, LONGEST_LINE, h->file); ++row) {
-        bool known = false;
+        bool allowed = false;
         double count;
         if (is_word(h->line, "end_header")) {
             return true;
         }
         for (size_t i = 0; i < sizeof words / sizeof *words; ++i) {
-            known = known || is_word(h->line, words[i]);
+            allowed = allowed || is_word(h->line, words[i]);
         }
-        if (!known || !strchr(h->line, '\n')) {
+        if (!allowed || !strchr(h->line, '\n')) {
             return scene_fail(h->error, h->path, "line %d of the PLY header is none that it can have", row);
         }
         if (sscanf(h->line, "element %*s %lf", &count) == 1 && !count_fits(h, count)) {
@@ -73,7 +73,7 @@ static bool ply_header_is_whole(struct header *h)
     return scene_fail(h->error, h->path, "the PLY header has no end");
 }
 
-/* The counts stand behind the first word, or on the first line after it that is no comment. */
+/* Returns whether the counts fit: they stand behind the first word, or on the first line after it that is no comment. */
 static bool off_counts_fit(struct header *h, const char *behind)
 {
     double count[2] = {0.0, 0.0};
@@ -86,7 +86,7 @@ static bool off_counts_fit(struct header *h, const char *behind)
             break;
         }
     }
-    return true; /* assimp says what is missing */
+    return true; /* assimp reports what is missing */
 }
 
 static bool header_is_good(struct header *h)
@@ -102,6 +102,7 @@ static bool header_is_good(struct header *h)
     if (!fgets(h->line, LONGEST_LINE, h->file)) {
         return true;
     }
+    /* assimp takes the word in capitals too */
     if (tolower((unsigned char)h->line[0]) == 'p' && tolower((unsigned char)h->line[1]) == 'l'
         && tolower((unsigned char)h->line[2]) == 'y') {
         return ply_header_is_whole(h);
