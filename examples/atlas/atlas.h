@@ -66,6 +66,10 @@ struct atlas_subject {
 bool atlas_subject_read(const char *name, const char *images, const char *landmarks, bool mirror, struct atlas_subject *subject);
 void atlas_subject_free(struct atlas_subject *subject);
 
+/* Removes closed parts and cavities of less than a hundredth of the volume from a mesh: what is scattered about an object
+ * corresponds to nothing. Returns how many, -1: memory. */
+int atlas_drop_specks(struct shape_mesh *mesh);
+
 /* Copies the `dims` voxels of a volume that begin at voxel `lo`, in the same world places; beyond the volume they are 0. */
 bool atlas_crop(const struct volume *from, const int lo[3], const int dims[3], struct volume *part);
 

@@ -102,7 +102,8 @@ static bool cut_surface(const struct shape_mesh *from, struct atlas_template *te
                                       from->triangle_count, NULL),
                     "template") &&
         atlas_check(template->ctx, springls_extract_mesh(template->ctx, &surface), "template") &&
-        atlas_mesh_copy(surface.positions, surface.vertex_count, surface.triangles, surface.triangle_count, &template->mesh);
+        atlas_mesh_copy(surface.positions, surface.vertex_count, surface.triangles, surface.triangle_count, &template->mesh) &&
+        atlas_drop_specks(&template->mesh) >= 0;
     springls_mesh_free(template->ctx, &surface);
     const struct shape_mesh *mesh = &template->mesh;
     *lost = 1.0f;

@@ -8,6 +8,7 @@
 
 struct edge {
     int low, high, along; /* corners; +1: the triangle runs from low to high */
+    int triangle;
 };
 
 static int compare_edges(const void *a, const void *b)
@@ -25,10 +26,26 @@ static int root_of(int *parent, int v)
     return v;
 }
 
-static bool check_edges(const int *triangles, int vertex_count, int triangle_count, struct mesh_check *check)
+/* Returns the three edges of every triangle, equal ones side by side; NULL: memory. */
+static struct edge *sort_edges(const int *triangles, int triangle_count)
 {
     const int count = 3 * triangle_count;
     struct edge *edges = malloc(((size_t)count + 1) * sizeof *edges);
+    for (int i = 0; edges && i < count; ++i) {
+        const int a = triangles[i], b = triangles[i % 3 == 2 ? i - 2 : i + 1];
+        const struct edge e = {a < b ? a : b, a < b ? b : a, a < b ? 1 : -1, i / 3};
+        edges[i] = e;
+    }
+    if (edges) {
+        qsort(edges, (size_t)count, sizeof *edges, compare_edges);
+    }
+    return edges;
+}
+
+static bool check_edges(const int *triangles, int vertex_count, int triangle_count, struct mesh_check *check)
+{
+    const int count = 3 * triangle_count;
+    struct edge *edges = sort_edges(triangles, triangle_count);
     int *parent = malloc(((size_t)vertex_count + 1) * sizeof *parent);
     if (!edges || !parent) {
         free(edges);
@@ -39,12 +56,8 @@ static bool check_edges(const int *triangles, int vertex_count, int triangle_cou
         parent[v] = -1;
     }
     for (int i = 0; i < count; ++i) {
-        const int a = triangles[i], b = triangles[i % 3 == 2 ? i - 2 : i + 1];
-        const struct edge e = {a < b ? a : b, a < b ? b : a, a < b ? 1 : -1};
-        edges[i] = e;
-        parent[a] = a;
+        parent[triangles[i]] = triangles[i];
     }
-    qsort(edges, (size_t)count, sizeof *edges, compare_edges);
     int different = 0, used = 0;
     for (int i = 0, next; i < count; i = next) {
         int balance = 0;
@@ -169,6 +182,43 @@ bool mesh_check(const float *positions, int vertex_count, const int *triangles, 
 static double signed_volume(const float *origin, const float *a, const float *b, const float *c)
 {
     return side(origin, a, b, c) / 6.0;
+}
+
+double mesh_volume(const float *positions, const int *triangles, int triangle_count)
+{
+    double sum = 0.0;
+    for (int t = 0; t < triangle_count; ++t) {
+        const int *c = triangles + 3 * t;
+        sum += signed_volume(positions + 3 * triangles[0], positions + 3 * c[0], positions + 3 * c[1], positions + 3 * c[2]);
+    }
+    return sum;
+}
+
+static void normal_of(const float *positions, const int *corners, float normal[3])
+{
+    float places[9];
+    for (int k = 0; k < 3; ++k) {
+        memcpy(places + 3 * k, positions + 3 * corners[k], 3 * sizeof *places);
+    }
+    vec3_triangle_normal(places, normal);
+}
+
+double mesh_bent_edges(const float *positions, const int *triangles, int triangle_count, float cosine)
+{
+    struct edge *edges = sort_edges(triangles, triangle_count);
+    int shared = 0, bent = 0;
+    for (int i = 0; edges && i + 1 < 3 * triangle_count; ++i) {
+        if (compare_edges(&edges[i], &edges[i + 1]) == 0) {
+            float n[3], m[3];
+            normal_of(positions, triangles + 3 * edges[i].triangle, n);
+            normal_of(positions, triangles + 3 * edges[i + 1].triangle, m);
+            bent += vec3_dot(n, m) < cosine;
+            ++shared;
+        }
+    }
+    const bool known = edges != NULL;
+    free(edges);
+    return !known ? -1.0 : shared > 0 ? (double)bent / shared : 0.0;
 }
 
 /* Returns for each vertex one that is connected with it, the same for all of a component found by root_of; NULL: memory. */

@@ -17,6 +17,13 @@ bool mesh_check(const float *positions, int vertex_count, const int *triangles, 
 /* Returns the number of components of a mesh, -1: memory. */
 int mesh_components(int vertex_count, const int *triangles, int triangle_count);
 
+/* Returns what a closed mesh encloses, cavities less. */
+double mesh_volume(const float *positions, const int *triangles, int triangle_count);
+
+/* Returns the share of the edges at which the normals of two triangles include an angle with a cosine below `cosine`; -1:
+ * memory. Edges of folds are near -1. */
+double mesh_bent_edges(const float *positions, const int *triangles, int triangle_count, float cosine);
+
 /* Removes components that enclose less than `smallest`, bubbles too; the vertices stay. Returns how many, -1: memory. */
 int mesh_drop_specks(const float *positions, int vertex_count, int *triangles, int *triangle_count, double smallest);
 
