@@ -534,9 +534,27 @@ TEST what_is_far_away_is_found(int soup)
     PASS();
 }
 
+/* A single point so far from the surface that the active brick nearest to it has none of it: then all bricks of a ring are
+   looked up, also those that are not active (AddressSanitizer sees reads beside the table). */
+TEST one_point_beyond_the_band(void)
+{
+    static const float at[4][3] = { { 0, 0, 0 }, { -10, -10, -10 }, { 31, 31, 0 }, { 1e8f, 16, 16 } };
+    springls_context *ctx = fixture_sphere(SIZE, NULL, 16.0f, 16.0f, 16.0f, 8.0f);
+    int i;
+    for (i = 0; i < 4; i++) {
+        const double distance = d3_distance(d3_make(at[i][0], at[i][1], at[i][2]), d3_make(16.0, 16.0, 16.0)) - 8.0;
+        springls_hit hit;
+        ASSERT_OK(springls_closest(ctx, WATERTIGHT, at[i], 1, &hit));
+        ASSERT_IN_RANGE(distance, (double)hit.distance, 0.1 + 1e-6 * distance);
+    }
+    springls_destroy(ctx);
+    PASS();
+}
+
 SUITE(rays)
 {
     int which;
+    RUN_TEST(one_point_beyond_the_band);
     RUN_TESTp(what_is_far_away_is_found, 0);
     RUN_TESTp(what_is_far_away_is_found, 1);
     for (which = 0; which < BODIES; which++) RUN_TESTp(rays_meet_the_mesh, which);
