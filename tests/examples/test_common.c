@@ -222,6 +222,7 @@ TEST drawing_is_clipped_and_png_is_written(void)
     ASSERT(read_text(scratch("a.png"), text, sizeof text) > 20);
     ASSERT_MEM_EQ("\x89PNG", text, 4);
     ASSERT_FALSE(image_write_png(&image, "/nonexistent/folder/x.png"));
+    ASSERT_FALSE(image_write_png(&image, "/dev/full"));
     image_free(&image);
     ASSERT_FALSE(image_create(&image, 0, 10, color_rgb(0.0f, 0.0f, 0.0f)));
     PASS();

@@ -4,6 +4,7 @@
 #include "pictures/image_font.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -36,14 +37,6 @@ static unsigned char *image_bytes(const struct image *image)
     return bytes;
 }
 
-bool image_write_png(const struct image *image, const char *path)
-{
-    unsigned char *bytes = image_bytes(image);
-    const bool good = bytes && stbi_write_png(path, image->width, image->height, 3, bytes, 3 * image->width);
-    free(bytes);
-    return good;
-}
-
 bool image_encode_png(const struct image *image, unsigned char **encoded, size_t *size)
 {
     unsigned char *bytes = image_bytes(image);
@@ -52,6 +45,18 @@ bool image_encode_png(const struct image *image, unsigned char **encoded, size_t
     *size = (size_t)length;
     free(bytes);
     return *encoded != NULL;
+}
+
+/* Not by stbi_write_png, which does not notice a full disk. */
+bool image_write_png(const struct image *image, const char *path)
+{
+    unsigned char *encoded;
+    size_t size;
+    FILE *file = image_encode_png(image, &encoded, &size) ? fopen(path, "wb") : NULL;
+    bool good = file && fwrite(encoded, 1, size, file) == size;
+    good = file && fclose(file) == 0 && good;
+    free(encoded);
+    return good;
 }
 
 static const unsigned char *glyph_rows(char c)
