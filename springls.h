@@ -22602,17 +22602,18 @@ SPRINGLS__FN float springls__level_brick2(const springls__level_search *search, 
     return springls__level_box2(search, lower, upper);
 }
 
-/* Searches the cubes of a brick, row by row. */
+/* Searches the cubes of a brick, row by row, if it is active. */
 SPRINGLS__FN void springls__level_try_brick(springls__level_search *search, int brick)
 {
     const springls__grid *g = &search->ctx->model.grid;
+    const int slot = springls__slot_of_brick(g, brick);
     springls__cube_range range;
     float radius;
     bool border;
     int u[2], v[2], w[2], y, z;
-    if (springls__level_brick2(search, brick) > search->limit2) return;
+    if (slot < SPRINGLS__FIRST_SLOT || springls__level_brick2(search, brick) > search->limit2) return;
     radius = springls__sqrt(search->limit2);
-    range = springls__brick_cubes(g, springls__slot_of_brick(g, brick));
+    range = springls__brick_cubes(g, slot);
     border = springls__tile_at_border(g, range.origin);
     springls__level_span(search, &range, 0, radius, u);
     springls__level_span(search, &range, 1, radius, v);
@@ -34754,7 +34755,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 34758 \"springls.h\"\n",
+    "#line 34759 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
