@@ -693,8 +693,9 @@ SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, sprin
 
 /* Begins what springls_chunks_update does, in as many calls of springls_chunks_continue as the caller likes, with the same
    bits. Completes a step in progress. Until the update is done, queries read the model as during a step; every call that changes
-   the model, or begins a step or an update of other chunks, completes the update first and returns its failure; inputs and
-   springls_restore drop it with the model, and springls_chunks_continue begins again. */
+   the model, or begins a step or an update of other chunks, completes the update first and returns its failure, and the next
+   springls_chunks_continue returns the list; inputs and springls_restore drop it with the model, and springls_chunks_continue
+   begins again. */
 SPRINGLS_API springls_status springls_chunks_begin(springls_context *ctx, springls_chunks *chunks);
 
 /* Continues the update for about `seconds` by trace.now, as springls_step_continue does a step. *done: it is complete, and

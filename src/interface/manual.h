@@ -353,6 +353,8 @@
        part in phi: while bodies overlap, phi, meshes, measures and volume_lock are those of their union.
      - Drawn apart, bodies are what they were. Nothing keeps them from passing through each other: that is up to the forces, which
        can distinguish bodies by springl (springls_batch) or by correspondence.
+     - Components (EVENTS) are those of the union: while bodies overlap they are one, and one of them has a new id when they part.
+       Correspondences and attributes distinguish bodies for good.
      - The topology within a body stays free. One that splits is still one body, and its parts merge when they meet.
 
    A springl is found to lie in another body when it passes that body's surface, and a voxel to lie outside by the springls of
