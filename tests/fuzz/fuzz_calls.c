@@ -397,7 +397,7 @@ static bool begin(bench *t)
     desc.follow = fuzz_choice(&t->b, 4) == 0;
     if (!desc.follow) desc.grid.size[1] -= fuzz_choice(&t->b, 4);
     if (fuzz_choice(&t->b, 8) == 0) desc.grid.spacing[0] = desc.grid.spacing[1] = desc.grid.spacing[2] = 0.5;
-    desc.max_springls = fuzz_choice(&t->b, 4) ? 20000 : fuzz_choice(&t->b, 256);
+    desc.max_springls = fuzz_choice(&t->b, 4) ? 2000 : fuzz_choice(&t->b, 256);
     desc.progress.report = count_report;
     desc.progress.user = t;
     if (fuzz_choice(&t->b, 2)) desc.tasks = fixture_tasks(&t->workers, 3, 0);

@@ -38,7 +38,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     for (k = 0; k < 3; k++) desc.grid.size[k] = 4 + fuzz_choice(&b, 28);
     params.split_input = fuzz_choice(&b, 3) != 0;
     desc.allocator = fixture_allocator(&heap);
-    desc.max_springls = 20000;
+    desc.max_springls = 2000;
     FUZZ_CHECK(springls_create(&desc, &ctx) == SPRINGLS_OK);
     while (b.left && points + 8 <= MOST_POINTS && count + 12 <= MOST_TRIANGLES) {
         if (fuzz_choice(&b, 3) == 0) {
