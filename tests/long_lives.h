@@ -34,7 +34,7 @@ static springls_status life_set_ball(life *l)
     springls_sphere ball;
     int k;
     for (k = 0; k < 3; k++) ball.center[k] = l->kind == LIFE_FLOW ? 0.35f * 64.0f : 48.0f;
-    ball.radius = l->kind == LIFE_FLOW ? 0.15f * 64.0f : 18.0f;
+    ball.radius = l->kind == LIFE_FLOW ? 0.15f * 64.0f : 12.0f;
     return springls_set_implicit(l->ctx, springls_implicit_sphere, &ball);
 }
 
@@ -116,22 +116,33 @@ static springls_status life_stroke(life *l, const springls_hit *hit, float way)
     return springls_step(l->ctx, &step);
 }
 
-/* Pulls, pushes, adds a ball or cuts one out where the surface is closest to a random place. */
+/* Returns whether the model has more volume than its first ball: then it is the turn of what makes it smaller. */
+static springls_status life_is_large(const life *l, bool *large)
+{
+    springls_measures measures;
+    const springls_status status = springls_measure(l->ctx, &measures);
+    *large = status == SPRINGLS_OK && measures.volume > 4.19 * 12.0 * 12.0 * 12.0;
+    return status;
+}
+
+/* Pulls or adds a ball, and where the model is large pushes or cuts one out, where the surface is closest to a random place. */
 static springls_status life_edit(life *l)
 {
     springls_sphere ball;
     springls_hit hit;
     float place[3];
-    const int kind = (int)(life_bits(l) % 4u);
-    springls_status status;
+    const bool stroke = (life_bits(l) & 1u) != 0u;
+    bool large;
+    springls_status status = life_is_large(l, &large);
     int k;
-    for (k = 0; k < 3; k++) place[k] = life_between(l, 26.0f, 70.0f);
+    if (status != SPRINGLS_OK) return status;
+    for (k = 0; k < 3; k++) place[k] = life_between(l, 34.0f, 62.0f);
     status = springls_closest(l->ctx, SPRINGLS_SURFACE_WATERTIGHT, place, 1, &hit);
     if (status != SPRINGLS_OK || hit.springl < 0) return status;
-    if (kind < 2) return life_stroke(l, &hit, (kind ? -1.0f : 1.0f) * life_between(l, 1.0f, 5.0f));
+    if (stroke) return life_stroke(l, &hit, (large ? -1.0f : 1.0f) * life_between(l, 1.0f, 5.0f));
     for (k = 0; k < 3; k++) ball.center[k] = 0.5f * (hit.point[k] + place[k]); /* within the middle of the grid */
     ball.radius = life_between(l, 3.0f, 8.0f);
-    return springls_combine_implicit(l->ctx, kind == 2 ? SPRINGLS_OPERATION_UNION : SPRINGLS_OPERATION_DIFFERENCE,
+    return springls_combine_implicit(l->ctx, large ? SPRINGLS_OPERATION_DIFFERENCE : SPRINGLS_OPERATION_UNION,
                                      springls_implicit_sphere, &ball);
 }
 
