@@ -371,7 +371,8 @@
    sleep and nothing moves, a step ends after advect. Awake, springls at rest would go on turning as they relax, by which phi
    moves to and fro by about 0.02 voxel: so far does a model asleep differ from one kept awake.
 
-     - What stirs in a brick or beside it wakes it; springls_set_params, stages that are called alone, inputs and tools wake all.
+     - What stirs in a brick or beside it wakes it, and so does springls_combine where it changes the model. springls_set_params,
+       stages that are called alone, inputs and the other tools wake all.
      - A tool that acts in one place states its box in springls_forces.region_lower and _upper: springls outside are not visited.
      - Nothing sleeps with evolve_iterations > 0, carry_level_set = 0 or volume_lock = 1.
 

@@ -53,16 +53,24 @@ SPRINGLS__FN springls_status springls__report_device_failure(springls_context *c
     return status;
 }
 
-/* Makes kernels run on the host from now on, and all of the model current there: called by inputs, queries and tools. */
-SPRINGLS__FN springls_status springls__use_host(springls_context *ctx, bool writes)
+/* Makes kernels run on the host from now on, and all of the model current there. writes: the caller changes it, and ends the calm
+   of the bricks where it does. */
+SPRINGLS__FN springls_status springls__use_host_calmly(springls_context *ctx, bool writes)
 {
     springls_status status;
     ctx->on_device = false;
     if (ctx->calls > 0 || !ctx->step.active) springls__forget_work(ctx); /* a step in progress still needs it */
     status = springls__to_host(ctx, SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS,
                                writes ? SPRINGLS__ALL_BITS & ~SPRINGLS__WORK_BITS : 0);
-    if (status == SPRINGLS_OK && writes) springls__wake_all(ctx);
     return springls__report_device_failure(ctx, status);
+}
+
+/* The same for inputs, queries and tools that may change all of the model. */
+SPRINGLS__FN springls_status springls__use_host(springls_context *ctx, bool writes)
+{
+    springls_status status = springls__use_host_calmly(ctx, writes);
+    if (status == SPRINGLS_OK && writes) springls__wake_all(ctx);
+    return status;
 }
 
 /* Makes arrays current on the host before a call reads them. ctx is const for the caller: the model itself does not change. */

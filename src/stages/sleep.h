@@ -37,14 +37,31 @@ SPRINGLS__FN void springls__rest_all(springls_context *ctx)
     for (i = 0; i < g->active_count; i++) g->calm[g->active[i]] = (uint8_t)springls__calm_limit(&ctx->model);
 }
 
+/* Finds the bricks that are awake, by how long they have been calm. Wakes all where nothing may sleep. */
+SPRINGLS__FN void springls__find_awake_now(springls_context *ctx)
+{
+    springls__grid *g = &ctx->model.grid;
+    int awake;
+    if (!springls__may_sleep(ctx)) {
+        springls__wake_all(ctx);
+        return;
+    }
+    springls__run(ctx, SPRINGLS__KERNEL_awake, g->active_count, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_near_awake, g->active_count, NULL);
+    g->some_asleep = 1;
+    ctx->at_rest = false;
+    if (ctx->on_device && ctx->motion.moved > SPRINGLS__REST) return; /* saves a blocking read */
+    awake = springls__count_of(ctx, SPRINGLS__ARRAY_AWAKE, g->slot_count, 1) - SPRINGLS__FIRST_SLOT;
+    g->some_asleep = awake < g->active_count;
+    ctx->at_rest = awake == 0 && !springls__has_lost_level_set(ctx);
+}
+
 enum { SPRINGLS__ROUSE_MEASURE, SPRINGLS__ROUSE_STIR };
 
 /* Finds the bricks that are awake, after the springls have moved. which: of the springls that stir. Wakes all where nothing may
    sleep. */
 SPRINGLS__FN springls_status springls__find_awake(springls_context *ctx, int which)
 {
-    springls__grid *g = &ctx->model.grid;
-    int awake;
     if (!springls__may_sleep(ctx)) {
         springls__wake_all(ctx);
         return SPRINGLS_OK;
@@ -54,16 +71,9 @@ SPRINGLS__FN springls_status springls__find_awake(springls_context *ctx, int whi
         springls__loop(ctx, SPRINGLS__KERNEL_displacement, ctx->model.set.count, NULL);
         return springls__next_phase(ctx, SPRINGLS__ROUSE_STIR);
     }
-    springls__run(ctx, SPRINGLS__KERNEL_calm, g->active_count, NULL);
+    springls__run(ctx, SPRINGLS__KERNEL_calm, ctx->model.grid.active_count, NULL);
     springls__stir(ctx, which, 0, ctx->model.set.count);
-    springls__run(ctx, SPRINGLS__KERNEL_awake, g->active_count, NULL);
-    springls__run(ctx, SPRINGLS__KERNEL_near_awake, g->active_count, NULL);
-    g->some_asleep = 1;
-    ctx->at_rest = false;
-    if (ctx->on_device && ctx->motion.moved > SPRINGLS__REST) return SPRINGLS_OK; /* saves a blocking read */
-    awake = springls__count_of(ctx, SPRINGLS__ARRAY_AWAKE, g->slot_count, 1) - SPRINGLS__FIRST_SLOT;
-    g->some_asleep = awake < g->active_count;
-    ctx->at_rest = awake == 0 && !springls__has_lost_level_set(ctx);
+    springls__find_awake_now(ctx);
     return SPRINGLS_OK;
 }
 

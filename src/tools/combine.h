@@ -20,6 +20,7 @@
 #include "../stages/keep_edges.h"
 #include "../stages/project.h"
 #include "../stages/rebuild.h"
+#include "../stages/sleep.h"
 #include "../stages/window.h"
 #include "../solver/step.h"
 #include "../lifecycle/create.h"
@@ -156,7 +157,7 @@ SPRINGLS__FN const float *springls__phi_of_entry(const springls__grid *grid, con
     return grid->phi + (size_t)springls__slot_of_brick(grid, springls__brick_of_entry(g, entry)) * SPRINGLS__BRICK_VOXELS;
 }
 
-/* Computes phi of the result in the active brick of an entry, into phi_next. */
+/* Computes phi of the result in the active brick of an entry, into phi_next; ends the brick's calm if that changes it. */
 SPRINGLS__FN void springls__combine_brick(springls__grid *g, springls_operation operation, const springls__grid *other, int entry)
 {
     const int slot = g->top[entry];
@@ -172,6 +173,7 @@ SPRINGLS__FN void springls__combine_brick(springls__grid *g, springls_operation 
         at[2] = o[2] + (v >> 6);
         out[v] = springls__surfaces_cancel(operation, g, other, phi[v], other_phi[v], at)
                ? between : springls__combined_phi(operation, phi[v], other_phi[v]);
+        if (out[v] != phi[v]) g->calm[slot] = 0;
     }
 }
 
@@ -408,12 +410,14 @@ SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, s
     for (i = 0; i < ctx->attribute_count; i++)
         SPRINGLS__TRY(springls__values_reserve(ctx, &ctx->attributes[i], staying + added, count));
     SPRINGLS__TRY(springls__attributes_before_removal(ctx));
+    springls__stir(ctx, SPRINGLS__STIR_CONTRACTED, 0, count);
     SPRINGLS__TRY(springls__constellation_compact(ctx));
     springls__attributes_after_removal(ctx, count);
     for (i = 0; i < staying; i++) ctx->model.set.s[i] = springls__pull_to_surface(&rule, ctx->model.set.s[i]);
     for (i = 0; i < other->model.set.count; i++)
         if (springls__contract_action(&other->model)[i] == SPRINGLS__KEEP)
             springls__copy_other_springl(ctx, other, i, &other_rule, turn);
+    springls__stir(ctx, SPRINGLS__STIR_ALL, staying, added);
     if (ctx->last_contact_body) ctx->last_contact_body += other->last_contact_body + 1u;
     if (operation != SPRINGLS_OPERATION_UNION) ctx->last_contact_body = 0; /* bodies consist of springls of both */
     ctx->stats.removed += count - staying;
@@ -504,7 +508,7 @@ SPRINGLS__FN springls_status springls__fill_all_gaps(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Completes a model whose springls and phi were changed: finds its edges, and fills its gaps. project: projects phi onto
+/* Completes a model whose springls and phi were changed, where it is awake: finds its edges, and fills its gaps. project: projects phi onto
    the springls too, if params.project_level_set is set. */
 SPRINGLS__FN springls_status springls__complete_model(springls_context *ctx, bool project)
 {
@@ -534,6 +538,7 @@ SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_o
     SPRINGLS__TRY(springls__combine_references(ctx, &other->model.reference));
     SPRINGLS__TRY(springls__combine_springls(ctx, operation, other, surfaces)); /* before phi changes */
     springls__combine_level_sets(ctx, operation, &other->model.grid);
+    springls__find_awake_now(ctx);
     SPRINGLS__TRY(springls__complete_model(ctx, true));
     if (!springls__has_inside(&ctx->model.grid)) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: nothing is left");
     return SPRINGLS_OK;
@@ -582,7 +587,7 @@ SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_op
     if (status == SPRINGLS_OK) status = springls__follow_written(other);
     if (status == SPRINGLS_OK) status = springls__use_host(other, false);
     if (status != SPRINGLS_OK) return springls__other_failed(ctx, status, other);
-    SPRINGLS__TRY(springls__use_host(ctx, true));
+    SPRINGLS__TRY(springls__use_host_calmly(ctx, true));
     if (springls__same_place(&ctx->window, &other->window)) return springls__combine_in_window(ctx, operation, other);
     if (operation == SPRINGLS_OPERATION_UNION) SPRINGLS__TRY(springls__center_window(ctx, other));
     status = springls__copy_into_window(ctx, other, &copy);
