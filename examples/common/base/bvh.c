@@ -24,11 +24,12 @@ static struct box box_empty(void)
     return box;
 }
 
+/* Grows a box; comparisons are inlined, which fminf with its care for NaN is not. */
 static void box_add(struct box *box, const float lo[3], const float hi[3])
 {
     for (int i = 0; i < 3; ++i) {
-        box->lo[i] = fminf(box->lo[i], lo[i]);
-        box->hi[i] = fmaxf(box->hi[i], hi[i]);
+        box->lo[i] = lo[i] < box->lo[i] ? lo[i] : box->lo[i];
+        box->hi[i] = hi[i] > box->hi[i] ? hi[i] : box->hi[i];
     }
 }
 

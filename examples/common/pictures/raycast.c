@@ -131,47 +131,23 @@ static float occlusion(const struct renderer *r, size_t i)
     return sky_share(r, center, normal, max_distance);
 }
 
-/* Computes the occlusion of what the rays through the pixels' centers meet; most of a scene is not visible. */
-static bool make_occlusion(struct renderer *r, int width, int height)
-{
-    const struct raycast_scene *scene = r->scene;
-    const long count = (long)(r->smooth ? scene->vertex_count : scene->triangle_count), pixels = (long)width * height;
-    const float pixel = 2.0f / (float)height;
-    long *met = malloc((size_t)pixels * sizeof *met); /* the triangle, or -1 */
-    if (!met) {
-        return false;
-    }
-#if defined(_OPENMP)
-    #pragma omp parallel for schedule(dynamic, 512)
-#endif
-    for (long p = 0; p < pixels; ++p) {
-        float origin[3], direction[3];
-        struct bvh_hit hit;
-        const float x = 2.0f * ((float)(p % width) + 0.5f) / (float)width - 1.0f, y = 1.0f - pixel * ((float)(p / width) + 0.5f);
-        raycast_camera_ray(&r->scene->camera, &r->frame, x, y, origin, direction);
-        met[p] = bvh_nearest_hit(&r->bvh, origin, direction, 0.0f, INFINITY, &hit) ? (long)hit.triangle : -1;
-    }
-    for (long i = 0; i < count; ++i) {
-        r->occlusion[i] = -1.0f;
-    }
-    for (long p = 0; p < pixels; ++p) {
-        for (size_t k = 0; met[p] >= 0 && k < (r->smooth ? 3 : 1); ++k) {
-            r->occlusion[r->smooth ? corner_vertex(scene, (size_t)met[p], k) : (size_t)met[p]] = 0.0f;
-        }
-    }
-    free(met);
-#if defined(_OPENMP)
-    #pragma omp parallel for schedule(dynamic, 256)
-#endif
-    for (long i = 0; i < count; ++i) {
-        r->occlusion[i] = r->occlusion[i] < 0.0f ? -1.0f : occlusion(r, (size_t)i);
-    }
-    return true;
-}
-
+/* Returns the occlusion of a vertex or triangle, computed when a ray first meets it: most of a scene is not visible. Threads that
+ * meet it at once compute the same number. */
 static float occlusion_at(const struct renderer *r, size_t i)
 {
-    return r->occlusion[i] < 0.0f ? occlusion(r, i) : r->occlusion[i];
+    float light;
+#if defined(_OPENMP)
+    #pragma omp atomic read
+#endif
+    light = r->occlusion[i];
+    if (light < 0.0f) {
+        light = occlusion(r, i);
+#if defined(_OPENMP)
+    #pragma omp atomic write
+#endif
+        r->occlusion[i] = light;
+    }
+    return light;
 }
 
 static struct color surface_color(const struct renderer *r, size_t triangle, const float w[3])
@@ -340,7 +316,7 @@ static void make_boxes(struct renderer *r)
 }
 
 /* Computes all that the pixels of a picture need. Returns false if there is nothing to draw or memory is short. */
-static bool prepare(struct renderer *r, int width, int height)
+static bool prepare(struct renderer *r)
 {
     if (!indices_valid(r->scene) || !allocate(r)) {
         return false;
@@ -353,7 +329,10 @@ static bool prepare(struct renderer *r, int width, int height)
     if (r->smooth) {
         make_normals(r);
     }
-    return !r->occlusion || make_occlusion(r, width, height);
+    for (size_t i = 0; r->occlusion && i < (r->smooth ? r->scene->vertex_count : r->scene->triangle_count); ++i) {
+        r->occlusion[i] = -1.0f;
+    }
+    return true;
 }
 
 static void draw_marks(const struct renderer *r, struct image *image)
@@ -378,7 +357,7 @@ bool raycast_render(const struct raycast_scene *scene, int width, int height, st
         return false;
     }
     r.frame = raycast_camera_frame(&scene->camera, (float)width / (float)height);
-    const bool good = prepare(&r, width, height);
+    const bool good = prepare(&r);
     if (!good) {
         bvh_free(&r.bvh); /* nothing to hit: only the background */
     }
