@@ -51,8 +51,9 @@ static bool run_level_set_to_rest(struct segment *alone)
     level_set_moving(&contour, 0.0f);
     for (int s = 1; fine && s <= set->steps && !at_rest; ++s) {
         level_set_step(&contour, (float)set->speed);
-        if (s % SEGMENT_LOOK_EVERY == 0) {
-            at_rest = segment_at_rest(level_set_moving(&contour, segment_still(alone)), volume_of(&contour), &volume);
+        if (s % segment_look_every(alone) == 0) {
+            const float moving = level_set_moving(&contour, segment_still(alone));
+            at_rest = segment_at_rest(moving, volume_of(&contour), segment_look_every(alone), &volume);
             if (set->region > 0.0 && !at_rest) {
                 memcpy(grid->data, contour.phi, bytes);
                 fine = segment_forces_update(alone);

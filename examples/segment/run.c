@@ -49,9 +49,12 @@ static bool take_frame(struct segment *run)
 
 float segment_fastest(const struct segment *run) { return 1.0f + (float)run->settings.gvf; }
 
+/* Where a look changes a region's means, the contour follows them before the next one. */
+int segment_look_every(const struct segment *run) { return run->settings.region > 0.0 ? 10 : 5; }
+
 float segment_still(const struct segment *run)
 {
-    return rest_speed * (float)run->settings.speed * (float)SEGMENT_LOOK_EVERY;
+    return rest_speed * (float)run->settings.speed * (float)segment_look_every(run);
 }
 
 /* Copies the level set to the grid on which the regions' means are taken. */
@@ -72,10 +75,7 @@ static bool look(struct segment *run, struct segment_watch *watch, double *volum
     if (!segment_check(run->ctx, springls_measure(run->ctx, &now), "measures")) {
         return false;
     }
-    if ((run->settings.common.json || run->settings.common.out) && !coverage_add(run->ctx, &result->coverage)) {
-        return segment_no_memory();
-    }
-    result->at_rest = segment_at_rest(result->moving, now.volume, volume);
+    result->at_rest = segment_at_rest(result->moving, now.volume, segment_look_every(run), volume);
     return true;
 }
 
@@ -116,7 +116,7 @@ static bool run_to_rest(struct segment *run, int level, struct progress *bar)
         fine = segment_check(run->ctx, springls_step(run->ctx, &step), "step");
         result->steps++;
         result->springls_mean += (double)springls_count(run->ctx);
-        if (fine && s % SEGMENT_LOOK_EVERY == 0) {
+        if (fine && s % segment_look_every(run) == 0) {
             fine = look(run, &watch, &volume);
             if (fine && set->region > 0.0 && !result->at_rest && springls_count(run->ctx) > 0) {
                 fine = region_follows(run) && segment_forces_update(run);
@@ -126,6 +126,9 @@ static bool run_to_rest(struct segment *run, int level, struct progress *bar)
         progress_update(bar, progress_of(run, level, s), note);
     }
     segment_watch_free(&watch);
+    if (fine && (set->common.json || set->common.out) && !coverage_add(run->ctx, &result->coverage)) {
+        return segment_no_memory();
+    }
     return fine;
 }
 

@@ -13,7 +13,7 @@
 #include "springls/model_pictures.h"
 #include "surface/surface_distances.h"
 
-enum { SEGMENT_MAX_LEVELS = 4, SEGMENT_LOOK_EVERY = 10, SEGMENT_MAX_LABELS = 64, SEGMENT_MAX_OBJECTS = 32, SEGMENT_MAX_SEEDS = 32 };
+enum { SEGMENT_MAX_LEVELS = 4, SEGMENT_MAX_LABELS = 64, SEGMENT_MAX_OBJECTS = 32, SEGMENT_MAX_SEEDS = 32 };
 
 /* An object to find, with a contour of its own. */
 struct segment_object {
@@ -59,7 +59,7 @@ struct segment_result {
     int islands;             /* parts that were removed at the end */
     int label_components;    /* of the label map, connected through faces */
     springls_measures measures;
-    struct coverage_range coverage; /* at every tenth step */
+    struct coverage_range coverage; /* at the end of every grid */
     struct overlap overlap;
     struct surface_distances distances;
     bool has_distances;
@@ -122,7 +122,8 @@ bool segment_run(struct segment *run);
 bool segment_compare(struct segment *run); /* with the reference, if there is one */
 void segment_keep(struct segment *run);    /* adds the result to the map of labels */
 float segment_fastest(const struct segment *run); /* voxels a unit of time */
-float segment_still(const struct segment *run); /* voxels in SEGMENT_LOOK_EVERY steps that count as rest */
+int segment_look_every(const struct segment *run); /* steps from one look at what moves to the next */
+float segment_still(const struct segment *run); /* voxels from look to look that count as rest */
 bool segment_enter_level(struct segment *run, float side, struct volume *coarse); /* `coarse` receives the previous grid */
 
 /* level_set.c: the same segmentation by a level set alone. */

@@ -10,6 +10,7 @@ BENCH_FLAGS    = -I. -Iexamples -Iexamples/common
 bench_bench_USES        = base
 bench_segmentation_USES = base
 bench_imaging_USES      = base
+bench_registration_USES = imaging
 bench_paper_USES        = springls imaging
 bench_ablation_USES     = springls surface
 bench_accuracy_USES     = springls surface
@@ -29,6 +30,7 @@ build/bench/$(1): $(2) $(BENCH_SHARED) $(BENCH_HEADERS) $(call folder_archives,$
 endef
 $(eval $(call bench_rule,bench,tests/bench/bench.c))
 $(eval $(call bench_rule,segmentation,tests/bench/segmentation.c))
+$(eval $(call bench_rule,registration,tests/bench/registration.c tests/examples/elastix_parameters.h))
 $(eval $(call bench_rule,imaging,$(wildcard tests/bench/imaging*.c)))
 $(eval $(call bench_rule,paper,$(wildcard tests/bench/paper*.c)))
 $(eval $(call bench_rule,ablation,tests/bench/ablation.c tests/bench/motion.c))
@@ -52,7 +54,7 @@ BENCH_PROGRAMS := $(addprefix build/,leveque zalesak morph segment) $(addprefix 
 PAPER_PROGRAMS  = build/leveque build/zalesak build/morph $(IMAGING_PROGRAMS) $(addprefix build/bench/,paper turns segmentation $(if $(wildcard /usr/include/openvdb/openvdb.h),openvdb_advection))
 
 measurements: deps-examples   ## build every program that measures
-	@$(MAKE) --no-print-directory $(addprefix build/bench/,bench segmentation imaging paper ablation accuracy motions $(BENCH_FILES) \
+	@$(MAKE) --no-print-directory $(addprefix build/bench/,bench segmentation registration imaging paper ablation accuracy motions $(BENCH_FILES) \
 	  $(if $(wildcard /usr/include/openvdb/openvdb.h),openvdb_advection))
 
 bench: deps-bench   ## beside OpenVDB: time, errors, memory, threads, OpenCL, compile time, frames, segment, queries (GRID=128; FULL=1; ONLY=opencl, =frames, =queries)
@@ -94,6 +96,10 @@ long: deps-test springls.h   ## a flow for LONG_STEPS=100000, LONG_EDITS=10000 e
 segmentation: deps-examples   ## the paper's Table 6 on the images of SPRINGLS_DATA (some: ROWS="hip chest")
 	@$(MAKE) --no-print-directory build/segment build/bench/segmentation
 	@build/bench/segmentation $(ROWS)
+
+registration: deps-test   ## register beside elastix, on a beating heart of SPRINGLS_DATA with exact landmarks
+	@$(MAKE) --no-print-directory build/register build/bench/registration
+	@build/bench/registration
 
 IMAGING_PROGRAMS := $(addprefix build/,segment register track4d atlas bench/prepare bench/imaging)
 quoted = $(if $(2),--$(1) '$(subst ','\'',$(2))')

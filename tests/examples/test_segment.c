@@ -437,11 +437,11 @@ TEST watch_sees_motion_along_the_normal(void)
 TEST rest_wants_few_springls_moving_and_a_volume_that_stays(void)
 {
     double before = 1000.0;
-    ASSERT_FALSE(segment_at_rest(1.0f, 1000.0, &before));
-    ASSERT_FALSE(segment_at_rest(0.01f, 1010.0, &before));
+    ASSERT_FALSE(segment_at_rest(1.0f, 1000.0, 10, &before));
+    ASSERT_FALSE(segment_at_rest(0.01f, 1010.0, 10, &before));
     ASSERT_EQ(1010.0, before);
-    ASSERT_FALSE(segment_at_rest(0.03f, 1010.5, &before));
-    ASSERT(segment_at_rest(0.01f, 1010.0, &before));
+    ASSERT_FALSE(segment_at_rest(0.03f, 1010.5, 10, &before));
+    ASSERT(segment_at_rest(0.01f, 1010.0, 10, &before));
     PASS();
 }
 

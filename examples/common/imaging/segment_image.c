@@ -6,6 +6,10 @@
 
 enum { OTSU_CLASSES = 1024, PERCENTILE_CLASSES = 4096 };
 
+/* fminf and fmaxf without their care for NaN, which makes them calls: images have none (volume_read replaces it). */
+static float least_of(float a, float b) { return a < b ? a : b; }
+static float most_of(float a, float b) { return a > b ? a : b; }
+
 /* ---- grids ---- */
 
 void segment_voxel_map(const struct volume *to, const struct volume *from, float map[3][4])
@@ -29,7 +33,7 @@ float segment_trilinear(const int dims[3], const float *values, const float x[3]
     size_t low[3], high[3];
     float t[3], row[4];
     for (int a = 0; a < 3; ++a) {
-        const float inside = fmaxf(0.0f, fminf((float)(dims[a] - 1), x[a]));
+        const float inside = most_of(0.0f, least_of((float)(dims[a] - 1), x[a]));
         low[a] = (size_t)inside;
         high[a] = low[a] + 1 < (size_t)dims[a] ? low[a] + 1 : low[a];
         t[a] = inside - (float)low[a];
@@ -66,18 +70,28 @@ void segment_resample(const struct volume *from, const float *values, const stru
 
 /* ---- intensities ---- */
 
-/* Convolves a line of `count` values, `stride` apart; beyond its ends values are constant. */
-static void blur_line(float *line, int count, size_t stride, const float *kernel, int half_width, float *copy)
+/* Convolves `count` rows of `width` values, whose starts are `stride` apart, across the rows; beyond the first and the last row
+ * values are constant. copy: room for count + 2 half_width rows. */
+static void blur_rows(float *rows, int count, size_t width, size_t stride, const float *kernel, int half_width, float *copy)
 {
-    for (int i = 0; i < count; ++i) {
-        copy[i] = line[(size_t)i * stride];
+    const float *middle = copy + (size_t)half_width * width;
+    for (int i = -half_width; i < count + half_width; ++i) {
+        const size_t row = (size_t)(i < 0 ? 0 : i < count ? i : count - 1);
+        memcpy(copy + (size_t)(i + half_width) * width, rows + row * stride, width * sizeof *copy);
     }
-    for (int i = 0; i < count; ++i) {
-        float sum = kernel[0] * copy[i];
-        for (int d = 1; d <= half_width; ++d) {
-            sum += kernel[d] * (copy[i - d > 0 ? i - d : 0] + copy[i + d < count ? i + d : count - 1]);
+    const size_t together = stride == width ? (size_t)count : 1; /* rows that are one run of memory */
+    for (size_t i = 0; i < (size_t)count; i += together) {
+        float *sum = rows + i * stride;
+        const float *own = middle + i * width;
+        for (size_t n = 0; n < together * width; ++n) {
+            sum[n] = kernel[0] * own[n];
         }
-        line[(size_t)i * stride] = sum;
+        for (int d = 1; d <= half_width; ++d) {
+            const float *before = own - (size_t)d * width, *after = own + (size_t)d * width;
+            for (size_t n = 0; n < together * width; ++n) {
+                sum[n] += kernel[d] * (before[n] + after[n]);
+            }
+        }
     }
 }
 
@@ -96,38 +110,34 @@ static void gaussian(float deviation, int half_width, float *kernel)
 
 bool segment_blur(const struct volume *image, float size, float *values)
 {
-    const size_t strides[3] = {1, (size_t)image->dims[0], (size_t)image->dims[0] * (size_t)image->dims[1]};
+    const size_t line = (size_t)image->dims[0], slice = line * (size_t)image->dims[1];
+    const size_t widths[3] = {1, line, line}, strides[3] = {1, line, slice}, steps[3] = {line, slice, line};
+    const int sets[3] = {image->dims[1] * image->dims[2], image->dims[2], image->dims[1]}; /* of rows, `steps` apart */
     bool good = true;
     for (int a = 0; a < 3 && good; ++a) {
-        const int b = (a + 1) % 3, c = (a + 2) % 3;
         const float variance = 0.25f * (size * size / (image->spacing[a] * image->spacing[a]) - 1.0f);
         if (!(variance > 0.01f)) {
             continue;
         }
         const int half_width = (int)ceilf(3.0f * sqrtf(variance));
+        const size_t room = (size_t)(image->dims[a] + 2 * half_width) * widths[a];
         float *kernel = malloc((size_t)(half_width + 1) * sizeof *kernel);
-        bool *done = calloc((size_t)image->dims[c], sizeof *done);
-        good = kernel && done;
+        good = kernel != NULL;
         if (good) {
             gaussian(sqrtf(variance), half_width, kernel);
         }
 #if defined(_OPENMP)
-    #pragma omp parallel for
+    #pragma omp parallel for reduction(&& : good)
 #endif
-        for (int p = 0; p < (good ? image->dims[c] : 0); ++p) {
-            float *copy = malloc((size_t)image->dims[a] * sizeof *copy);
-            for (int q = 0; copy && q < image->dims[b]; ++q) {
-                float *line = values + (size_t)p * strides[c] + (size_t)q * strides[b];
-                blur_line(line, image->dims[a], strides[a], kernel, half_width, copy);
+        for (int p = 0; p < sets[a]; ++p) {
+            float *copy = good ? malloc(room * sizeof *copy) : NULL;
+            if (copy) {
+                blur_rows(values + (size_t)p * steps[a], image->dims[a], widths[a], strides[a], kernel, half_width, copy);
             }
-            done[p] = copy != NULL;
+            good = good && copy != NULL;
             free(copy);
         }
-        for (int p = 0; good && p < image->dims[c]; ++p) {
-            good = done[p];
-        }
         free(kernel);
-        free(done);
     }
     return good;
 }
@@ -227,7 +237,7 @@ static float box_distance(const struct volume *image, const int place[3])
     float distance = -INFINITY;
     for (int a = 0; a < 3; ++a) {
         const float half = 0.5f * (float)image->dims[a], from_middle = fabsf((float)place[a] + 0.5f - half);
-        distance = fmaxf(distance, image->spacing[a] * (from_middle - half));
+        distance = most_of(distance, image->spacing[a] * (from_middle - half));
     }
     return distance;
 }
@@ -245,11 +255,11 @@ void segment_pressure(const struct volume *image, const float *values, float low
             for (int i = -margin; i < image->dims[0] + margin; ++i, ++pressure) {
                 const int place[3] = {i, j, k};
                 const float border = -box_distance(image, place) / size;
-                *pressure = fmaxf(-1.0f, border);
+                *pressure = most_of(-1.0f, border);
                 if (border > 0.0f) {
                     const float value = values[voxel_index(image->dims, place)];
-                    const float inside = fminf(value - low, high - value) / fmaxf(ramp, change(image, values, place, size));
-                    *pressure = fmaxf(-1.0f, fminf(fminf(1.0f, inside), border));
+                    const float inside = least_of(value - low, high - value) / most_of(ramp, change(image, values, place, size));
+                    *pressure = most_of(-1.0f, least_of(least_of(1.0f, inside), border));
                 }
             }
         }
@@ -286,7 +296,7 @@ void segment_combine(const struct volume *image, const struct segment_push *push
                     sum = fminf(sum, (push->stay - push->away[n]) / push->size);
                     sum = fmaxf(sum, (-push->stay - push->away[n]) / push->size);
                 }
-                padded->data[n] = fmaxf(-1.0f, fminf(fminf(1.0f, sum), border));
+                padded->data[n] = most_of(-1.0f, least_of(least_of(1.0f, sum), border));
             }
         }
     }
@@ -494,32 +504,46 @@ static float eikonal(float a[3], float h[3])
 static float nearer(const float *distance, size_t at, size_t stride, int place, int size)
 {
     const float before = place > 0 ? fabsf(distance[at - stride]) : INFINITY;
-    return fminf(before, place + 1 < size ? fabsf(distance[at + stride]) : INFINITY);
+    return least_of(before, place + 1 < size ? fabsf(distance[at + stride]) : INFINITY);
+}
+
+/* Sweeps a line of voxels along x. down: bits of the axes that are swept from their ends. */
+static void sweep_line(const struct volume *image, float known, int down, int j, int k, float *distance)
+{
+    const int *dims = image->dims;
+    const size_t line = (size_t)dims[0], slice = line * (size_t)dims[1];
+    for (int x = 0; x < dims[0]; ++x) {
+        const int i = down & 1 ? dims[0] - 1 - x : x;
+        const size_t at = (size_t)i + line * (size_t)j + slice * (size_t)k;
+        const float present = fabsf(distance[at]);
+        if (present < known) {
+            continue;
+        }
+        float h[3] = {image->spacing[0], image->spacing[1], image->spacing[2]};
+        float a[3] = {nearer(distance, at, 1, i, dims[0]), nearer(distance, at, line, j, dims[1]),
+                      nearer(distance, at, slice, k, dims[2])};
+        if (least_of(a[0], least_of(a[1], a[2])) < present) {
+            distance[at] = copysignf(most_of(known, least_of(present, eikonal(a, h))), distance[at]);
+        }
+    }
 }
 
 void segment_extend_distance(const struct volume *image, float known, float *distance)
 {
-    const int *dims = image->dims;
-    const size_t strides[3] = {1, (size_t)dims[0], (size_t)dims[0] * (size_t)dims[1]};
+    const int *dims = image->dims, rows = dims[1], slices = dims[2];
     const size_t total = volume_voxels(image);
     for (size_t n = 0; n < total; ++n) {
         distance[n] = fabsf(distance[n]) < known ? distance[n] : copysignf(1e9f, distance[n]);
     }
-    for (int sweep = 0; sweep < 8; ++sweep) {
-        for (int z = 0; z < dims[2]; ++z) {
-            for (int y = 0; y < dims[1]; ++y) {
-                for (int x = 0; x < dims[0]; ++x) {
-                    const int i = sweep & 1 ? dims[0] - 1 - x : x, j = sweep & 2 ? dims[1] - 1 - y : y;
-                    const int k = sweep & 4 ? dims[2] - 1 - z : z;
-                    const size_t at = (size_t)i + strides[1] * (size_t)j + strides[2] * (size_t)k;
-                    if (fabsf(distance[at]) < known) {
-                        continue;
-                    }
-                    float h[3] = {image->spacing[0], image->spacing[1], image->spacing[2]};
-                    float a[3] = {nearer(distance, at, strides[0], i, dims[0]), nearer(distance, at, strides[1], j, dims[1]),
-                                  nearer(distance, at, strides[2], k, dims[2])};
-                    distance[at] = copysignf(fmaxf(known, fminf(fabsf(distance[at]), eikonal(a, h))), distance[at]);
-                }
+    for (int down = 0; down < 8; ++down) {
+        for (int front = 0; front < rows + slices - 1; ++front) { /* lines with y + z = front do not need each other */
+            const int first = front < rows ? 0 : front - rows + 1, last = front < slices ? front : slices - 1;
+#if defined(_OPENMP)
+    #pragma omp parallel for schedule(static, 16)
+#endif
+            for (int z = first; z <= last; ++z) {
+                const int y = front - z;
+                sweep_line(image, known, down, down & 2 ? rows - 1 - y : y, down & 4 ? slices - 1 - z : z, distance);
             }
         }
     }

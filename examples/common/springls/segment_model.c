@@ -117,9 +117,9 @@ void segment_watch_free(struct segment_watch *watch)
     memset(watch, 0, sizeof *watch);
 }
 
-bool segment_at_rest(float moving, double volume, double *before)
+bool segment_at_rest(float moving, double volume, int steps, double *before)
 {
     const double change = fabs(volume - *before);
     *before = volume;
-    return moving < 0.02f && change < 0.002 * volume;
+    return moving < 0.02f && change < 0.0002 * steps * volume;
 }

@@ -27,10 +27,10 @@ struct segment_watch {
 bool segment_watch_look(struct segment_watch *watch, const springls_context *ctx, float still, float *moving);
 void segment_watch_free(struct segment_watch *watch);
 
-/* Returns true if fewer than 2 % of the springls move and the volume changes by less than 0.2 % since the last look. The share
- * falls from 1 to .05 in 20 steps of a grid, on bones and a brain, and never becomes 0, because parts thinner than a voxel
- * appear and disappear. The volume shows growth along a thin object, such as a spine, by few springls. *before: the volume at
- * the last look, updated to `volume`. */
-bool segment_at_rest(float moving, double volume, double *before);
+/* Returns true if fewer than 2 % of the springls move and the volume changed by less than 0.02 % a step since the last look,
+ * `steps` ago. The share falls from 1 to .05 in 20 steps of a grid, on bones and a brain, and never becomes 0, because parts
+ * thinner than a voxel appear and disappear. The volume shows growth along a thin object, such as a spine, by few springls.
+ * *before: the volume at the last look, updated to `volume`. */
+bool segment_at_rest(float moving, double volume, int steps, double *before);
 
 #endif
