@@ -13,8 +13,8 @@
 enum { THREADS = 2, FRAMES = 2, METHODS = 4, RUNS = 2 * METHODS - 1 };
 
 static const char folder[] = "build/registration";
-static const int frames[FRAMES] = {0, 5};                     /* the heart at its largest and smallest */
-static const int grid_mm[METHODS] = {0, 6, 10, 16};           /* of elastix's B-spline; 0: register */
+static const int frames[FRAMES] = {0, 5};           /* the heart at its largest and smallest */
+static const int grid_mm[METHODS] = {0, 6, 10, 16}; /* of elastix's B-spline; 0: register */
 
 static bool failed(const char *message)
 {
@@ -33,7 +33,8 @@ static bool write_points(const struct csv *csv, int frame, FILE *file)
     fprintf(file, "index\n%d\n", count);
     for (int row = 0; row < csv->rows; ++row) {
         if ((int)csv_at(csv, row, of) == frame) {
-            fprintf(file, "%.4f %.4f %.4f\n", csv_at(csv, row, columns[0]), csv_at(csv, row, columns[1]), csv_at(csv, row, columns[2]));
+            fprintf(file, "%.4f %.4f %.4f\n", csv_at(csv, row, columns[0]), csv_at(csv, row, columns[1]),
+                    csv_at(csv, row, columns[2]));
         }
     }
     return ferror(file) == 0;
