@@ -39,6 +39,7 @@ int main(int argc, char **argv)
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 /* assimp 5.2 loses memory of its own on some broken PLY files; LeakSanitizer calls this function for what to ignore. */
@@ -154,6 +155,27 @@ TEST cli_help_ends_well_and_names_defaults(void)
     ASSERT(strstr(text, "usage: probe [options] INPUT") && strstr(text, "--params paper|default") && strstr(text, "[3]"));
     ASSERT(strstr(text, "--backend scalar|opencl"));
     ASSERT_STR_EQ("scalar", p.common.backend);
+    PASS();
+}
+
+TEST a_full_disk_is_a_failure(void)
+{
+    struct parsed p;
+    const char *const argv[] = {"probe", "x", NULL};
+    int status = 0;
+    if (access("/dev/full", W_OK) != 0) SKIP();
+    ASSERT_EQ(CLI_CONTINUE, parse(&p, 2, argv));
+    const pid_t program = fork();
+    if (program == 0) {
+        if (!freopen("/dev/full", "w", stdout) || !freopen(scratch("stderr"), "w", stderr)) _exit(99);
+        printf("a table\n");
+        exit(0);
+    }
+    ASSERT_EQ(program, waitpid(program, &status, 0));
+    ASSERT(WIFEXITED(status));
+    ASSERT_EQ(CLI_EXIT_FAILURE, WEXITSTATUS(status));
+    read_text(scratch("stderr"), p.error, sizeof p.error);
+    ASSERT(strncmp(p.error, "standard output: ", 17) == 0);
     PASS();
 }
 
@@ -663,6 +685,7 @@ int main(int argc, char **argv)
     RUN_TEST(cli_reads_every_type);
     RUN_TEST(cli_refuses_in_one_line_with_status_2);
     RUN_TEST(cli_help_ends_well_and_names_defaults);
+    RUN_TEST(a_full_disk_is_a_failure);
     RUN_TEST(json_is_exact_and_always_valid);
     RUN_TEST(json_tells_misuse);
     RUN_TEST(clock_and_memory_are_plausible);

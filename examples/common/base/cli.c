@@ -313,8 +313,25 @@ static int take_option(const struct cli_program *program, const struct cli_optio
     return store(program, option, value);
 }
 
+/* Ends the program as failed if what it has printed did not all arrive, as on a full disk. */
+static void check_output(void)
+{
+    if (fflush(stdout) != 0 || ferror(stdout)) {
+        perror("standard output");
+        fflush(stderr);
+        _Exit(CLI_EXIT_FAILURE);
+    }
+}
+
+static void check_output_at_exit(void)
+{
+    static bool registered;
+    registered = registered || atexit(check_output) == 0;
+}
+
 int cli_parse(const struct cli_program *program, int argc, char **argv)
 {
+    check_output_at_exit();
     struct cli_option common[COMMON_COUNT];
     const int common_count = common_options(program, common);
     int positionals = 0, status = CLI_CONTINUE;

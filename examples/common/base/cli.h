@@ -75,7 +75,8 @@ enum { CLI_CONTINUE = -1, CLI_EXIT_OK = 0, CLI_EXIT_FAILURE = 1, CLI_EXIT_USAGE 
 struct cli_common cli_common_defaults(void);
 
 /* Parses the command line. Returns CLI_CONTINUE, or the status for main to return: CLI_EXIT_OK after --help (usage on stdout),
- * CLI_EXIT_USAGE after one line on stderr, when some destinations may already be written. */
+ * CLI_EXIT_USAGE after one line on stderr, when some destinations may already be written. From then on exit() fails with a line
+ * on stderr when standard output could not be written. */
 int cli_parse(const struct cli_program *program, int argc, char **argv);
 
 /* Prints "name: message" as one line on stderr and returns `status`, so that main can `return cli_fail(...)`. */
