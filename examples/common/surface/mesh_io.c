@@ -111,7 +111,7 @@ static uint32_t weld(struct builder *b, const float p[3])
 static bool add_corner(struct builder *b, const struct aiMesh *part, unsigned index, uint32_t *corner)
 {
     if (index >= part->mNumVertices) {
-        return scene_fail(b->error, b->path, "a face names vertex %u of %u", index, part->mNumVertices);
+        return scene_fail(b->error, b->path, "a face names vertex %d of %u", (int)index, part->mNumVertices);
     }
     const struct aiVector3D *v = &part->mVertices[index];
     const float p[3] = {v->x + 0.0f, v->y + 0.0f, v->z + 0.0f}; /* -0 and 0 are the same place */

@@ -133,7 +133,8 @@ static bool faces_are_good(const struct aiMesh *part, const char *path, char err
         }
         for (unsigned k = 0; k < face->mNumIndices; ++k) {
             if (face->mIndices[k] >= part->mNumVertices) {
-                return scene_fail(error, path, "a face names vertex %u of %u", face->mIndices[k], part->mNumVertices);
+                return scene_fail(error, path, "a face names vertex %d of %u", (int)face->mIndices[k],
+                                  part->mNumVertices);
             }
         }
     }
