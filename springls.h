@@ -10045,40 +10045,47 @@ SPRINGLS__MATHS float springls__phi_of(const springls__grid *g, const int at[3])
     return springls__grid_phi(g, g->phi, at[0], at[1], at[2]);
 }
 
-#define SPRINGLS__PART_WINDOW 16 /* voxels: no part that reaches further is small */
+#define SPRINGLS__PART_WIDTH 16 /* voxels: no part as wide as that is small */
 
-/* A part of one side that is looked for: its voxels in the order in which they were found, and a bit for each in a window. */
+/* A part of one side that is looked for: its voxels in the order in which they were found, the box around them, and a bit for each,
+   which it shares with the voxels PART_WIDTH away. */
 typedef struct springls__part {
-    int at[SPRINGLS__LARGEST_SPECK + 1][3], count, corner[3];
-    uint32_t found[SPRINGLS__PART_WINDOW * SPRINGLS__PART_WINDOW / 2]; /* two rows of the window each */
+    int at[SPRINGLS__LARGEST_SPECK + 1][3], count, lower[3], upper[3];
+    uint32_t found[SPRINGLS__PART_WIDTH * SPRINGLS__PART_WIDTH / 2]; /* two rows each */
 } springls__part;
 
-/* Finds where the bit of a voxel is; returns false beyond the window. */
-SPRINGLS__MATHS bool springls__part_bit(const springls__part *part, const int at[3], int *word, uint32_t *bit)
+/* Returns the bit of a voxel, and in which word it is. */
+SPRINGLS__MATHS uint32_t springls__part_bit(const int at[3], int *word)
 {
-    int x = at[0] - part->corner[0], y = at[1] - part->corner[1], z = at[2] - part->corner[2];
-    if ((x | y | z) < 0 || (x | y | z) >= SPRINGLS__PART_WINDOW) return false;
-    *word = (y >> 1) + z * (SPRINGLS__PART_WINDOW / 2);
-    *bit = 1u << (x + SPRINGLS__PART_WINDOW * (y & 1));
-    return true;
+    const int last = SPRINGLS__PART_WIDTH - 1;
+    *word = ((at[1] & last) >> 1) + (at[2] & last) * (SPRINGLS__PART_WIDTH / 2);
+    return 1u << ((at[0] & last) + SPRINGLS__PART_WIDTH * (at[1] & 1));
 }
 
 SPRINGLS__MATHS bool springls__part_has(const springls__part *part, const int at[3])
 {
-    uint32_t bit;
-    int word;
-    return springls__part_bit(part, at, &word, &bit) && (part->found[word] & bit) != 0u;
+    int axis, word;
+    uint32_t bit = springls__part_bit(at, &word);
+    for (axis = 0; axis < 3; axis++)
+        if (at[axis] < part->lower[axis] || at[axis] > part->upper[axis]) return false;
+    return (part->found[word] & bit) != 0u;
 }
 
-/* Adds a voxel, unless the part has it; returns false beyond the window. */
+/* Adds a voxel, unless the part has it; returns false where the part would be too wide. */
 SPRINGLS__MATHS bool springls__part_add(springls__part *part, const int at[3])
 {
-    uint32_t bit;
     int axis, word;
-    if (!springls__part_bit(part, at, &word, &bit)) return false;
+    uint32_t bit = springls__part_bit(at, &word);
+    for (axis = 0; axis < 3; axis++)
+        if (springls__imax(part->upper[axis], at[axis]) - springls__imin(part->lower[axis], at[axis]) >= SPRINGLS__PART_WIDTH - 1)
+            return false;
     if (part->found[word] & bit) return true;
     part->found[word] |= bit;
-    for (axis = 0; axis < 3; axis++) part->at[part->count][axis] = at[axis];
+    for (axis = 0; axis < 3; axis++) {
+        part->lower[axis] = springls__imin(part->lower[axis], at[axis]);
+        part->upper[axis] = springls__imax(part->upper[axis], at[axis]);
+        part->at[part->count][axis] = at[axis];
+    }
     part->count++;
     return true;
 }
@@ -10094,8 +10101,8 @@ SPRINGLS__MATHS void springls__part_place(const springls__part *part, int i, int
 SPRINGLS__MATHS void springls__part_begin(springls__part *part, const int at[3])
 {
     int i;
-    for (i = 0; i < 3; i++) part->corner[i] = at[i] - SPRINGLS__PART_WINDOW / 2;
-    for (i = 0; i < SPRINGLS__PART_WINDOW * SPRINGLS__PART_WINDOW / 2; i++) part->found[i] = 0u;
+    for (i = 0; i < 3; i++) part->lower[i] = part->upper[i] = at[i];
+    for (i = 0; i < SPRINGLS__PART_WIDTH * SPRINGLS__PART_WIDTH / 2; i++) part->found[i] = 0u;
     part->count = 0;
     springls__part_add(part, at);
 }
@@ -10135,7 +10142,8 @@ SPRINGLS__MATHS bool springls__is_mouth(const springls__grid *g, const int at[3]
         springls__neighbor_voxel(at, d, to);
         if (springls__phi_of(g, to) < 0.0f) continue;
         springls__part_begin(&part, to);
-        if (springls__part_bit(&part, at, &word, &bit)) part.found[word] |= bit; /* closed: it is not passed through */
+        bit = springls__part_bit(at, &word);
+        part.found[word] |= bit; /* closed: it is not passed through */
         if (springls__part_grow(g, SPRINGLS__LARGEST_SPECK, &part)) return true;
     }
     return false;
@@ -10342,10 +10350,21 @@ SPRINGLS__MATHS bool springls__fills_puncture(const springls__grid *g, const int
 
 #define SPRINGLS__AROUND_PUNCTURE 3.0f /* neighbours outside, of six, at most */
 
-/* Returns how many voxels a part of less than min_component has at most, thin as it may be. */
-SPRINGLS__MATHS int springls__largest_speck(float min_component)
+/* How many voxels a part of less than min_component has at most: in all, which are many where it is thin; those around one of them,
+   and itself; and those beside it. */
+typedef struct springls__speck_limits {
+    int in_all, around;
+    float beside;
+} springls__speck_limits;
+
+SPRINGLS__MATHS springls__speck_limits springls__speck_limits_of(float min_component)
 {
-    return springls__imin((int)(4.0f * min_component) + 1, SPRINGLS__LARGEST_SPECK);
+    springls__speck_limits limits;
+    const int compact = (int)(4.0f * min_component);
+    limits.in_all = springls__imin(4 * compact + 1, SPRINGLS__LARGEST_SPECK);
+    limits.around = springls__imax(compact + 1, 8);
+    limits.beside = (float)springls__imax(compact, 4);
+    return limits;
 }
 
 /* Finds the signs of the nine rows around a row of voxels; phi points into a tile. */
@@ -10433,15 +10452,6 @@ SPRINGLS__MATHS int springls__cube_volume6(const springls__grid *g, const spring
     return volume;
 }
 
-/* Finds the lowest corner of the box around a part. */
-SPRINGLS__MATHS void springls__part_lower(const springls__part *part, int lower[3])
-{
-    int i, axis;
-    springls__part_place(part, 0, lower);
-    for (i = 1; i < part->count; i++)
-        for (axis = 0; axis < 3; axis++) lower[axis] = springls__imin(lower[axis], part->at[i][axis]);
-}
-
 /* Returns the volume of a part, voxel^3, between the triangles of marching cubes, as springls_components measures it. */
 SPRINGLS__MATHS float springls__volume_of_part(const springls__grid *g, const springls__part *part)
 {
@@ -10449,7 +10459,7 @@ SPRINGLS__MATHS float springls__volume_of_part(const springls__grid *g, const sp
     bool inside;
     springls__part_place(part, 0, at);
     inside = springls__phi_of(g, at) < 0.0f;
-    springls__part_lower(part, tip);
+    for (i = 0; i < 3; i++) tip[i] = part->lower[i];
     for (i = 0; i < part->count; i++)
         for (c = 0; c < 8; c++) {
             springls__part_place(part, i, at);
@@ -10505,9 +10515,9 @@ SPRINGLS__MATHS float springls__without_specks(const springls__model *model, con
 {
     const springls__grid *g = &model->grid;
     const float least = model->params.min_component, around_puncture = SPRINGLS__AROUND_PUNCTURE;
-    const int max_voxels = springls__largest_speck(least);
-    if (beside < (float)max_voxels && !springls__is_large_part(mask27, max_voxels)
-        && springls__is_speck_voxel(g, at, least, max_voxels)) return springls__phi_without_speck(g, at);
+    const springls__speck_limits most = springls__speck_limits_of(least);
+    if (beside <= most.beside && !springls__is_large_part(mask27, most.around)
+        && springls__is_speck_voxel(g, at, least, most.in_all)) return springls__phi_without_speck(g, at);
     if (beside <= around_puncture && springls__punctures(phi, mask27) && springls__fills_puncture(g, at))
         return SPRINGLS__FILLED_PHI;
     return phi;
@@ -10517,8 +10527,7 @@ SPRINGLS__MATHS float springls__without_specks(const springls__model *model, con
 SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,
                                               SPRINGLS__LOCAL float *tile)
 {
-    const float max_neighbors = (float)(springls__largest_speck(model->params.min_component) - 1);
-    const float most = springls__max(max_neighbors, SPRINGLS__AROUND_PUNCTURE);
+    const float most = springls__max(springls__speck_limits_of(model->params.min_component).beside, SPRINGLS__AROUND_PUNCTURE);
     int row, x, o[3], at[3];
     (void)args;
     if (springls__keeps_phi(model, i)) return;
@@ -33268,40 +33277,47 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__grid_phi(g, g->phi, at[0], at[1], at[2]);\n",
     "}\n",
     "\n",
-    "#define SPRINGLS__PART_WINDOW 16 /* voxels: no part that reaches further is small */\n",
+    "#define SPRINGLS__PART_WIDTH 16 /* voxels: no part as wide as that is small */\n",
     "\n",
-    "/* A part of one side that is looked for: its voxels in the order in which they were found, and a bit for each in a window. */\n",
+    "/* A part of one side that is looked for: its voxels in the order in which they were found, the box around them, and a bit for each,\n",
+    "   which it shares with the voxels PART_WIDTH away. */\n",
     "typedef struct springls__part {\n",
-    "    int at[SPRINGLS__LARGEST_SPECK + 1][3], count, corner[3];\n",
-    "    uint32_t found[SPRINGLS__PART_WINDOW * SPRINGLS__PART_WINDOW / 2]; /* two rows of the window each */\n",
+    "    int at[SPRINGLS__LARGEST_SPECK + 1][3], count, lower[3], upper[3];\n",
+    "    uint32_t found[SPRINGLS__PART_WIDTH * SPRINGLS__PART_WIDTH / 2]; /* two rows each */\n",
     "} springls__part;\n",
     "\n",
-    "/* Finds where the bit of a voxel is; returns false beyond the window. */\n",
-    "SPRINGLS__MATHS bool springls__part_bit(const springls__part *part, const int at[3], int *word, uint32_t *bit)\n",
+    "/* Returns the bit of a voxel, and in which word it is. */\n",
+    "SPRINGLS__MATHS uint32_t springls__part_bit(const int at[3], int *word)\n",
     "{\n",
-    "    int x = at[0] - part->corner[0], y = at[1] - part->corner[1], z = at[2] - part->corner[2];\n",
-    "    if ((x | y | z) < 0 || (x | y | z) >= SPRINGLS__PART_WINDOW) return false;\n",
-    "    *word = (y >> 1) + z * (SPRINGLS__PART_WINDOW / 2);\n",
-    "    *bit = 1u << (x + SPRINGLS__PART_WINDOW * (y & 1));\n",
-    "    return true;\n",
+    "    const int last = SPRINGLS__PART_WIDTH - 1;\n",
+    "    *word = ((at[1] & last) >> 1) + (at[2] & last) * (SPRINGLS__PART_WIDTH / 2);\n",
+    "    return 1u << ((at[0] & last) + SPRINGLS__PART_WIDTH * (at[1] & 1));\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS bool springls__part_has(const springls__part *part, const int at[3])\n",
     "{\n",
-    "    uint32_t bit;\n",
-    "    int word;\n",
-    "    return springls__part_bit(part, at, &word, &bit) && (part->found[word] & bit) != 0u;\n",
+    "    int axis, word;\n",
+    "    uint32_t bit = springls__part_bit(at, &word);\n",
+    "    for (axis = 0; axis < 3; axis++)\n",
+    "        if (at[axis] < part->lower[axis] || at[axis] > part->upper[axis]) return false;\n",
+    "    return (part->found[word] & bit) != 0u;\n",
     "}\n",
     "\n",
-    "/* Adds a voxel, unless the part has it; returns false beyond the window. */\n",
+    "/* Adds a voxel, unless the part has it; returns false where the part would be too wide. */\n",
     "SPRINGLS__MATHS bool springls__part_add(springls__part *part, const int at[3])\n",
     "{\n",
-    "    uint32_t bit;\n",
     "    int axis, word;\n",
-    "    if (!springls__part_bit(part, at, &word, &bit)) return false;\n",
+    "    uint32_t bit = springls__part_bit(at, &word);\n",
+    "    for (axis = 0; axis < 3; axis++)\n",
+    "        if (springls__imax(part->upper[axis], at[axis]) - springls__imin(part->lower[axis], at[axis]) >= SPRINGLS__PART_WIDTH - 1)\n",
+    "            return false;\n",
     "    if (part->found[word] & bit) return true;\n",
     "    part->found[word] |= bit;\n",
-    "    for (axis = 0; axis < 3; axis++) part->at[part->count][axis] = at[axis];\n",
+    "    for (axis = 0; axis < 3; axis++) {\n",
+    "        part->lower[axis] = springls__imin(part->lower[axis], at[axis]);\n",
+    "        part->upper[axis] = springls__imax(part->upper[axis], at[axis]);\n",
+    "        part->at[part->count][axis] = at[axis];\n",
+    "    }\n",
     "    part->count++;\n",
     "    return true;\n",
     "}\n",
@@ -33317,8 +33333,8 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__part_begin(springls__part *part, const int at[3])\n",
     "{\n",
     "    int i;\n",
-    "    for (i = 0; i < 3; i++) part->corner[i] = at[i] - SPRINGLS__PART_WINDOW / 2;\n",
-    "    for (i = 0; i < SPRINGLS__PART_WINDOW * SPRINGLS__PART_WINDOW / 2; i++) part->found[i] = 0u;\n",
+    "    for (i = 0; i < 3; i++) part->lower[i] = part->upper[i] = at[i];\n",
+    "    for (i = 0; i < SPRINGLS__PART_WIDTH * SPRINGLS__PART_WIDTH / 2; i++) part->found[i] = 0u;\n",
     "    part->count = 0;\n",
     "    springls__part_add(part, at);\n",
     "}\n",
@@ -33358,7 +33374,8 @@ static const char *const springls__kernel_lines[] = {
     "        springls__neighbor_voxel(at, d, to);\n",
     "        if (springls__phi_of(g, to) < 0.0f) continue;\n",
     "        springls__part_begin(&part, to);\n",
-    "        if (springls__part_bit(&part, at, &word, &bit)) part.found[word] |= bit; /* closed: it is not passed through */\n",
+    "        bit = springls__part_bit(at, &word);\n",
+    "        part.found[word] |= bit; /* closed: it is not passed through */\n",
     "        if (springls__part_grow(g, SPRINGLS__LARGEST_SPECK, &part)) return true;\n",
     "    }\n",
     "    return false;\n",
@@ -33565,10 +33582,21 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "#define SPRINGLS__AROUND_PUNCTURE 3.0f /* neighbours outside, of six, at most */\n",
     "\n",
-    "/* Returns how many voxels a part of less than min_component has at most, thin as it may be. */\n",
-    "SPRINGLS__MATHS int springls__largest_speck(float min_component)\n",
+    "/* How many voxels a part of less than min_component has at most: in all, which are many where it is thin; those around one of them,\n",
+    "   and itself; and those beside it. */\n",
+    "typedef struct springls__speck_limits {\n",
+    "    int in_all, around;\n",
+    "    float beside;\n",
+    "} springls__speck_limits;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__speck_limits springls__speck_limits_of(float min_component)\n",
     "{\n",
-    "    return springls__imin((int)(4.0f * min_component) + 1, SPRINGLS__LARGEST_SPECK);\n",
+    "    springls__speck_limits limits;\n",
+    "    const int compact = (int)(4.0f * min_component);\n",
+    "    limits.in_all = springls__imin(4 * compact + 1, SPRINGLS__LARGEST_SPECK);\n",
+    "    limits.around = springls__imax(compact + 1, 8);\n",
+    "    limits.beside = (float)springls__imax(compact, 4);\n",
+    "    return limits;\n",
     "}\n",
     "\n",
     "/* Finds the signs of the nine rows around a row of voxels; phi points into a tile. */\n",
@@ -33656,15 +33684,6 @@ static const char *const springls__kernel_lines[] = {
     "    return volume;\n",
     "}\n",
     "\n",
-    "/* Finds the lowest corner of the box around a part. */\n",
-    "SPRINGLS__MATHS void springls__part_lower(const springls__part *part, int lower[3])\n",
-    "{\n",
-    "    int i, axis;\n",
-    "    springls__part_place(part, 0, lower);\n",
-    "    for (i = 1; i < part->count; i++)\n",
-    "        for (axis = 0; axis < 3; axis++) lower[axis] = springls__imin(lower[axis], part->at[i][axis]);\n",
-    "}\n",
-    "\n",
     "/* Returns the volume of a part, voxel^3, between the triangles of marching cubes, as springls_components measures it. */\n",
     "SPRINGLS__MATHS float springls__volume_of_part(const springls__grid *g, const springls__part *part)\n",
     "{\n",
@@ -33672,7 +33691,7 @@ static const char *const springls__kernel_lines[] = {
     "    bool inside;\n",
     "    springls__part_place(part, 0, at);\n",
     "    inside = springls__phi_of(g, at) < 0.0f;\n",
-    "    springls__part_lower(part, tip);\n",
+    "    for (i = 0; i < 3; i++) tip[i] = part->lower[i];\n",
     "    for (i = 0; i < part->count; i++)\n",
     "        for (c = 0; c < 8; c++) {\n",
     "            springls__part_place(part, i, at);\n",
@@ -33728,9 +33747,9 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const float least = model->params.min_component, around_puncture = SPRINGLS__AROUND_PUNCTURE;\n",
-    "    const int max_voxels = springls__largest_speck(least);\n",
-    "    if (beside < (float)max_voxels && !springls__is_large_part(mask27, max_voxels)\n",
-    "        && springls__is_speck_voxel(g, at, least, max_voxels)) return springls__phi_without_speck(g, at);\n",
+    "    const springls__speck_limits most = springls__speck_limits_of(least);\n",
+    "    if (beside <= most.beside && !springls__is_large_part(mask27, most.around)\n",
+    "        && springls__is_speck_voxel(g, at, least, most.in_all)) return springls__phi_without_speck(g, at);\n",
     "    if (beside <= around_puncture && springls__punctures(phi, mask27) && springls__fills_puncture(g, at))\n",
     "        return SPRINGLS__FILLED_PHI;\n",
     "    return phi;\n",
@@ -33740,8 +33759,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                              SPRINGLS__LOCAL float *tile)\n",
     "{\n",
-    "    const float max_neighbors = (float)(springls__largest_speck(model->params.min_component) - 1);\n",
-    "    const float most = springls__max(max_neighbors, SPRINGLS__AROUND_PUNCTURE);\n",
+    "    const float most = springls__max(springls__speck_limits_of(model->params.min_component).beside, SPRINGLS__AROUND_PUNCTURE);\n",
     "    int row, x, o[3], at[3];\n",
     "    (void)args;\n",
     "    if (springls__keeps_phi(model, i)) return;\n",
@@ -33760,7 +33778,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10542 \"springls.h\"\n",
+    "#line 10551 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -33836,7 +33854,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10619 \"springls.h\"\n",
+    "#line 10628 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -34072,7 +34090,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 10856 \"springls.h\"\n",
+    "#line 10865 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -34105,7 +34123,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 10890 \"springls.h\"\n",
+    "#line 10899 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -34130,7 +34148,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 10915 \"springls.h\"\n",
+    "#line 10924 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34145,7 +34163,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 10931 \"springls.h\"\n",
+    "#line 10940 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* Weighted sums over particles, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -34270,7 +34288,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (SPRINGLS__W(any)(SPRINGLS__W(not)(known))) SPRINGLS__W(correspondence_fit_solve)(fit, 3, &a, &known);\n",
     "    return a;\n",
     "}\n",
-    "#line 11056 \"springls.h\"\n",
+    "#line 11065 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34285,7 +34303,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11071 \"springls.h\"\n",
+    "#line 11080 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* Weighted sums over particles, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -34410,12 +34428,12 @@ static const char *const springls__kernel_lines[] = {
     "    if (SPRINGLS__W(any)(SPRINGLS__W(not)(known))) SPRINGLS__W(correspondence_fit_solve)(fit, 3, &a, &known);\n",
     "    return a;\n",
     "}\n",
-    "#line 11197 \"springls.h\"\n",
+    "#line 11206 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts: so the constant term comes last in an elimination, which leaves its value\n",
     "   without square roots and without substituting back; and the normal matrix is kept as the 15 moments of the weights in it. */\n",
     "\n",
-    "#line 11203 \"springls.h\"\n",
+    "#line 11212 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -34677,7 +34695,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11466 \"springls.h\"\n",
+    "#line 11475 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -34777,7 +34795,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 34781 \"springls.h\"\n",
+    "#line 34799 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

@@ -51,40 +51,47 @@ SPRINGLS__MATHS float springls__phi_of(const springls__grid *g, const int at[3])
     return springls__grid_phi(g, g->phi, at[0], at[1], at[2]);
 }
 
-#define SPRINGLS__PART_WINDOW 16 /* voxels: no part that reaches further is small */
+#define SPRINGLS__PART_WIDTH 16 /* voxels: no part as wide as that is small */
 
-/* A part of one side that is looked for: its voxels in the order in which they were found, and a bit for each in a window. */
+/* A part of one side that is looked for: its voxels in the order in which they were found, the box around them, and a bit for each,
+   which it shares with the voxels PART_WIDTH away. */
 typedef struct springls__part {
-    int at[SPRINGLS__LARGEST_SPECK + 1][3], count, corner[3];
-    uint32_t found[SPRINGLS__PART_WINDOW * SPRINGLS__PART_WINDOW / 2]; /* two rows of the window each */
+    int at[SPRINGLS__LARGEST_SPECK + 1][3], count, lower[3], upper[3];
+    uint32_t found[SPRINGLS__PART_WIDTH * SPRINGLS__PART_WIDTH / 2]; /* two rows each */
 } springls__part;
 
-/* Finds where the bit of a voxel is; returns false beyond the window. */
-SPRINGLS__MATHS bool springls__part_bit(const springls__part *part, const int at[3], int *word, uint32_t *bit)
+/* Returns the bit of a voxel, and in which word it is. */
+SPRINGLS__MATHS uint32_t springls__part_bit(const int at[3], int *word)
 {
-    int x = at[0] - part->corner[0], y = at[1] - part->corner[1], z = at[2] - part->corner[2];
-    if ((x | y | z) < 0 || (x | y | z) >= SPRINGLS__PART_WINDOW) return false;
-    *word = (y >> 1) + z * (SPRINGLS__PART_WINDOW / 2);
-    *bit = 1u << (x + SPRINGLS__PART_WINDOW * (y & 1));
-    return true;
+    const int last = SPRINGLS__PART_WIDTH - 1;
+    *word = ((at[1] & last) >> 1) + (at[2] & last) * (SPRINGLS__PART_WIDTH / 2);
+    return 1u << ((at[0] & last) + SPRINGLS__PART_WIDTH * (at[1] & 1));
 }
 
 SPRINGLS__MATHS bool springls__part_has(const springls__part *part, const int at[3])
 {
-    uint32_t bit;
-    int word;
-    return springls__part_bit(part, at, &word, &bit) && (part->found[word] & bit) != 0u;
+    int axis, word;
+    uint32_t bit = springls__part_bit(at, &word);
+    for (axis = 0; axis < 3; axis++)
+        if (at[axis] < part->lower[axis] || at[axis] > part->upper[axis]) return false;
+    return (part->found[word] & bit) != 0u;
 }
 
-/* Adds a voxel, unless the part has it; returns false beyond the window. */
+/* Adds a voxel, unless the part has it; returns false where the part would be too wide. */
 SPRINGLS__MATHS bool springls__part_add(springls__part *part, const int at[3])
 {
-    uint32_t bit;
     int axis, word;
-    if (!springls__part_bit(part, at, &word, &bit)) return false;
+    uint32_t bit = springls__part_bit(at, &word);
+    for (axis = 0; axis < 3; axis++)
+        if (springls__imax(part->upper[axis], at[axis]) - springls__imin(part->lower[axis], at[axis]) >= SPRINGLS__PART_WIDTH - 1)
+            return false;
     if (part->found[word] & bit) return true;
     part->found[word] |= bit;
-    for (axis = 0; axis < 3; axis++) part->at[part->count][axis] = at[axis];
+    for (axis = 0; axis < 3; axis++) {
+        part->lower[axis] = springls__imin(part->lower[axis], at[axis]);
+        part->upper[axis] = springls__imax(part->upper[axis], at[axis]);
+        part->at[part->count][axis] = at[axis];
+    }
     part->count++;
     return true;
 }
@@ -100,8 +107,8 @@ SPRINGLS__MATHS void springls__part_place(const springls__part *part, int i, int
 SPRINGLS__MATHS void springls__part_begin(springls__part *part, const int at[3])
 {
     int i;
-    for (i = 0; i < 3; i++) part->corner[i] = at[i] - SPRINGLS__PART_WINDOW / 2;
-    for (i = 0; i < SPRINGLS__PART_WINDOW * SPRINGLS__PART_WINDOW / 2; i++) part->found[i] = 0u;
+    for (i = 0; i < 3; i++) part->lower[i] = part->upper[i] = at[i];
+    for (i = 0; i < SPRINGLS__PART_WIDTH * SPRINGLS__PART_WIDTH / 2; i++) part->found[i] = 0u;
     part->count = 0;
     springls__part_add(part, at);
 }
@@ -141,7 +148,8 @@ SPRINGLS__MATHS bool springls__is_mouth(const springls__grid *g, const int at[3]
         springls__neighbor_voxel(at, d, to);
         if (springls__phi_of(g, to) < 0.0f) continue;
         springls__part_begin(&part, to);
-        if (springls__part_bit(&part, at, &word, &bit)) part.found[word] |= bit; /* closed: it is not passed through */
+        bit = springls__part_bit(at, &word);
+        part.found[word] |= bit; /* closed: it is not passed through */
         if (springls__part_grow(g, SPRINGLS__LARGEST_SPECK, &part)) return true;
     }
     return false;
@@ -348,10 +356,21 @@ SPRINGLS__MATHS bool springls__fills_puncture(const springls__grid *g, const int
 
 #define SPRINGLS__AROUND_PUNCTURE 3.0f /* neighbours outside, of six, at most */
 
-/* Returns how many voxels a part of less than min_component has at most, thin as it may be. */
-SPRINGLS__MATHS int springls__largest_speck(float min_component)
+/* How many voxels a part of less than min_component has at most: in all, which are many where it is thin; those around one of them,
+   and itself; and those beside it. */
+typedef struct springls__speck_limits {
+    int in_all, around;
+    float beside;
+} springls__speck_limits;
+
+SPRINGLS__MATHS springls__speck_limits springls__speck_limits_of(float min_component)
 {
-    return springls__imin((int)(4.0f * min_component) + 1, SPRINGLS__LARGEST_SPECK);
+    springls__speck_limits limits;
+    const int compact = (int)(4.0f * min_component);
+    limits.in_all = springls__imin(4 * compact + 1, SPRINGLS__LARGEST_SPECK);
+    limits.around = springls__imax(compact + 1, 8);
+    limits.beside = (float)springls__imax(compact, 4);
+    return limits;
 }
 
 /* Finds the signs of the nine rows around a row of voxels; phi points into a tile. */
@@ -439,15 +458,6 @@ SPRINGLS__MATHS int springls__cube_volume6(const springls__grid *g, const spring
     return volume;
 }
 
-/* Finds the lowest corner of the box around a part. */
-SPRINGLS__MATHS void springls__part_lower(const springls__part *part, int lower[3])
-{
-    int i, axis;
-    springls__part_place(part, 0, lower);
-    for (i = 1; i < part->count; i++)
-        for (axis = 0; axis < 3; axis++) lower[axis] = springls__imin(lower[axis], part->at[i][axis]);
-}
-
 /* Returns the volume of a part, voxel^3, between the triangles of marching cubes, as springls_components measures it. */
 SPRINGLS__MATHS float springls__volume_of_part(const springls__grid *g, const springls__part *part)
 {
@@ -455,7 +465,7 @@ SPRINGLS__MATHS float springls__volume_of_part(const springls__grid *g, const sp
     bool inside;
     springls__part_place(part, 0, at);
     inside = springls__phi_of(g, at) < 0.0f;
-    springls__part_lower(part, tip);
+    for (i = 0; i < 3; i++) tip[i] = part->lower[i];
     for (i = 0; i < part->count; i++)
         for (c = 0; c < 8; c++) {
             springls__part_place(part, i, at);
@@ -511,9 +521,9 @@ SPRINGLS__MATHS float springls__without_specks(const springls__model *model, con
 {
     const springls__grid *g = &model->grid;
     const float least = model->params.min_component, around_puncture = SPRINGLS__AROUND_PUNCTURE;
-    const int max_voxels = springls__largest_speck(least);
-    if (beside < (float)max_voxels && !springls__is_large_part(mask27, max_voxels)
-        && springls__is_speck_voxel(g, at, least, max_voxels)) return springls__phi_without_speck(g, at);
+    const springls__speck_limits most = springls__speck_limits_of(least);
+    if (beside <= most.beside && !springls__is_large_part(mask27, most.around)
+        && springls__is_speck_voxel(g, at, least, most.in_all)) return springls__phi_without_speck(g, at);
     if (beside <= around_puncture && springls__punctures(phi, mask27) && springls__fills_puncture(g, at))
         return SPRINGLS__FILLED_PHI;
     return phi;
@@ -523,8 +533,7 @@ SPRINGLS__MATHS float springls__without_specks(const springls__model *model, con
 SPRINGLS__MATHS void springls__specks_element(const springls__model *model, springls__arguments args, int i,
                                               SPRINGLS__LOCAL float *tile)
 {
-    const float max_neighbors = (float)(springls__largest_speck(model->params.min_component) - 1);
-    const float most = springls__max(max_neighbors, SPRINGLS__AROUND_PUNCTURE);
+    const float most = springls__max(springls__speck_limits_of(model->params.min_component).beside, SPRINGLS__AROUND_PUNCTURE);
     int row, x, o[3], at[3];
     (void)args;
     if (springls__keeps_phi(model, i)) return;

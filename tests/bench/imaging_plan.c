@@ -133,7 +133,7 @@ static void plan_collection_motion(struct imaging *imaging, const char *data)
     snprintf(beat, sizeof beat, "%s/4d/ct4d_synthbeat_A.nii.gz --labels %s/4d/ct4d_synthbeat_A_label.nii.gz", data, data);
     snprintf(lung, sizeof lung, "%s/4d/lung_breath_baseline_mask.mha %s/4d/lung_breath_followup_mask.mha", data, data);
     add(imaging, IMAGING_REGISTER, "register_heart", "beating heart, frame 0 and the smallest",
-        "%s/4d/ct4d_synthbeat_A.nii.gz %s/4d/ct4d_synthbeat_A.nii.gz --moving-frame 5 --fixed-labels "
+        "%s/4d/ct4d_synthbeat_A.nii.gz %s/4d/ct4d_synthbeat_A.nii.gz --fixed-frame 0 --moving-frame 5 --fixed-labels "
         "%s/4d/ct4d_synthbeat_A_label.nii.gz --moving-labels %s/4d/ct4d_synthbeat_A_label.nii.gz --align none",
         data, data, data, data);
     add(imaging, IMAGING_REGISTER, "register_lung", "lung, breathed out and in",
@@ -213,7 +213,7 @@ static void plan_own(struct imaging *imaging)
     if (set->series) {
         run_word(set->series, file, sizeof file);
         run_word(set->series_labels, other, sizeof other);
-        add(imaging, IMAGING_REGISTER, "register", "frames 0 and 1", "%s %s --moving-frame 1 --align none", file, file);
+        add(imaging, IMAGING_REGISTER, "register", "frames 0 and 1", "%s %s --fixed-frame 0 --moving-frame 1 --align none", file, file);
         snprintf(words, sizeof words, "%s --labels %s", file, other);
         add(imaging, IMAGING_TRACK, "track", "the sequence", set->landmarks ? "%s --landmarks %s" : "%s", words,
             set->landmarks ? run_word(set->landmarks, other, sizeof other) : "");

@@ -123,8 +123,44 @@ TEST small_parts_are_removed(int bubbles)
     PASS();
 }
 
+/* A thread along a row of voxels, and a ball. */
+static void thread_and_ball(void *user, const float *points, int count, float *out)
+{
+    const float radius = *(const float *)user;
+    int i;
+    for (i = 0; i < count; i++, points += 3) {
+        const double along = fmin(fmax((double)points[0], 8.0), 16.0);
+        const d3 x = d3_make((double)points[0], (double)points[1], (double)points[2]);
+        out[i] = (float)fmin(d3_distance(x, d3_make(along, 12.0, 12.0)) - (double)radius,
+                             d3_distance(x, d3_make(26.0, 26.0, 26.0)) - 5.0);
+    }
+}
+
+/* A thread may have many voxels and little volume. */
+TEST thin_parts_are_removed(float radius, int stays)
+{
+    springls_params params = springls_default_params();
+    springls_step_desc step = fixture_step(NULL, SPRINGLS_MODE_FLUID, 1.0f);
+    springls_context *ctx;
+    const springls_component *parts;
+    int count;
+    params.components = 1;
+    ctx = fixture_context(SIZE, &params);
+    ASSERT_OK(springls_set_implicit(ctx, thread_and_ball, &radius));
+    ASSERT_OK(springls_components(ctx, &parts, &count));
+    ASSERT_EQ(2, count);
+    ASSERT_EQ(stays, fmin(parts[0].volume, parts[1].volume) >= 1.0);
+    ASSERT_OK(springls_step(ctx, &step));
+    ASSERT_OK(springls_components(ctx, &parts, &count));
+    ASSERT_EQ(1 + stays, count);
+    springls_destroy(ctx);
+    PASS();
+}
+
 SUITE(parts)
 {
+    RUN_TESTp(thin_parts_are_removed, 0.1f, 0);
+    RUN_TESTp(thin_parts_are_removed, 0.4f, 1);
     RUN_TESTp(parts_are_measured, 0);
     RUN_TESTp(parts_are_measured, 1);
     RUN_TESTp(small_parts_are_removed, 0);
