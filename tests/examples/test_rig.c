@@ -406,6 +406,63 @@ static greatest_test_res check_character(const char *file, const char *skeleton,
     PASS();
 }
 
+/* Writes a character's surface, turned; inside out again where the turn is a reflection. */
+static void write_turned(const char *path, const struct character *c, const struct turn *turn, bool mirrored)
+{
+    FILE *file = fopen(path, "w");
+    for (int v = 0; v < c->vertex_count; ++v) {
+        float p[3];
+        turned(turn, c->positions + 3 * v, p);
+        fprintf(file, "v %.7g %.7g %.7g\n", (double)p[0], (double)p[1], (double)p[2]);
+    }
+    for (int t = 0; t < c->triangle_count; ++t) {
+        const int *corner = c->triangles + 3 * t;
+        fprintf(file, "f %d %d %d\n", corner[0] + 1, corner[mirrored ? 2 : 1] + 1, corner[mirrored ? 1 : 2] + 1);
+    }
+    fclose(file);
+}
+
+/* Compares with the character's own joints, turned. In a mirror its left hand is the right one. */
+static greatest_test_res check_turned(const char *file, const struct own_joint *joints, const struct turn *turn)
+{
+    const char *data = getenv("SPRINGLS_DATA");
+    char path[1024], error[CHARACTER_TEXT], name[64];
+    struct character own;
+    float across[3];
+    if (!data) SKIPm("SPRINGLS_DATA is not set");
+    vec3_cross(turn->rows[0], turn->rows[1], across);
+    const bool mirrored = vec3_dot(across, turn->rows[2]) < 0.0f;
+    snprintf(path, sizeof path, "%s/rigged/%s", data, file);
+    ASSERT(character_read(path, NULL, &own, error));
+    write_turned(scratch("turned.obj"), &own, turn, mirrored);
+    const char *const line[] = {scratch("turned.obj"), "--template", "biped", "--quiet", "--json", scratch("turned.json"), NULL};
+    ASSERT_EQm(turn->name, 0, run_program(line));
+    cJSON *json = read_report(scratch("turned.json"));
+    for (const struct own_joint *j = joints; j->joint; ++j) {
+        float place[3], truth[3];
+        snprintf(name, sizeof name, "%s", j->joint);
+        char *side = strchr(name, '.');
+        if (mirrored && side) { side[1] = side[1] == 'L' ? 'R' : 'L'; }
+        joint_place(&own.joints[bone_named(&own, j->own)], place);
+        turned(turn, place, truth);
+        CHECK_CALL(check_joint(json, turn->name, name, truth, number_of(json, "height")));
+    }
+    cJSON_Delete(json);
+    character_free(&own);
+    PASS();
+}
+
+TEST a_man_in_a_mirror_and_turned(void)
+{
+    static const struct turn ways[] = {
+        {"mirrored", {{-1, 0, 0}, {0, 1, 0}, {0, 0, 1}}, 1.0f, NULL},
+        {"turned by a quarter", {{0, 0, 1}, {0, 1, 0}, {-1, 0, 0}}, 1.0f, NULL},
+        {"mirrored, and turned by a quarter", {{0, 0, 1}, {0, 1, 0}, {1, 0, 0}}, 1.0f, NULL},
+    };
+    for (int t = 0; t < COUNT(ways); ++t) CHECK_CALL(check_turned("CesiumMan.glb", figure, &ways[t]));
+    PASS();
+}
+
 TEST the_knight(void) { return check_character("Knight.glb", "biped", kaykit, 0.0); }
 TEST the_mage(void) { return check_character("Mage.glb", "biped", kaykit, 0.0); }
 TEST the_man(void) { return check_character("CesiumMan.glb", "biped", figure, 0.0); }
@@ -625,6 +682,7 @@ int main(int argc, char **argv)
     RUN_TEST(the_figure);
     RUN_TEST(the_robot);
     RUN_TEST(the_fox);
+    RUN_TEST(a_man_in_a_mirror_and_turned);
     RUN_TEST(the_file_is_read_back);
     RUN_TEST(a_walk_is_taken_over);
     RUN_TEST(bad_input_ends_with_one_line);
