@@ -222,8 +222,7 @@ cover-lines: deps-fuzz   ## how many lines of springls.h all tests reach, by par
 	  SANITIZE="-fprofile-instr-generate -fcoverage-mapping" > build/cover/tests.log 2>&1
 	@tests/cover_lines.sh
 
-# libFuzzer's inputs are kept in build/fuzz/corpus, and go on from there the next time. assimp's own mistakes end fuzz_surface's processes:
-# each input has one of its own.
+# libFuzzer's inputs are kept in build/fuzz/corpus, and go on from there the next time.
 FUZZ_BUILD = clang -std=c99 -O2 -g $(EXACT) -fno-sanitize-recover=all -I. -Itests -Iexamples -Iexamples/common $(NIFTI)
 # Comparisons within the library are of computed numbers: to trace them halves the speed, and shows nothing about the input.
 fuzz: deps-fuzz springls.h   ## random inputs for MINUTES=10 each, by libFuzzer (some: FUZZ="calls snapshot"); findings in build/fuzz
