@@ -4,60 +4,14 @@
 #include "base/progress.h"
 #include "character/clip_transfer.h"
 #include "character/gltf_character.h"
-#include "surface/texture_atlas.h"
 
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* A frame as it is written: cut into the charts of its own texture, or with colors at vertices. */
-struct dressed {
-    struct texture_atlas atlas;
-    struct picture picture;
-    struct gltf_mesh mesh;
-    float *positions, *normals;
-    int *materials_of;
-};
-
-static void dressed_free(struct dressed *d)
-{
-    texture_atlas_free(&d->atlas);
-    picture_free(&d->picture);
-    free(d->positions);
-    free(d->normals);
-    free(d->materials_of);
-}
-
-/* Copies the vertices of the charts. */
-static bool cut_charts(const struct morph_frame *frame, int material, struct dressed *d)
-{
-    const struct texture_atlas *a = &d->atlas;
-    d->positions = malloc(3 * (size_t)a->vertex_count * sizeof *d->positions);
-    d->normals = malloc(3 * (size_t)a->vertex_count * sizeof *d->normals);
-    d->materials_of = malloc((size_t)a->triangle_count * sizeof *d->materials_of);
-    if (!d->positions || !d->normals || !d->materials_of) {
-        return false;
-    }
-    for (int v = 0; v < a->vertex_count; ++v) {
-        memcpy(d->positions + 3 * v, frame->mesh.positions + 3 * a->vertex_of[v], 3 * sizeof(float));
-        memcpy(d->normals + 3 * v, frame->mesh.normals + 3 * a->vertex_of[v], 3 * sizeof(float));
-    }
-    for (int t = 0; t < a->triangle_count; ++t) {
-        d->materials_of[t] = material;
-    }
-    const struct gltf_mesh mesh = {.positions = d->positions,
-                                   .normals = d->normals,
-                                   .uvs = a->uvs,
-                                   .triangles = a->triangles,
-                                   .materials_of = d->materials_of,
-                                   .vertex_count = a->vertex_count,
-                                   .triangle_count = a->triangle_count};
-    d->mesh = mesh;
-    return true;
-}
-
-/* Prepares a frame whose texture has `size` texels a side; 0: colors at vertices. */
-static bool dress(const struct morph *morph, const struct morph_frame *frame, int size, int material, struct dressed *d)
+/* Prepares a frame as it is written: cut into the charts of its own texture, with `size` texels a side; 0: with colors at
+ * vertices. */
+static bool dress(const struct morph *morph, const struct morph_frame *frame, int size, int material, struct textured_mesh *d)
 {
     const struct gltf_mesh plain = {.positions = frame->mesh.positions,
                                     .normals = frame->mesh.normals,
@@ -67,7 +21,7 @@ static bool dress(const struct morph *morph, const struct morph_frame *frame, in
                                     .triangle_count = frame->mesh.triangle_count};
     memset(d, 0, sizeof *d);
     d->mesh = plain;
-    return size == 0 || (morph_bake(morph, frame, size, &d->atlas, &d->picture) && cut_charts(frame, material, d));
+    return size == 0 || morph_bake(morph, frame, &plain, size, material, d);
 }
 
 static struct material textured(int image)
@@ -82,7 +36,7 @@ static bool write_sequence(const struct morph *morph, const char *path)
 {
     const int count = morph->frame_count, size = morph->settings.texture;
     const size_t room = (size_t)count + 1;
-    struct dressed *dressed = calloc(room, sizeof *dressed);
+    struct textured_mesh *dressed = calloc(room, sizeof *dressed);
     struct gltf_mesh *meshes = malloc(room * sizeof *meshes);
     struct material *materials = malloc(room * sizeof *materials);
     struct picture *pictures = malloc(room * sizeof *pictures);
@@ -111,7 +65,7 @@ static bool write_sequence(const struct morph *morph, const char *path)
                       || morph_fail("%s cannot be written", path)
                 : morph_fail("%s: the textures cannot be baked (--texture %d)", path, size);
     for (int f = 0; dressed && f < count; ++f) {
-        dressed_free(&dressed[f]);
+        textured_mesh_free(&dressed[f]);
     }
     free(dressed);
     free(meshes);
@@ -150,7 +104,7 @@ static bool write_skinned(const struct morph *morph, const char *path)
 {
     const struct morph_frame *rest = &morph->rest;
     const int size = 2 * morph->settings.texture;
-    struct dressed d;
+    struct textured_mesh d;
     bool good = dress(morph, rest, size, 0, &d) || morph_fail("%s: the texture cannot be baked (--texture %d)", path, size / 2);
     struct influences *influences = good ? malloc(((size_t)d.mesh.vertex_count + 1) * sizeof *influences) : NULL;
     const struct material material = textured(0);
@@ -161,7 +115,7 @@ static bool write_skinned(const struct morph *morph, const char *path)
     }
     good = good && write_with_clips(morph, path, &d.mesh, influences, size > 0 ? &look : NULL);
     free(influences);
-    dressed_free(&d);
+    textured_mesh_free(&d);
     return good;
 }
 

@@ -157,15 +157,9 @@ static void bake_color(const void *user, int triangle, const float weight[3], fl
     mixed_color(bake->morph, bake->frame->share, source, target, color);
 }
 
-bool morph_bake(const struct morph *morph, const struct morph_frame *frame, int size, struct texture_atlas *atlas,
-                struct picture *picture)
+bool morph_bake(const struct morph *morph, const struct morph_frame *frame, const struct gltf_mesh *surface, int size, int material,
+                struct textured_mesh *textured)
 {
-    const springls_mesh *mesh = &frame->mesh;
     const struct bake bake = {morph, frame};
-    memset(picture, 0, sizeof *picture);
-    const bool good = texture_atlas_unwrap(mesh->positions, mesh->vertex_count, mesh->triangles, mesh->triangle_count, size, atlas)
-        && texture_atlas_bake(atlas, bake_color, &bake, &picture->image)
-        && image_encode_png(&picture->image, &picture->bytes, &picture->size);
-    image_free(&picture->image); /* the file needs the bytes only */
-    return good;
+    return textured_mesh_make(surface, size, material, bake_color, &bake, textured);
 }

@@ -15,7 +15,7 @@
 #include "character/surface_place.h"
 #include "pictures/raycast.h"
 #include "springls/run_options.h"
-#include "surface/texture_atlas.h"
+#include "surface/textured_mesh.h"
 #include "surface/mesh_check.h"
 #include "surface/surface_distances.h"
 
@@ -146,9 +146,9 @@ bool morph_contour(struct morph *morph);
 /* Checks the sums of bone weights; for --out computes colors and places of a frame's mesh, whose pose the target has. */
 bool morph_look(const struct morph *morph, struct morph_frame *frame);
 struct influences morph_mixed_influences(const struct morph *morph, const struct morph_frame *frame, int vertex);
-/* Unwraps a frame's mesh and bakes its texture as PNG. */
-bool morph_bake(const struct morph *morph, const struct morph_frame *frame, int size, struct texture_atlas *atlas,
-                struct picture *picture);
+/* Cuts a frame's mesh into charts and bakes its colors, by textured_mesh_make. */
+bool morph_bake(const struct morph *morph, const struct morph_frame *frame, const struct gltf_mesh *surface, int size, int material,
+                struct textured_mesh *textured);
 bool morph_write(const struct morph *morph); /* writes all files of --out */
 bool morph_write_gltf(const struct morph *morph);
 bool morph_report(const struct morph *morph, const char *path);

@@ -332,7 +332,7 @@ void viewer_app_scroll(struct viewer_app *app, float notches, int modifiers)
 bool viewer_app_save(struct viewer_app *app, const char *path)
 {
     char text[VIEWER_TEXT];
-    app->save_failed = !done(app, viewer_save(&app->model, path));
+    app->save_failed = !done(app, viewer_save(&app->model, path, app->texture));
     if (!app->save_failed) {
         snprintf(text, sizeof text, "saved %.250s", path);
         show_message(app, text);

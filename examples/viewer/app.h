@@ -47,6 +47,7 @@ struct viewer_app {
     bool holds_second;      /* merge: the pointer drags the second body */
     float stroke[4];        /* cut: x0 y0 x1 y1, while the stroke is drawn */
     const char *load, *save; /* file names of the command line; load NULL: a ball */
+    int texture; /* texels a side of a saved texture; 0: none */
     double budget; /* seconds a frame may take for the step, and as many for the mesh; 0: as long as they take */
     float seconds; /* that have passed since the tool's last step began */
     bool help, quit;

@@ -19,7 +19,7 @@
 struct settings {
     struct cli_common common;
     const char *mesh, *save, *script, *screenshot, *set;
-    int width, height;
+    int width, height, texture;
     bool bench;
 };
 
@@ -28,6 +28,8 @@ static int read_command_line(struct settings *set, int argc, char **argv)
     static char summary[4096];
     const struct cli_option options[] = {
         {"save", CLI_STRING, &set->save, "FILE", "where ctrl S saves to: PLY, OBJ, STL or GLB", 0, 0, NULL},
+        {"texture", CLI_INT, &set->texture, "N", "a saved GLB has its colours in an image of N texels a side; 0: at its vertices", 0,
+         8192, NULL},
         {"width", CLI_INT, &set->width, "N", "of the window", 64, 8192, NULL},
         {"height", CLI_INT, &set->height, "N", "of the window", 64, 8192, NULL},
         {"script", CLI_STRING, &set->script, "FILE", "events in the place of a hand (see docs/viewer.md)", 0, 0, NULL},
@@ -74,6 +76,7 @@ static int run(const struct settings *set, const springls_desc *desc)
     memset(&app, 0, sizeof app);
     app.load = set->mesh;
     app.save = set->save;
+    app.texture = set->texture;
     if (!viewer_app_open(&app, desc, set->width, set->height)) {
         return cli_fail("viewer", CLI_EXIT_FAILURE, "%s", app.model.error);
     }

@@ -65,7 +65,7 @@ TEST a_saved_mesh_is_read_again(void)
         struct mesh mesh;
         char error[MESH_TEXT];
         springls_mesh surface;
-        ASSERT(viewer_save(&model, scratch(names[f])));
+        ASSERT(viewer_save(&model, scratch(names[f]), 0));
         ASSERT(mesh_read(scratch(names[f]), &mesh, error));
         ASSERT_EQ(SPRINGLS_OK, springls_extract_mesh(model.ctx, &surface));
         ASSERT_EQ((size_t)surface.vertex_count, mesh.vertex_count);
@@ -80,7 +80,7 @@ TEST a_saved_mesh_is_read_again(void)
         ASSERT_IN_RANGE(measured(&model).volume, measured(&again).volume, 0.005 * measured(&model).volume);
         viewer_model_free(&again);
     }
-    ASSERT_FALSE(viewer_save(&model, scratch("saved.txt")));
+    ASSERT_FALSE(viewer_save(&model, scratch("saved.txt"), 0));
     ASSERT(strstr(model.error, ".ply, .obj, .stl or .glb"));
     const uint64_t hash = springls_state_hash(model.ctx);
     ASSERT_FALSE(viewer_model_file(&model, &small, scratch("not there.ply"))); /* leaves what is there */
@@ -89,7 +89,55 @@ TEST a_saved_mesh_is_read_again(void)
     PASS();
 }
 
-/* A mesh of two colours keeps them, each on its side, and they are written. */
+/* Returns the first PNG in a file, decoded. */
+static bool picture_within(const char *path, struct image *image)
+{
+    static unsigned char bytes[1 << 22];
+    FILE *file = fopen(path, "rb");
+    const size_t size = file ? fread(bytes, 1, sizeof bytes, file) : 0;
+    size_t at = 0;
+    if (file) fclose(file);
+    while (at + 4 < size && memcmp(bytes + at, "\x89PNG", 4) != 0) ++at;
+    return at + 4 < size && image_read(bytes + at, size - at, image);
+}
+
+/* Saves a body that is blue and red with its colours in an image. */
+static greatest_test_res save_texture(struct viewer_model *model)
+{
+    struct mesh mesh;
+    struct image image;
+    char error[MESH_TEXT];
+    int red = 0, blue = 0;
+    ASSERT(viewer_save(model, scratch("textured.glb"), 256));
+    ASSERT(mesh_read(scratch("textured.glb"), &mesh, error));
+    ASSERT_GT(mesh.triangle_count, 100);
+    mesh_free(&mesh);
+    ASSERT(picture_within(scratch("textured.glb"), &image));
+    ASSERT_EQ(256, image.width);
+    for (int i = 0; i < image.width * image.height; ++i) {
+        red += image.rgb[3 * i] > 0.9f && image.rgb[3 * i + 2] < 0.1f;
+        blue += image.rgb[3 * i + 2] > 0.9f && image.rgb[3 * i] < 0.1f;
+    }
+    image_free(&image);
+    ASSERT_GT(red, 5000);
+    ASSERT_GT(blue, 5000);
+    ASSERT_FALSE(viewer_save(model, scratch("textured.ply"), 256));
+    ASSERT(strstr(model->error, "GLB only"));
+    ASSERT_FALSE(viewer_save(model, scratch("textured.glb"), 4));
+    ASSERT(strstr(model->error, "too small"));
+    PASS();
+}
+
+TEST a_texture_wants_colors(void)
+{
+    struct viewer_model model = ball();
+    ASSERT_FALSE(viewer_save(&model, scratch("plain.glb"), 256));
+    ASSERT(strstr(model.error, "no colours"));
+    viewer_model_free(&model);
+    PASS();
+}
+
+/* A mesh of two colours keeps them, each on its side, and they are written: at vertices, and as a texture. */
 TEST colors_of_a_mesh_are_carried(void)
 {
     char error[MESH_TEXT];
@@ -110,7 +158,7 @@ TEST colors_of_a_mesh_are_carried(void)
     ASSERT(viewer_model_file(&model, &small, scratch("painted.ply")));
     const struct viewer_brush brush = front(&model);
     for (int i = 0; i < 8; ++i) ASSERT(viewer_push(&model, &brush, 0.02f));
-    ASSERT(viewer_save(&model, scratch("painted.obj")));
+    ASSERT(viewer_save(&model, scratch("painted.obj"), 0));
     struct mesh again;
     ASSERT(mesh_read(scratch("painted.obj"), &again, error));
     ASSERT(again.colors);
@@ -119,6 +167,7 @@ TEST colors_of_a_mesh_are_carried(void)
         if (fabsf(x) > 0.15f) ASSERT(again.colors[3 * v + (x > 0.0f ? 0 : 2)] > 0.9f);
     }
     mesh_free(&again);
+    CHECK_CALL(save_texture(&model));
     viewer_model_free(&model);
     PASS();
 }
@@ -312,6 +361,7 @@ int main(int argc, char **argv)
     if (!make_folder()) return 1;
     RUN_TEST(a_saved_mesh_is_read_again);
     RUN_TEST(colors_of_a_mesh_are_carried);
+    RUN_TEST(a_texture_wants_colors);
     start_display();
     RUN_TEST(pictures_show_what_there_is);
     RUN_TEST(what_cannot_be_shown_ends_with_one_line);

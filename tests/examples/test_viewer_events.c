@@ -136,7 +136,7 @@ TEST undo_goes_across_files(void)
     const struct viewer_cut cut = stroke_across(&app.model, 3.0f, -2.0f, 2.0f, true);
     struct viewer_model half = ball();
     ASSERT(viewer_subtract(&half, &cut));
-    ASSERT(viewer_save(&half, scratch("half.ply")));
+    ASSERT(viewer_save(&half, scratch("half.ply"), 0));
     viewer_model_free(&half);
     snprintf(script, sizeof script, "drop %s\nrest\nkey 3\npress left ctrl\nframes 3\nrelease left\nrest\n", scratch("half.ply"));
     ASSERT(play(&app, script, error));
@@ -208,7 +208,7 @@ TEST a_step_in_progress_is_completed_first(void)
     ASSERT(play(&app, push, error));
     ASSERT(app.model.stepping);
     ASSERT(viewer_app_busy(&app));
-    ASSERT(viewer_save(&app.model, scratch("midway.obj")));
+    ASSERT(viewer_save(&app.model, scratch("midway.obj"), 0));
     ASSERT_FALSE(app.model.stepping);
     ASSERT_EQ(pushed, springls_state_hash(app.model.ctx));
     ASSERT(play(&app, "frames 1\n", error)); /* another step */
