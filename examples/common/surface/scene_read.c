@@ -1,3 +1,4 @@
+#define _POSIX_C_SOURCE 200809L
 #include "surface/scene_read.h"
 
 #include <assimp/cimport.h>
@@ -9,6 +10,7 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
+#include <strings.h>
 
 enum { LONGEST_LINE = 4096, MOST_LINES = 1000 }; /* of a header */
 
@@ -27,7 +29,7 @@ bool scene_fail(char error[SCENE_TEXT], const char *path, const char *format, ..
     return false;
 }
 
-/* ---- headers: assimp reserves memory for any count, and reads on for ever where a PLY header has no end ---- */
+/* ---- files: assimp reserves memory for any count, and reads beyond the end of what is not whole ---- */
 
 struct header {
     const char *path;
@@ -73,20 +75,50 @@ static bool ply_header_is_whole(struct header *h)
     return scene_fail(h->error, h->path, "the PLY header has no end");
 }
 
-/* Returns whether the counts fit: they stand behind the first word, or on the first line after it that is no comment. */
-static bool off_counts_fit(struct header *h, const char *behind)
+/* Reads the next line that is neither blank nor a comment. */
+static bool next_line(struct header *h)
 {
-    double count[2] = {0.0, 0.0};
-    for (int row = 1; row < MOST_LINES; ++row) {
-        if (sscanf(behind, "%lf %lf", &count[0], &count[1]) >= 1) {
-            return count_fits(h, count[0]) && count_fits(h, count[1]);
-        }
-        behind = h->line;
+    const char *text;
+    do {
         if (!fgets(h->line, LONGEST_LINE, h->file)) {
-            break;
+            return false;
+        }
+        for (int c = 0; !strchr(h->line, '\n') && c != '\n' && c != EOF;) {
+            c = fgetc(h->file);
+        }
+        text = h->line + strspn(h->line, " \t\r\n");
+    } while (*text == '\0' || *text == '#');
+    return true;
+}
+
+/* Returns whether as many vertices and faces follow as the counts promise, which stand behind the first word or on the line after
+ * it. assimp reads beyond the end of a file in which lines are missing, and leaves out faces of more than nine corners. */
+static bool off_is_whole(struct header *h, const char *behind)
+{
+    double count[2];
+    int corners;
+    if (sscanf(behind, "%lf %lf", &count[0], &count[1]) != 2
+        && (!next_line(h) || sscanf(h->line, "%lf %lf", &count[0], &count[1]) != 2)) {
+        return scene_fail(h->error, h->path, "the OFF file has no numbers of vertices and faces");
+    }
+    if (!count_fits(h, count[0]) || !count_fits(h, count[1])) {
+        return false;
+    }
+    for (double i = 0.0; i < count[0] + count[1]; ++i) {
+        if (!next_line(h)) {
+            return scene_fail(h->error, h->path, "the OFF file ends before its %.0f vertices and %.0f faces", count[0], count[1]);
+        }
+        if (i >= count[0] && (sscanf(h->line, "%d", &corners) != 1 || corners < 1 || corners > 9)) {
+            return scene_fail(h->error, h->path, "face %.0f has not 1 to 9 corners", i - count[0]);
         }
     }
-    return true; /* assimp reports what is missing */
+    return true;
+}
+
+static bool ends_with(const char *text, const char *end)
+{
+    const size_t length = strlen(text), tail = strlen(end);
+    return length >= tail && strcasecmp(text + length - tail, end) == 0;
 }
 
 static bool header_is_good(struct header *h)
@@ -99,8 +131,9 @@ static bool header_is_good(struct header *h)
     if (h->size <= 0) {
         return scene_fail(h->error, h->path, "empty file");
     }
-    if (!fgets(h->line, LONGEST_LINE, h->file)) {
-        return true;
+    const bool is_off = ends_with(h->path, ".off");
+    if (is_off ? !next_line(h) : !fgets(h->line, LONGEST_LINE, h->file)) {
+        return true; /* assimp reports what is missing */
     }
     /* assimp takes the word in capitals too */
     if (tolower((unsigned char)h->line[0]) == 'p' && tolower((unsigned char)h->line[1]) == 'l'
@@ -108,7 +141,10 @@ static bool header_is_good(struct header *h)
         return ply_header_is_whole(h);
     }
     const char *off = h->line + strspn(h->line, "STCN4n"); /* what its vertices have beside their places */
-    return strncmp(off, "OFF", 3) != 0 || off_counts_fit(h, off + 3);
+    if (strncmp(off, "OFF", 3) == 0) {
+        return off_is_whole(h, off + 3);
+    }
+    return !is_off || scene_fail(h->error, h->path, "an OFF file begins with OFF");
 }
 
 static bool file_is_good(const char *path, char error[SCENE_TEXT])
