@@ -64,7 +64,7 @@ static void problem_row(struct table *table, const struct run *run, const char *
     table_row(table, "%s|%s|%s|%s|%s|%s|%s|%s|%s|%s|%s", method, cell("%.1f s", seconds),
               cell("%.0f", run_number(run, "steps") / seconds), cell("%.1f s", run->cpu),
               cell2("%.2f x / %.2f x", run_number(openvdb, "seconds_total") / seconds, openvdb->cpu / run->cpu),
-              run_cell(run, "%+.2f %%", "volume_change_percent"), run_cell(run, "%+.2f %%", "volume_error_percent"),
+              run_cell(run, "%+.3f %%", "volume_change_percent"), run_cell(run, "%+.3f %%", "volume_error_percent"),
               cell2("%.3f / %.2f", run_number(run, "surface_mean"), run_number(run, "surface_max")),
               tracks ? cell2("%.3f / %.2f", run_number(run, "tracking_mean"), run_number(run, "tracking_max")) : "cannot",
               run_cell(run, "%.0f", "components"), run_cell(run, "%.0f MiB", "peak_rss_mib"));

@@ -9,7 +9,7 @@ BENCH_FLAGS    = -I. -Iexamples -Iexamples/common
 # The folders of examples/common that each uses (see examples/examples.mk).
 bench_bench_USES        = base
 bench_segmentation_USES = base
-bench_imaging_USES      = base
+bench_imaging_USES      = pictures
 bench_registration_USES = imaging
 bench_paper_USES        = springls imaging
 bench_ablation_USES     = springls surface

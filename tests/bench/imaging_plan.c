@@ -57,13 +57,12 @@ static void add_build(struct imaging *imaging, const char *name, const char *tit
     add(imaging, IMAGING_BUILD, name, title, "%s%s", words, options);
 }
 
-/* The four starting shapes of the paper; the first result also beside a level set alone. */
+/* The four starting shapes of the paper, each beside a level set alone. */
 static void add_starts(struct imaging *imaging, const char *words)
 {
     static const char *const names[] = {"segment_sphere", "segment_cube", "segment_torus", "segment_metasphere"};
     for (int s = 0; s < 4; ++s) {
-        add(imaging, IMAGING_SEGMENT, names[s], starts[s], "%s --init %s%s", words, starts[s],
-            s == 0 ? " --compare-level-set" : "");
+        add(imaging, IMAGING_SEGMENT, names[s], starts[s], "%s --init %s --compare-level-set", words, starts[s]);
     }
 }
 

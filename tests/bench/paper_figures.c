@@ -178,7 +178,7 @@ static void leveque_over_periods(struct paper *paper, struct image *image)
             errors[2 * s + 1][i] = run_number(run, "tracking_mean");
             table_row(&table, "%g, %s|%s|%s|%s|%s|%s", periods[i], paper_set_names[s], cell("%.4f", errors[2 * s][i]),
                       cell("%.4f", errors[2 * s + 1][i]), run_cell(run, "%.4f", "halfway_mean"),
-                      run_cell(run, "%+.2f %%", "volume_change_percent"), run_cell(run, "%.0f", "components"));
+                      run_cell(run, "%+.3f %%", "volume_change_percent"), run_cell(run, "%.0f", "components"));
         }
     }
     paper_table(paper, &table);
@@ -211,7 +211,7 @@ static void zalesak_over_turns(struct paper *paper, struct image *image)
     for (int i = 0; i < count; ++i) {
         for (int s = 0; s < 2; ++s) {
             table_row(&table, "%d, %s|%s|%s|%s", i + 1, paper_set_names[s], cell("%.4f", errors[2 * s][i]),
-                      cell("%.4f", errors[2 * s + 1][i]), cell("%+.2f %%", volume[s][i]));
+                      cell("%.4f", errors[2 * s + 1][i]), cell("%+.3f %%", volume[s][i]));
         }
     }
     paper_table(paper, &table);
@@ -255,7 +255,7 @@ void paper_fig15(struct paper *paper)
                   cell2("%.0f to %.0f", run_number(run, "components_least"), run_number(run, "components_most")),
                   cell2("%.0f to %.0f", run_number(run, "euler_least"), run_number(run, "euler_most")),
                   paper_error(run, "deformation"), paper_error(run, "tracking"),
-                  run_cell(run, "%+.2f %%", "volume_change_percent"));
+                  run_cell(run, "%+.3f %%", "volume_change_percent"));
         if (!kept) {
             fprintf(stderr, "Fig. 15: topology was not kept (%s)\n", run->name);
             ++paper->failures;

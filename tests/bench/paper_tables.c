@@ -33,7 +33,7 @@ static void our_row(struct table *table, const struct run *run, const char *firs
     }
     table_row(table, "%s|%s|%s|%s|%s|%s|%s|%s", first, run_cell(run, "%.0f", "steps"), run_cell(run, "%.0f", "springls_mean"),
               paper_error(run, "deformation"), paper_error(run, "tracking"), paper_error(run, "halfway"),
-              run_cell(run, "%.3f", "surface_mean"), run_cell(run, "%+.2f %%", "volume_change_percent"));
+              run_cell(run, "%.3f", "surface_mean"), run_cell(run, "%+.3f %%", "volume_change_percent"));
 }
 
 void paper_tests(struct paper *paper)
@@ -149,7 +149,7 @@ void paper_table5(struct paper *paper)
             table_row(&table, "%s, %s|%s|%s|%s|%s|%s", run_cell(run, "%.0f^3", "grid"), paper_set_names[s],
                       run_cell(run, "%.4f", "deformation_mean"), run_cell(run, "%.4f", "tracking_mean"),
                       run_cell(run, "%.4f", "halfway_mean"), run_cell(run, "%.0f", "springls_mean"),
-                      run_cell(run, "%+.2f %%", "volume_change_percent"));
+                      run_cell(run, "%+.3f %%", "volume_change_percent"));
         }
     }
     paper_table(paper, &table);
@@ -189,7 +189,7 @@ static void beside_openvdb(struct paper *paper, const int zalesak[2])
         for (int m = 0; m < (installed ? METHODS : 2); ++m) {
             const struct run *run = &paper->runs[runs[p][m]];
             table_row(&table, "%s: %s|%s|%s|%s|%s|%s|%s", titles[p], m < 2 ? paper_set_names[m] : "OpenVDB's level set",
-                      run_cell(run, "%+.2f %%", "volume_change_percent"), run_cell(run, "%+.2f %%", "volume_error_percent"),
+                      run_cell(run, "%+.3f %%", "volume_change_percent"), run_cell(run, "%+.3f %%", "volume_error_percent"),
                       run_cell(run, "%.3f", "surface_mean"), run_cell(run, "%.2f", "surface_max"),
                       m < 2 ? paper_error(run, "tracking") : "cannot",
                       cell2("%.0f, %.0f", run_number(run, "components"), run_number(run, "euler")));
@@ -219,7 +219,7 @@ void paper_table4(struct paper *paper)
     table_row(&table, "the paper: MarkerLS|no|0.9 %%|49K|||");
     for (int s = 0; s < 2; ++s) {
         const struct run *run = &paper->runs[ours[s]];
-        table_row(&table, "%s|yes|%s|%s|%s|%s|%s", paper_set_names[s], run_cell(run, "%+.2f %%", "volume_change_percent"),
+        table_row(&table, "%s|yes|%s|%s|%s|%s|%s", paper_set_names[s], run_cell(run, "%+.3f %%", "volume_change_percent"),
                   run_cell(run, "%.0f", "springls_mean"), paper_error(run, "deformation"), paper_error(run, "tracking"),
                   run_cell(run, "%.3f", "surface_mean"));
     }

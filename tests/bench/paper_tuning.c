@@ -205,7 +205,7 @@ static void pair_table(struct paper *paper, const struct sweep *sweep)
         table_row(&table, "%s|%s|%s|%s|%d of %d|%s|%s|%d", pair_name(pair, name), cell("%.3f", sweep->total[pair][best]),
                   kappa_names[best % KAPPAS], lambda_names[best / KAPPAS], wins[pair], (int)CELLS,
                   cell("%.3f", sweep->total[pair][CHOSEN_CELL]),
-                  run_cell(&paper->runs[sweep->runs[pair][CHOSEN_CELL]], "%+.2f %%", "volume_change_percent"), lost);
+                  run_cell(&paper->runs[sweep->runs[pair][CHOSEN_CELL]], "%+.3f %%", "volume_change_percent"), lost);
     }
     paper_table(paper, &table);
 }

@@ -140,7 +140,7 @@ static void print_ours(const struct benchmark *b, const struct benchmark_result 
     spread(&r->tracking, tracking);
     spread(&r->halfway, halfway);
     snprintf(surface, sizeof surface, "%.3f", r->surface.mean);
-    snprintf(volume, sizeof volume, "%+.2f %%", r->volume_change_percent);
+    snprintf(volume, sizeof volume, "%+.3f %%", r->volume_change_percent);
     snprintf(seconds, sizeof seconds, "%.1f s", r->seconds_total);
     printf(ROW, label, springls, deformation, tracking, halfway, surface, volume, seconds);
 }
