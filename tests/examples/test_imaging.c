@@ -21,7 +21,9 @@ int main(int argc, char **argv)
 #else
 
 #include "bench/imaging_page.c"
+#include "bench/imaging_markdown.c"
 #include "bench/imaging_plan.c"
+#include "bench/imaging_tables.c"
 #include "bench/table.c"
 
 static char folder[64] = "/tmp/springls_imaging_XXXXXX";
@@ -145,13 +147,13 @@ TEST rows_are_taken_from_the_reports(void)
              "/usr/bin/printf {\"springls\":9,\"variance_of_modes\":[0.98],\"frames\":[{\"volume_ml\":20,\"springls_kept\":9},"
              "{\"volume_ml\":10,\"springls_kept\":8}]}");
     ASSERT_EQ(0, do_all());
-    make_table(&imaging, IMAGING_ATLAS, &table);
+    imaging_table(&imaging, IMAGING_ATLAS, &table);
     ASSERT_EQ(4, table.rows);
     ASSERT_STR_EQ("hip: start", table.cells[1][0]);
     ASSERT_STR_EQ("0.750", table.cells[2][2]);
     ASSERT_STR_EQ("hip: without atlas", table.cells[3][0]);
     ASSERT_STR_EQ("-", table.cells[3][3]);
-    make_table(&imaging, IMAGING_TRACK, &table);
+    imaging_table(&imaging, IMAGING_TRACK, &table);
     ASSERT_EQ(2, table.rows);
     ASSERT_STR_EQ("2", table.cells[1][1]);
     ASSERT_STR_EQ("8", table.cells[1][3]);
