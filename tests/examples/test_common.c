@@ -502,7 +502,8 @@ TEST broken_surfaces_are_refused(void)
         {"a.ply", PLY_VERTICES PLY_FACES "end_header\n" PLY_PLACES "3 0 1 2\n3 0 1 7\n", "names vertex 7 of 3"},
         {"a.off", "OFF\n# places\n3 4000000000 0\n" PLY_PLACES "3 0 1 2\n", "promises 4000000000 elements"},
         {"a.off", "COFF 4000000000 1 0\n", "promises 4000000000 elements"},
-        {"a.off", "OFF\n3 2 0\n" PLY_PLACES, "a face has no corners"},
+        {"a.off", "OFF\n3 2 0\n" PLY_PLACES "3 0 1 2\n", "ends before its 3 vertices and 2 faces"},
+        {"a.off", "OFF\n3 2 0\n" PLY_PLACES "3 0 1 2\n0\n", "face 1 has not 1 to 9 corners"},
     };
     for (size_t i = 0; i < sizeof files / sizeof *files; ++i) {
         char error[MESH_TEXT];
