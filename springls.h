@@ -3185,7 +3185,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(FREE_SLOTS, int, 1, grid, free_slots)                                                                                      \
     X(PHI, float, SPRINGLS__BRICK_VOXELS, grid, phi)                                                                             \
     X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid, phi_next)                                                                   \
-    X(CALM, uint8_t, 1, grid, calm)                 /* steps since a springl in the brick has stirred, to a limit (sleep.h)   */ \
+    X(CALM, uint8_t, SPRINGLS__OCTANTS, grid, calm) /* steps since a springl in the octant has stirred, to a limit (sleep.h)  */ \
     X(AWAKE, uint8_t, 1, grid, awake)               /* 1: in or around the brick springls have stirred lately (sleep.h)       */ \
     X(NEAR_AWAKE, uint8_t, 1, grid, near_awake)     /* 1: the brick or one around it is awake                                 */ \
     X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, clamped (capture_range); < 0: unknown */   \
@@ -3275,6 +3275,7 @@ typedef struct springls__record {
    domain, x fastest; the top table has entries where there may be something only (top_table.h). */
 #define SPRINGLS__BRICK 8
 #define SPRINGLS__BRICK_VOXELS 512
+#define SPRINGLS__OCTANTS 8 /* of 4^3 voxels */
 #define SPRINGLS__OUTSIDE 0
 #define SPRINGLS__INSIDE 1
 #define SPRINGLS__FIRST_SLOT 2
@@ -4130,10 +4131,17 @@ SPRINGLS__MATHS bool springls__keeps_phi(const springls__model *model, int i)
     return true;
 }
 
+/* Ends the calm of the brick of a slot. */
+SPRINGLS__MATHS void springls__end_calm(const springls__grid *g, int slot)
+{
+    int o;
+    for (o = 0; o < SPRINGLS__OCTANTS; o++) g->calm[slot * SPRINGLS__OCTANTS + o] = 0;
+}
+
 /* Wakes the brick of a slot: its springls count as having stirred. */
 SPRINGLS__MATHS void springls__wake_slot(const springls__grid *g, int slot)
 {
-    g->calm[slot] = 0;
+    springls__end_calm(g, slot);
     g->awake[slot] = g->near_awake[slot] = 1;
 }
 
@@ -9847,9 +9855,11 @@ SPRINGLS__MATHS void springls__wake_element(const springls__model *model, spring
 /* Counts a calm step of active brick i. */
 SPRINGLS__MATHS void springls__calm_element(const springls__model *model, springls__arguments args, int i)
 {
-    SPRINGLS__GLOBAL uint8_t *calm = model->grid.calm + model->grid.active[i];
+    SPRINGLS__GLOBAL uint8_t *calm = model->grid.calm + model->grid.active[i] * SPRINGLS__OCTANTS;
+    const int limit = springls__calm_limit(model);
+    int o;
     (void)args;
-    *calm = (uint8_t)springls__imin(*calm + 1, springls__calm_limit(model));
+    for (o = 0; o < SPRINGLS__OCTANTS; o++) calm[o] = (uint8_t)springls__imin(calm[o] + 1, limit);
 }
 
 SPRINGLS__MATHS bool springls__stirs(const springls__model *model, int i, int which)
@@ -9862,28 +9872,46 @@ SPRINGLS__MATHS bool springls__stirs(const springls__model *model, int i, int wh
     return which == SPRINGLS__STIR_MOVING && springls__is_moving(model)[i] >= SPRINGLS__MOVED_MORE;
 }
 
-/* Ends the calm of the bricks that a springl lies in, and lay in when phi last followed, where it stirs. Several springls may end
-   that of one brick: they write the same. */
+/* Ends the calm of the octant that a place lies in. */
+SPRINGLS__MATHS void springls__end_calm_at(const springls__grid *g, springls__v3 x)
+{
+    int voxel[3], octant;
+    springls__voxel_of_place(g, x, voxel);
+    octant = (voxel[0] >> 2 & 1) | (voxel[1] >> 1 & 2) | (voxel[2] & 4);
+    g->calm[springls__slot_at(g, voxel[0], voxel[1], voxel[2]) * SPRINGLS__OCTANTS + octant] = 0;
+}
+
+/* Ends the calm of the octants that a springl lies in, and lay in when phi last followed, where it stirs. Several springls may end
+   that of one octant: they write the same. */
 SPRINGLS__MATHS void springls__stir_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
     int n = args.stir.first + i;
     if (!springls__stirs(model, n, args.stir.which)) return;
-    g->calm[springls__slot_of_place(g, model->set.s[n].p)] = 0;
-    g->calm[springls__slot_of_place(g, model->set.synced_position[n])] = 0;
+    springls__end_calm_at(g, model->set.s[n].p);
+    springls__end_calm_at(g, model->set.synced_position[n]);
 }
 
-/* Finds whether active brick i is awake: springls have stirred lately in it or in a brick around it. */
+/* Returns the octants of the d-th brick around a brick (springls__brick_around) that touch it, a bit each. */
+SPRINGLS__MATHS int springls__octants_beside(int d)
+{
+    const int x = d % 3, y = d / 3 % 3, z = d / 9;
+    return (x == 0 ? 0xaa : x == 2 ? 0x55 : 0xff) & (y == 0 ? 0xcc : y == 2 ? 0x33 : 0xff) & (z == 0 ? 0xf0 : z == 2 ? 0x0f : 0xff);
+}
+
+/* Finds whether active brick i is awake: springls have stirred lately in an octant of it or in one that touches it. */
 SPRINGLS__MATHS void springls__awake_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
     const int limit = springls__calm_limit(model);
-    int origin[3], at[3], d, awake = g->calm[g->active[i]] < limit;
+    int origin[3], at[3], d, o, awake = 0;
     (void)args;
     springls__slot_origin(g, g->active[i], origin);
     for (d = 0; d < 27 && !awake; d++) {
         int slot = springls__brick_around(g, origin, d, at) ? springls__slot_at(g, at[0], at[1], at[2]) : 0;
-        awake = slot >= SPRINGLS__FIRST_SLOT && g->calm[slot] < limit;
+        if (slot < SPRINGLS__FIRST_SLOT) continue;
+        for (o = 0; o < SPRINGLS__OCTANTS; o++)
+            awake |= springls__octants_beside(d) >> o & 1 && g->calm[slot * SPRINGLS__OCTANTS + o] < limit;
     }
     g->awake[g->active[i]] = (uint8_t)awake;
 }
@@ -14786,7 +14814,8 @@ SPRINGLS__FN void springls__rest_all(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
     int i;
-    for (i = 0; i < g->active_count; i++) g->calm[g->active[i]] = (uint8_t)springls__calm_limit(&ctx->model);
+    for (i = 0; i < g->active_count; i++)
+        memset(g->calm + g->active[i] * SPRINGLS__OCTANTS, springls__calm_limit(&ctx->model), SPRINGLS__OCTANTS);
 }
 
 /* Finds the bricks that are awake, by how long they have been calm. Wakes all where nothing may sleep. */
@@ -24530,7 +24559,8 @@ typedef enum springls__section {
     SPRINGLS__SECTION_INSIDE,      /* runs of these bricks                            */
     SPRINGLS__SECTION_BRICKS,      /* the numbers of the bricks with voxels           */
     SPRINGLS__SECTION_PHI,
-    SPRINGLS__SECTION_CALM,        /* a byte for each of them: sleep.h                */
+    SPRINGLS__SECTION_BRICK_CALM,  /* of older blocks: a byte for each of them; not used */
+    SPRINGLS__SECTION_CALM,        /* a byte for each octant of them: sleep.h         */
     SPRINGLS__SECTION_COMPONENTS,
     SPRINGLS__SECTION_EVENTS,
     SPRINGLS__SECTION_EVENT_PARTS,
@@ -24586,7 +24616,8 @@ static const springls__section_info springls__section_list[] = {
     { SPRINGLS__SECTION_INSIDE, "INSD", 4, SPRINGLS__SECTION_USED },
     { SPRINGLS__SECTION_BRICKS, "BRIK", 4, SPRINGLS__SECTION_USED },
     { SPRINGLS__SECTION_PHI, "PHIV", 4, SPRINGLS__SECTION_USED },
-    { SPRINGLS__SECTION_CALM, "CALM", 0, SPRINGLS__SECTION_MAY_MISS },
+    { SPRINGLS__SECTION_BRICK_CALM, "CALM", 1, SPRINGLS__SECTION_ONLY_READ },
+    { SPRINGLS__SECTION_CALM, "OCTC", 0, SPRINGLS__SECTION_MAY_MISS },
     { SPRINGLS__SECTION_COMPONENTS, "COMP", 0, SPRINGLS__SECTION_USED },
     { SPRINGLS__SECTION_EVENTS, "EVNT", 0, SPRINGLS__SECTION_USED },
     { SPRINGLS__SECTION_EVENT_PARTS, "PART", 0, SPRINGLS__SECTION_USED },
@@ -24650,7 +24681,8 @@ SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const spr
     case SPRINGLS__SECTION_INSIDE: return (uint64_t)s->inside_runs * 2 * sizeof(int32_t);
     case SPRINGLS__SECTION_BRICKS: return (uint64_t)s->bricks * sizeof(int32_t);
     case SPRINGLS__SECTION_PHI: return (uint64_t)s->bricks * brick;
-    case SPRINGLS__SECTION_CALM: return (uint64_t)s->bricks;
+    case SPRINGLS__SECTION_BRICK_CALM: return (uint64_t)s->bricks;
+    case SPRINGLS__SECTION_CALM: return (uint64_t)s->bricks * SPRINGLS__OCTANTS;
     case SPRINGLS__SECTION_COMPONENTS: return (uint64_t)s->components * SPRINGLS__COMPONENT_BYTES;
     case SPRINGLS__SECTION_EVENTS: return (uint64_t)s->events * SPRINGLS__EVENT_BYTES;
     case SPRINGLS__SECTION_EVENT_PARTS: return (uint64_t)s->event_parts * SPRINGLS__PART_BYTES;
@@ -24852,7 +24884,8 @@ SPRINGLS__FN void springls__put_records(springls_context *ctx, const springls__s
         for (i = 0; i < s->springls; i++) springls__code_springl(c, &ctx->model.set.s[i]);
         break;
     case SPRINGLS__SECTION_CALM:
-        for (i = 0; i < s->bricks; i++) springls__code(c, &ctx->model.grid.calm[ctx->model.grid.active[i]], 1, 1);
+        for (i = 0; i < s->bricks; i++)
+            springls__code(c, &ctx->model.grid.calm[ctx->model.grid.active[i] * SPRINGLS__OCTANTS], SPRINGLS__OCTANTS, 1);
         break;
     case SPRINGLS__SECTION_COMPONENTS:
         for (i = 0; i < s->components; i++) springls__code_component(c, (springls__component *)ctx->component_memory.data + i);
@@ -25192,6 +25225,7 @@ SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls
     case SPRINGLS__SECTION_REFERENCE_INSIDE:
     case SPRINGLS__SECTION_BRICKS:
     case SPRINGLS__SECTION_REFERENCE_BRICKS: /* checked together by springls__bricks_good */
+    case SPRINGLS__SECTION_BRICK_CALM:
     case SPRINGLS__SECTION_CALM: return true;
     case SPRINGLS__SECTION_NEIGHBORS: return springls__all_between(data, bytes, SPRINGLS__NOT_FOUND, 3 * s->springls - 1);
     case SPRINGLS__SECTION_COMPONENTS: return springls__components_good(g, s, data);
@@ -25425,7 +25459,7 @@ SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__table *t
     g->free_count = 0;
 }
 
-/* Initializes what the model's grid keeps of a brick besides phi. calm: a byte each; NULL: zeros. */
+/* Initializes what the model's grid keeps of a brick besides phi. calm: a byte for each octant; NULL: zeros. */
 SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbers, const char *calm, int count)
 {
     springls__grid *g = &ctx->model.grid;
@@ -25436,7 +25470,7 @@ SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbe
         g->slot_brick[slot] = springls__int_at(numbers, (size_t)i);
         springls__fill(g->omega, slot, -1.0f); /* unknown */
         springls__wake_slot(g, slot);
-        if (calm) g->calm[slot] = (uint8_t)calm[i];
+        if (calm) memcpy(g->calm + slot * SPRINGLS__OCTANTS, calm + i * SPRINGLS__OCTANTS, SPRINGLS__OCTANTS);
     }
     memcpy(g->phi_next, g->phi, (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS * sizeof(float));
     memset(g->cell, 0, (size_t)g->slot_count * SPRINGLS__CELLS * sizeof *g->cell);
@@ -27028,7 +27062,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(FREE_SLOTS, int, 1, grid, free_slots)                                                                                      \\\n",
     "    X(PHI, float, SPRINGLS__BRICK_VOXELS, grid, phi)                                                                             \\\n",
     "    X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid, phi_next)                                                                   \\\n",
-    "    X(CALM, uint8_t, 1, grid, calm)                 /* steps since a springl in the brick has stirred, to a limit (sleep.h)   */ \\\n",
+    "    X(CALM, uint8_t, SPRINGLS__OCTANTS, grid, calm) /* steps since a springl in the octant has stirred, to a limit (sleep.h)  */ \\\n",
     "    X(AWAKE, uint8_t, 1, grid, awake)               /* 1: in or around the brick springls have stirred lately (sleep.h)       */ \\\n",
     "    X(NEAR_AWAKE, uint8_t, 1, grid, near_awake)     /* 1: the brick or one around it is awake                                 */ \\\n",
     "    X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, clamped (capture_range); < 0: unknown */   \\\n",
@@ -27118,6 +27152,7 @@ static const char *const springls__kernel_lines[] = {
     "   domain, x fastest; the top table has entries where there may be something only (top_table.h). */\n",
     "#define SPRINGLS__BRICK 8\n",
     "#define SPRINGLS__BRICK_VOXELS 512\n",
+    "#define SPRINGLS__OCTANTS 8 /* of 4^3 voxels */\n",
     "#define SPRINGLS__OUTSIDE 0\n",
     "#define SPRINGLS__INSIDE 1\n",
     "#define SPRINGLS__FIRST_SLOT 2\n",
@@ -27360,7 +27395,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3522 \"springls.h\"\n",
+    "#line 3523 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -27972,10 +28007,17 @@ static const char *const springls__kernel_lines[] = {
     "    return true;\n",
     "}\n",
     "\n",
+    "/* Ends the calm of the brick of a slot. */\n",
+    "SPRINGLS__MATHS void springls__end_calm(const springls__grid *g, int slot)\n",
+    "{\n",
+    "    int o;\n",
+    "    for (o = 0; o < SPRINGLS__OCTANTS; o++) g->calm[slot * SPRINGLS__OCTANTS + o] = 0;\n",
+    "}\n",
+    "\n",
     "/* Wakes the brick of a slot: its springls count as having stirred. */\n",
     "SPRINGLS__MATHS void springls__wake_slot(const springls__grid *g, int slot)\n",
     "{\n",
-    "    g->calm[slot] = 0;\n",
+    "    springls__end_calm(g, slot);\n",
     "    g->awake[slot] = g->near_awake[slot] = 1;\n",
     "}\n",
     "\n",
@@ -27992,7 +28034,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4155 \"springls.h\"\n",
+    "#line 4163 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -28183,7 +28225,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4347 \"springls.h\"\n",
+    "#line 4355 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -28420,7 +28462,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Returns how many terms a number of neighbors is enough for: a quadratic's with ten or more, a plane's with four or more. */\n",
     "SPRINGLS__MATHS int springls__fit_terms(float count) { return count >= 10.0f ? 6 : count >= 4.0f ? 3 : 0; }\n",
-    "#line 4585 \"springls.h\"\n",
+    "#line 4593 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -28539,7 +28581,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 4705 \"springls.h\"\n",
+    "#line 4713 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -28689,7 +28731,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;\n",
     "}\n",
     "\n",
-    "#line 4855 \"springls.h\"\n",
+    "#line 4863 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28704,7 +28746,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4871 \"springls.h\"\n",
+    "#line 4879 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -29035,7 +29077,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5202 \"springls.h\"\n",
+    "#line 5210 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29050,7 +29092,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5217 \"springls.h\"\n",
+    "#line 5225 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -29381,7 +29423,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5548 \"springls.h\"\n",
+    "#line 5556 \"springls.h\"\n",
     "\n",
     "/* Finds what becomes of springl i by the forces of the rule. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -29398,7 +29440,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 6148 \"springls.h\"\n",
+    "#line 6156 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -29424,7 +29466,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6175 \"springls.h\"\n",
+    "#line 6183 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -29513,7 +29555,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6265 \"springls.h\"\n",
+    "#line 6273 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -29653,7 +29695,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6406 \"springls.h\"\n",
+    "#line 6414 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -29753,7 +29795,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6507 \"springls.h\"\n",
+    "#line 6515 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -29974,7 +30016,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6729 \"springls.h\"\n",
+    "#line 6737 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -30004,7 +30046,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6759 \"springls.h\"\n",
+    "#line 6767 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30019,7 +30061,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6775 \"springls.h\"\n",
+    "#line 6783 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -30188,7 +30230,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6944 \"springls.h\"\n",
+    "#line 6952 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30203,7 +30245,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6959 \"springls.h\"\n",
+    "#line 6967 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -30372,7 +30414,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7128 \"springls.h\"\n",
+    "#line 7136 \"springls.h\"\n",
     "\n",
     "/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -30426,7 +30468,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7183 \"springls.h\"\n",
+    "#line 7191 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -30452,7 +30494,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7209 \"springls.h\"\n",
+    "#line 7217 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30467,7 +30509,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7225 \"springls.h\"\n",
+    "#line 7233 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -30550,7 +30592,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7308 \"springls.h\"\n",
+    "#line 7316 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30565,7 +30607,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7323 \"springls.h\"\n",
+    "#line 7331 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -30648,7 +30690,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7406 \"springls.h\"\n",
+    "#line 7414 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -30723,7 +30765,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7482 \"springls.h\"\n",
+    "#line 7490 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -31276,7 +31318,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8036 \"springls.h\"\n",
+    "#line 8044 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -31373,7 +31415,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8134 \"springls.h\"\n",
+    "#line 8142 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -31497,7 +31539,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8259 \"springls.h\"\n",
+    "#line 8267 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -31767,7 +31809,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8530 \"springls.h\"\n",
+    "#line 8538 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -31843,7 +31885,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8607 \"springls.h\"\n",
+    "#line 8615 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -31985,7 +32027,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 8750 \"springls.h\"\n",
+    "#line 8758 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -32174,7 +32216,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 8940 \"springls.h\"\n",
+    "#line 8948 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -32301,7 +32343,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9068 \"springls.h\"\n",
+    "#line 9076 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -32334,7 +32376,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (others == 0) return 0;\n",
     "    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;\n",
     "}\n",
-    "#line 9102 \"springls.h\"\n",
+    "#line 9110 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -32899,7 +32941,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9668 \"springls.h\"\n",
+    "#line 9676 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -33051,7 +33093,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 9821 \"springls.h\"\n",
+    "#line 9829 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -33081,9 +33123,11 @@ static const char *const springls__kernel_lines[] = {
     "/* Counts a calm step of active brick i. */\n",
     "SPRINGLS__MATHS void springls__calm_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    SPRINGLS__GLOBAL uint8_t *calm = model->grid.calm + model->grid.active[i];\n",
+    "    SPRINGLS__GLOBAL uint8_t *calm = model->grid.calm + model->grid.active[i] * SPRINGLS__OCTANTS;\n",
+    "    const int limit = springls__calm_limit(model);\n",
+    "    int o;\n",
     "    (void)args;\n",
-    "    *calm = (uint8_t)springls__imin(*calm + 1, springls__calm_limit(model));\n",
+    "    for (o = 0; o < SPRINGLS__OCTANTS; o++) calm[o] = (uint8_t)springls__imin(calm[o] + 1, limit);\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS bool springls__stirs(const springls__model *model, int i, int which)\n",
@@ -33096,28 +33140,46 @@ static const char *const springls__kernel_lines[] = {
     "    return which == SPRINGLS__STIR_MOVING && springls__is_moving(model)[i] >= SPRINGLS__MOVED_MORE;\n",
     "}\n",
     "\n",
-    "/* Ends the calm of the bricks that a springl lies in, and lay in when phi last followed, where it stirs. Several springls may end\n",
-    "   that of one brick: they write the same. */\n",
+    "/* Ends the calm of the octant that a place lies in. */\n",
+    "SPRINGLS__MATHS void springls__end_calm_at(const springls__grid *g, springls__v3 x)\n",
+    "{\n",
+    "    int voxel[3], octant;\n",
+    "    springls__voxel_of_place(g, x, voxel);\n",
+    "    octant = (voxel[0] >> 2 & 1) | (voxel[1] >> 1 & 2) | (voxel[2] & 4);\n",
+    "    g->calm[springls__slot_at(g, voxel[0], voxel[1], voxel[2]) * SPRINGLS__OCTANTS + octant] = 0;\n",
+    "}\n",
+    "\n",
+    "/* Ends the calm of the octants that a springl lies in, and lay in when phi last followed, where it stirs. Several springls may end\n",
+    "   that of one octant: they write the same. */\n",
     "SPRINGLS__MATHS void springls__stir_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    int n = args.stir.first + i;\n",
     "    if (!springls__stirs(model, n, args.stir.which)) return;\n",
-    "    g->calm[springls__slot_of_place(g, model->set.s[n].p)] = 0;\n",
-    "    g->calm[springls__slot_of_place(g, model->set.synced_position[n])] = 0;\n",
+    "    springls__end_calm_at(g, model->set.s[n].p);\n",
+    "    springls__end_calm_at(g, model->set.synced_position[n]);\n",
     "}\n",
     "\n",
-    "/* Finds whether active brick i is awake: springls have stirred lately in it or in a brick around it. */\n",
+    "/* Returns the octants of the d-th brick around a brick (springls__brick_around) that touch it, a bit each. */\n",
+    "SPRINGLS__MATHS int springls__octants_beside(int d)\n",
+    "{\n",
+    "    const int x = d % 3, y = d / 3 % 3, z = d / 9;\n",
+    "    return (x == 0 ? 0xaa : x == 2 ? 0x55 : 0xff) & (y == 0 ? 0xcc : y == 2 ? 0x33 : 0xff) & (z == 0 ? 0xf0 : z == 2 ? 0x0f : 0xff);\n",
+    "}\n",
+    "\n",
+    "/* Finds whether active brick i is awake: springls have stirred lately in an octant of it or in one that touches it. */\n",
     "SPRINGLS__MATHS void springls__awake_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const int limit = springls__calm_limit(model);\n",
-    "    int origin[3], at[3], d, awake = g->calm[g->active[i]] < limit;\n",
+    "    int origin[3], at[3], d, o, awake = 0;\n",
     "    (void)args;\n",
     "    springls__slot_origin(g, g->active[i], origin);\n",
     "    for (d = 0; d < 27 && !awake; d++) {\n",
     "        int slot = springls__brick_around(g, origin, d, at) ? springls__slot_at(g, at[0], at[1], at[2]) : 0;\n",
-    "        awake = slot >= SPRINGLS__FIRST_SLOT && g->calm[slot] < limit;\n",
+    "        if (slot < SPRINGLS__FIRST_SLOT) continue;\n",
+    "        for (o = 0; o < SPRINGLS__OCTANTS; o++)\n",
+    "            awake |= springls__octants_beside(d) >> o & 1 && g->calm[slot * SPRINGLS__OCTANTS + o] < limit;\n",
     "    }\n",
     "    g->awake[g->active[i]] = (uint8_t)awake;\n",
     "}\n",
@@ -33135,7 +33197,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 9906 \"springls.h\"\n",
+    "#line 9934 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -33232,7 +33294,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10004 \"springls.h\"\n",
+    "#line 10032 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -33778,7 +33840,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10551 \"springls.h\"\n",
+    "#line 10579 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -33854,7 +33916,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10628 \"springls.h\"\n",
+    "#line 10656 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -34090,7 +34152,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 10865 \"springls.h\"\n",
+    "#line 10893 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -34123,7 +34185,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 10899 \"springls.h\"\n",
+    "#line 10927 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -34148,7 +34210,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 10924 \"springls.h\"\n",
+    "#line 10952 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34163,7 +34225,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 10940 \"springls.h\"\n",
+    "#line 10968 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* Weighted sums over particles, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -34288,7 +34350,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (SPRINGLS__W(any)(SPRINGLS__W(not)(known))) SPRINGLS__W(correspondence_fit_solve)(fit, 3, &a, &known);\n",
     "    return a;\n",
     "}\n",
-    "#line 11065 \"springls.h\"\n",
+    "#line 11093 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34303,7 +34365,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11080 \"springls.h\"\n",
+    "#line 11108 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* Weighted sums over particles, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -34428,12 +34490,12 @@ static const char *const springls__kernel_lines[] = {
     "    if (SPRINGLS__W(any)(SPRINGLS__W(not)(known))) SPRINGLS__W(correspondence_fit_solve)(fit, 3, &a, &known);\n",
     "    return a;\n",
     "}\n",
-    "#line 11206 \"springls.h\"\n",
+    "#line 11234 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts: so the constant term comes last in an elimination, which leaves its value\n",
     "   without square roots and without substituting back; and the normal matrix is kept as the 15 moments of the weights in it. */\n",
     "\n",
-    "#line 11212 \"springls.h\"\n",
+    "#line 11240 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -34695,7 +34757,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11475 \"springls.h\"\n",
+    "#line 11503 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -34795,7 +34857,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 34799 \"springls.h\"\n",
+    "#line 34861 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -35615,7 +35677,7 @@ SPRINGLS__FN void springls__combine_brick(springls__grid *g, springls_operation 
         at[2] = o[2] + (v >> 6);
         out[v] = springls__surfaces_cancel(operation, g, other, phi[v], other_phi[v], at)
                ? between : springls__combined_phi(operation, phi[v], other_phi[v]);
-        if (out[v] != phi[v]) g->calm[slot] = 0;
+        if (out[v] != phi[v]) springls__end_calm(g, slot);
     }
 }
 

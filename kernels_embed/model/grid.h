@@ -613,10 +613,17 @@ SPRINGLS__MATHS bool springls__keeps_phi(const springls__model *model, int i)
     return true;
 }
 
+/* Ends the calm of the brick of a slot. */
+SPRINGLS__MATHS void springls__end_calm(const springls__grid *g, int slot)
+{
+    int o;
+    for (o = 0; o < SPRINGLS__OCTANTS; o++) g->calm[slot * SPRINGLS__OCTANTS + o] = 0;
+}
+
 /* Wakes the brick of a slot: its springls count as having stirred. */
 SPRINGLS__MATHS void springls__wake_slot(const springls__grid *g, int slot)
 {
-    g->calm[slot] = 0;
+    springls__end_calm(g, slot);
     g->awake[slot] = g->near_awake[slot] = 1;
 }
 

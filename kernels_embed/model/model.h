@@ -41,7 +41,7 @@
     X(FREE_SLOTS, int, 1, grid, free_slots)                                                                                      \
     X(PHI, float, SPRINGLS__BRICK_VOXELS, grid, phi)                                                                             \
     X(PHI_NEXT, float, SPRINGLS__BRICK_VOXELS, grid, phi_next)                                                                   \
-    X(CALM, uint8_t, 1, grid, calm)                 /* steps since a springl in the brick has stirred, to a limit (sleep.h)   */ \
+    X(CALM, uint8_t, SPRINGLS__OCTANTS, grid, calm) /* steps since a springl in the octant has stirred, to a limit (sleep.h)  */ \
     X(AWAKE, uint8_t, 1, grid, awake)               /* 1: in or around the brick springls have stirred lately (sleep.h)       */ \
     X(NEAR_AWAKE, uint8_t, 1, grid, near_awake)     /* 1: the brick or one around it is awake                                 */ \
     X(OMEGA, float, SPRINGLS__BRICK_VOXELS, grid, omega) /* distance to the springls, clamped (capture_range); < 0: unknown */   \
@@ -131,6 +131,7 @@ typedef struct springls__record {
    domain, x fastest; the top table has entries where there may be something only (top_table.h). */
 #define SPRINGLS__BRICK 8
 #define SPRINGLS__BRICK_VOXELS 512
+#define SPRINGLS__OCTANTS 8 /* of 4^3 voxels */
 #define SPRINGLS__OUTSIDE 0
 #define SPRINGLS__INSIDE 1
 #define SPRINGLS__FIRST_SLOT 2

@@ -33,9 +33,11 @@ SPRINGLS__MATHS void springls__wake_element(const springls__model *model, spring
 /* Counts a calm step of active brick i. */
 SPRINGLS__MATHS void springls__calm_element(const springls__model *model, springls__arguments args, int i)
 {
-    SPRINGLS__GLOBAL uint8_t *calm = model->grid.calm + model->grid.active[i];
+    SPRINGLS__GLOBAL uint8_t *calm = model->grid.calm + model->grid.active[i] * SPRINGLS__OCTANTS;
+    const int limit = springls__calm_limit(model);
+    int o;
     (void)args;
-    *calm = (uint8_t)springls__imin(*calm + 1, springls__calm_limit(model));
+    for (o = 0; o < SPRINGLS__OCTANTS; o++) calm[o] = (uint8_t)springls__imin(calm[o] + 1, limit);
 }
 
 SPRINGLS__MATHS bool springls__stirs(const springls__model *model, int i, int which)
@@ -48,28 +50,46 @@ SPRINGLS__MATHS bool springls__stirs(const springls__model *model, int i, int wh
     return which == SPRINGLS__STIR_MOVING && springls__is_moving(model)[i] >= SPRINGLS__MOVED_MORE;
 }
 
-/* Ends the calm of the bricks that a springl lies in, and lay in when phi last followed, where it stirs. Several springls may end
-   that of one brick: they write the same. */
+/* Ends the calm of the octant that a place lies in. */
+SPRINGLS__MATHS void springls__end_calm_at(const springls__grid *g, springls__v3 x)
+{
+    int voxel[3], octant;
+    springls__voxel_of_place(g, x, voxel);
+    octant = (voxel[0] >> 2 & 1) | (voxel[1] >> 1 & 2) | (voxel[2] & 4);
+    g->calm[springls__slot_at(g, voxel[0], voxel[1], voxel[2]) * SPRINGLS__OCTANTS + octant] = 0;
+}
+
+/* Ends the calm of the octants that a springl lies in, and lay in when phi last followed, where it stirs. Several springls may end
+   that of one octant: they write the same. */
 SPRINGLS__MATHS void springls__stir_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
     int n = args.stir.first + i;
     if (!springls__stirs(model, n, args.stir.which)) return;
-    g->calm[springls__slot_of_place(g, model->set.s[n].p)] = 0;
-    g->calm[springls__slot_of_place(g, model->set.synced_position[n])] = 0;
+    springls__end_calm_at(g, model->set.s[n].p);
+    springls__end_calm_at(g, model->set.synced_position[n]);
 }
 
-/* Finds whether active brick i is awake: springls have stirred lately in it or in a brick around it. */
+/* Returns the octants of the d-th brick around a brick (springls__brick_around) that touch it, a bit each. */
+SPRINGLS__MATHS int springls__octants_beside(int d)
+{
+    const int x = d % 3, y = d / 3 % 3, z = d / 9;
+    return (x == 0 ? 0xaa : x == 2 ? 0x55 : 0xff) & (y == 0 ? 0xcc : y == 2 ? 0x33 : 0xff) & (z == 0 ? 0xf0 : z == 2 ? 0x0f : 0xff);
+}
+
+/* Finds whether active brick i is awake: springls have stirred lately in an octant of it or in one that touches it. */
 SPRINGLS__MATHS void springls__awake_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
     const int limit = springls__calm_limit(model);
-    int origin[3], at[3], d, awake = g->calm[g->active[i]] < limit;
+    int origin[3], at[3], d, o, awake = 0;
     (void)args;
     springls__slot_origin(g, g->active[i], origin);
     for (d = 0; d < 27 && !awake; d++) {
         int slot = springls__brick_around(g, origin, d, at) ? springls__slot_at(g, at[0], at[1], at[2]) : 0;
-        awake = slot >= SPRINGLS__FIRST_SLOT && g->calm[slot] < limit;
+        if (slot < SPRINGLS__FIRST_SLOT) continue;
+        for (o = 0; o < SPRINGLS__OCTANTS; o++)
+            awake |= springls__octants_beside(d) >> o & 1 && g->calm[slot * SPRINGLS__OCTANTS + o] < limit;
     }
     g->awake[g->active[i]] = (uint8_t)awake;
 }

@@ -88,7 +88,7 @@ SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__table *t
     g->free_count = 0;
 }
 
-/* Initializes what the model's grid keeps of a brick besides phi. calm: a byte each; NULL: zeros. */
+/* Initializes what the model's grid keeps of a brick besides phi. calm: a byte for each octant; NULL: zeros. */
 SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbers, const char *calm, int count)
 {
     springls__grid *g = &ctx->model.grid;
@@ -99,7 +99,7 @@ SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbe
         g->slot_brick[slot] = springls__int_at(numbers, (size_t)i);
         springls__fill(g->omega, slot, -1.0f); /* unknown */
         springls__wake_slot(g, slot);
-        if (calm) g->calm[slot] = (uint8_t)calm[i];
+        if (calm) memcpy(g->calm + slot * SPRINGLS__OCTANTS, calm + i * SPRINGLS__OCTANTS, SPRINGLS__OCTANTS);
     }
     memcpy(g->phi_next, g->phi, (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS * sizeof(float));
     memset(g->cell, 0, (size_t)g->slot_count * SPRINGLS__CELLS * sizeof *g->cell);

@@ -177,7 +177,8 @@ SPRINGLS__FN void springls__put_records(springls_context *ctx, const springls__s
         for (i = 0; i < s->springls; i++) springls__code_springl(c, &ctx->model.set.s[i]);
         break;
     case SPRINGLS__SECTION_CALM:
-        for (i = 0; i < s->bricks; i++) springls__code(c, &ctx->model.grid.calm[ctx->model.grid.active[i]], 1, 1);
+        for (i = 0; i < s->bricks; i++)
+            springls__code(c, &ctx->model.grid.calm[ctx->model.grid.active[i] * SPRINGLS__OCTANTS], SPRINGLS__OCTANTS, 1);
         break;
     case SPRINGLS__SECTION_COMPONENTS:
         for (i = 0; i < s->components; i++) springls__code_component(c, (springls__component *)ctx->component_memory.data + i);

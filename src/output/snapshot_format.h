@@ -321,7 +321,8 @@ typedef enum springls__section {
     SPRINGLS__SECTION_INSIDE,      /* runs of these bricks                            */
     SPRINGLS__SECTION_BRICKS,      /* the numbers of the bricks with voxels           */
     SPRINGLS__SECTION_PHI,
-    SPRINGLS__SECTION_CALM,        /* a byte for each of them: sleep.h                */
+    SPRINGLS__SECTION_BRICK_CALM,  /* of older blocks: a byte for each of them; not used */
+    SPRINGLS__SECTION_CALM,        /* a byte for each octant of them: sleep.h         */
     SPRINGLS__SECTION_COMPONENTS,
     SPRINGLS__SECTION_EVENTS,
     SPRINGLS__SECTION_EVENT_PARTS,
@@ -377,7 +378,8 @@ static const springls__section_info springls__section_list[] = {
     { SPRINGLS__SECTION_INSIDE, "INSD", 4, SPRINGLS__SECTION_USED },
     { SPRINGLS__SECTION_BRICKS, "BRIK", 4, SPRINGLS__SECTION_USED },
     { SPRINGLS__SECTION_PHI, "PHIV", 4, SPRINGLS__SECTION_USED },
-    { SPRINGLS__SECTION_CALM, "CALM", 0, SPRINGLS__SECTION_MAY_MISS },
+    { SPRINGLS__SECTION_BRICK_CALM, "CALM", 1, SPRINGLS__SECTION_ONLY_READ },
+    { SPRINGLS__SECTION_CALM, "OCTC", 0, SPRINGLS__SECTION_MAY_MISS },
     { SPRINGLS__SECTION_COMPONENTS, "COMP", 0, SPRINGLS__SECTION_USED },
     { SPRINGLS__SECTION_EVENTS, "EVNT", 0, SPRINGLS__SECTION_USED },
     { SPRINGLS__SECTION_EVENT_PARTS, "PART", 0, SPRINGLS__SECTION_USED },
@@ -441,7 +443,8 @@ SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const spr
     case SPRINGLS__SECTION_INSIDE: return (uint64_t)s->inside_runs * 2 * sizeof(int32_t);
     case SPRINGLS__SECTION_BRICKS: return (uint64_t)s->bricks * sizeof(int32_t);
     case SPRINGLS__SECTION_PHI: return (uint64_t)s->bricks * brick;
-    case SPRINGLS__SECTION_CALM: return (uint64_t)s->bricks;
+    case SPRINGLS__SECTION_BRICK_CALM: return (uint64_t)s->bricks;
+    case SPRINGLS__SECTION_CALM: return (uint64_t)s->bricks * SPRINGLS__OCTANTS;
     case SPRINGLS__SECTION_COMPONENTS: return (uint64_t)s->components * SPRINGLS__COMPONENT_BYTES;
     case SPRINGLS__SECTION_EVENTS: return (uint64_t)s->events * SPRINGLS__EVENT_BYTES;
     case SPRINGLS__SECTION_EVENT_PARTS: return (uint64_t)s->event_parts * SPRINGLS__PART_BYTES;

@@ -34,7 +34,8 @@ SPRINGLS__FN void springls__rest_all(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
     int i;
-    for (i = 0; i < g->active_count; i++) g->calm[g->active[i]] = (uint8_t)springls__calm_limit(&ctx->model);
+    for (i = 0; i < g->active_count; i++)
+        memset(g->calm + g->active[i] * SPRINGLS__OCTANTS, springls__calm_limit(&ctx->model), SPRINGLS__OCTANTS);
 }
 
 /* Finds the bricks that are awake, by how long they have been calm. Wakes all where nothing may sleep. */

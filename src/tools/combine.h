@@ -173,7 +173,7 @@ SPRINGLS__FN void springls__combine_brick(springls__grid *g, springls_operation 
         at[2] = o[2] + (v >> 6);
         out[v] = springls__surfaces_cancel(operation, g, other, phi[v], other_phi[v], at)
                ? between : springls__combined_phi(operation, phi[v], other_phi[v]);
-        if (out[v] != phi[v]) g->calm[slot] = 0;
+        if (out[v] != phi[v]) springls__end_calm(g, slot);
     }
 }
 

@@ -145,7 +145,7 @@ TEST queries_wake_nothing(void)
     ASSERT_OK(springls__to_host(whole, SPRINGLS__BIT(CALM), 0));
     ASSERT_OK(springls__to_host(cut, SPRINGLS__BIT(CALM), 0));
     ASSERT_EQ(whole->model.grid.slot_count, cut->model.grid.slot_count);
-    for (i = SPRINGLS__FIRST_SLOT; i < whole->model.grid.slot_count; i++) {
+    for (i = SPRINGLS__FIRST_SLOT * SPRINGLS__OCTANTS; i < whole->model.grid.slot_count * SPRINGLS__OCTANTS; i++) {
         ASSERT_EQ(whole->model.grid.calm[i], cut->model.grid.calm[i]);
         asleep += whole->model.grid.calm[i] > 0;
     }

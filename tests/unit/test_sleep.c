@@ -365,8 +365,27 @@ TEST snapshots_have_what_sleeps(void)
     PASS();
 }
 
+/* An octant touches a brick when its voxels and the brick's have a corner in common. */
+TEST octants_beside_a_brick_touch_it(void)
+{
+    int d, o, k;
+    for (d = 0; d < 27; d++) {
+        const int away[3] = {d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1};
+        for (o = 0; o < SPRINGLS__OCTANTS; o++) {
+            bool touches = true;
+            for (k = 0; k < 3; k++) {
+                const int from = 8 * away[k] + 4 * (o >> k & 1);
+                touches = touches && from <= 8 && from + 4 >= 0;
+            }
+            ASSERT_EQ(touches, springls__octants_beside(d) >> o & 1);
+        }
+    }
+    PASS();
+}
+
 SUITE(sleep_suite)
 {
+    RUN_TEST(octants_beside_a_brick_touch_it);
     RUN_TEST(a_model_at_rest_keeps_its_bits);
     RUN_TEST(forces_that_move_nothing_wake_nothing);
     RUN_TESTp(a_region_changes_no_bits, 0);
