@@ -475,6 +475,13 @@ TEST an_update_in_pieces(int material)
         ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_chunks_continue(cut.ctx, cut.chunks, 0.0, &changed, &count, &done));
     }
     ASSERT_GT(calls, 40);
+    ASSERT_OK(springls_chunks_begin(cut.ctx, cut.chunks));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_chunks_continue(cut.ctx, NULL, 0.0, &changed, &count, &done));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_chunks_continue(cut.ctx, cut.chunks, 0.0, NULL, &count, &done));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_chunks_continue(cut.ctx, cut.chunks, 0.0, &changed, NULL, &done));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_chunks_continue(cut.ctx, cut.chunks, 0.0, &changed, &count, NULL));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_chunks_continue(cut.ctx, cut.chunks, -1.0, &changed, &count, &done));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_chunks_continue(cut.ctx, cut.chunks, NAN, &changed, &count, &done));
     scene_end(&whole);
     scene_end(&cut);
     PASS();

@@ -326,7 +326,7 @@ TEST status_and_version_have_words(void)
 {
     char version[32];
     int i, j;
-    for (i = 0; i >= SPRINGLS_CANCELLED; i--)
+    for (i = 0; i >= SPRINGLS_BAD_SNAPSHOT; i--)
         for (j = 0; j > i; j--)
             ASSERT(strcmp(springls_status_string((springls_status)i), springls_status_string((springls_status)j)) != 0);
     ASSERT_STR_EQ("ok", springls_status_string(SPRINGLS_OK));

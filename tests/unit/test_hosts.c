@@ -573,6 +573,7 @@ TEST refusals_give_the_range(void)
     springls_step_desc step = fixture_step(NULL, SPRINGLS_MODE_FLUID, 1.0f);
     springls_attribute_desc attribute = { "heat", 1, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY };
     springls_chunks_desc chunks_desc = { 0.7f, false };
+    springls_forces forces = springls_default_forces();
     springls_chunks *chunks;
     springls_hit hit;
     size_t size;
@@ -605,6 +606,10 @@ TEST refusals_give_the_range(void)
     step.max_displacement = 1e-5f;
     CHECK_CALL(gives_range(ctx, springls_step(ctx, &step), "1e-05", "a thousandth of a voxel"));
     step.max_displacement = 0.0f;
+    forces.integrator = (springls_integrator)4;
+    CHECK_CALL(gives_range(ctx, springls_advect(ctx, &forces, 0.0f, 1.0f), "4", "springls_integrator"));
+    forces.integrator = SPRINGLS_INTEGRATOR_RK4;
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_advect(ctx, &forces, 0.0f, NAN));
     CHECK_CALL(gives_range(ctx, springls_run(ctx, &step, -1), "-1", "0 or more"));
     ASSERT(before == springls_state_hash(ctx));
     springls_destroy(ctx);
