@@ -10,17 +10,17 @@
      >>advect:kernel        kernels_embed/stages/advect.h
      >>error_estimates:kernel kernels_embed/model/error_estimates.h
      >>cell_list:kernel     kernels_embed/model/cell_list.h
-     >>grid:kernel          kernels_embed/model/grid.h
-     >>model:kernel         kernels_embed/model/model.h
-     >>arguments:kernel     kernels_embed/model/arguments.h
-     >>scratch:kernel       kernels_embed/model/scratch.h
-     >>triangle:kernel      kernels_embed/language/triangle.h
      >>simd:kernel          kernels_embed/language/simd.h
      >>vector:kernel        kernels_embed/language/vector.h
      >>compat:kernel        kernels_embed/language/compat.h
      >>width_float:kernel   kernels_embed/language/width_float.h
      >>vector_body:kernel   kernels_embed/language/vector_body.h
      >>width_simd:kernel    kernels_embed/language/width_simd.h
+     >>grid:kernel          kernels_embed/model/grid.h
+     >>model:kernel         kernels_embed/model/model.h
+     >>arguments:kernel     kernels_embed/model/arguments.h
+     >>scratch:kernel       kernels_embed/model/scratch.h
+     >>triangle:kernel      kernels_embed/language/triangle.h
      >>triangle_body:kernel kernels_embed/language/triangle_body.h
      >>springl_body:kernel  kernels_embed/model/springl_body.h
      >>fit:kernel           kernels_embed/model/fit.h
@@ -1968,200 +1968,6 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
         if (springls__try_status != SPRINGLS_OK) return springls__try_status;           \
     } while (0)
 
-/* ======== >>arguments:kernel  (kernels_embed/model/arguments.h) ================================================ */
-/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are
-   voxels. */
-
-typedef struct springls__contract_arguments { float min_angle_cosine, max_angle_cosine; } springls__contract_arguments;
-
-/* split, split_store, insert_seeds, fill: how many springls may be added; the first ones wanted are. */
-typedef struct springls__insert_arguments { int count; } springls__insert_arguments;
-
-/* fit_new_springls: the number of the first new springl. */
-typedef struct springls__fit_arguments { int first; } springls__fit_arguments;
-
-/* write. first: number of the first springl; vertices, particles: 1 where the caller gives them. */
-typedef struct springls__write_arguments { int first, vertices, particles; } springls__write_arguments;
-
-/* stir. first: number of the first springl; which: of those that stir (SPRINGLS__STIR_...). */
-typedef struct springls__stir_arguments { int first, which; } springls__stir_arguments;
-
-/* extent. side: 0 for the margin of the window, so many voxels; 1 to 6 for a side (springls__extent_element). */
-typedef struct springls__extent_arguments { int side; float margin; } springls__extent_arguments;
-
-/* relax, cover. kept: 1 where relaxed_springls has the springls that are asleep as they are. */
-typedef struct springls__relax_arguments { int kept; } springls__relax_arguments;
-
-/* neighbors. missing: 1 finds those of springls alone that slept when lists were built. */
-typedef struct springls__neighbors_arguments { int missing; } springls__neighbors_arguments;
-
-/* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */
-typedef struct springls__edge_arguments { int search; } springls__edge_arguments;
-
-/* exposure: distance within which a springl covers a place, elsewhere and on thin sheets. */
-typedef struct springls__exposure_arguments { float covered, covered_on_sheets; } springls__exposure_arguments;
-
-/* omega_constant: omega in the two constant bricks. */
-typedef struct springls__omega_constant_arguments { float outside, inside; } springls__omega_constant_arguments;
-
-/* omega_forget. all: 1 forgets the omega of every brick. */
-typedef struct springls__omega_forget_arguments { int all; } springls__omega_forget_arguments;
-
-/* commit_simple_color: parities of x, y and z as bits 0, 1 and 2. */
-typedef struct springls__color_arguments { int color; } springls__color_arguments;
-
-/* overlap. No springl has come further than max_displacement since phi was last synced. */
-typedef struct springls__overlap_arguments { float max_displacement; } springls__overlap_arguments;
-
-/* project. carry: 1 moves phi along with the springls, of which none has come further than max_displacement. */
-typedef struct springls__project_arguments { int carry; float max_displacement; } springls__project_arguments;
-
-/* resolve_sides. min_sum: the least sum of neighbours' values that counts; first: 1 copies bricks without unknown sides, which
-   later rounds find in both fields; last: 1 gives the old value to voxels that are left. */
-typedef struct springls__resolve_arguments { float min_sum; int first, last; } springls__resolve_arguments;
-
-/* grow_line: lines along `axis` of blocks of step^3 bricks; the flag of the first line is number `first_flag`. */
-typedef struct springls__grow_line_arguments { int axis, step, first_flag; } springls__grow_line_arguments;
-
-/* grow: width of the blocks, 4, 2 or 1. */
-typedef struct springls__grow_arguments { int block; } springls__grow_arguments;
-
-/* surface: triangles in all. */
-typedef struct springls__surface_arguments { int triangles; } springls__surface_arguments;
-
-/* Collectives over chunks of an array: `size` elements each, `count` in all, `chunks` of them. value: the byte to count; limit:
-   floats above it are counted; place: in counts, of the result. */
-typedef struct springls__chunk_arguments { int array, size, count, chunks, value, place; float limit; } springls__chunk_arguments;
-
-/* bricks_begin. keep: 1 flags the bricks that are active. */
-typedef struct springls__brick_flag_arguments { int keep; } springls__brick_flag_arguments;
-
-/* bricks_add: chunks of the top table, and how many slots are free. */
-typedef struct springls__brick_add_arguments { springls__chunk_arguments chunk; int free_count; } springls__brick_add_arguments;
-
-/* brick_lists_count, brick_lists_scatter: how far from a springl bricks list it. */
-typedef struct springls__brick_list_arguments { float margin; } springls__brick_list_arguments;
-
-typedef union springls__arguments {
-    springls__contract_arguments contract;
-    springls__insert_arguments insert;
-    springls__fit_arguments fit;
-    springls__write_arguments write;
-    springls__stir_arguments stir;
-    springls__extent_arguments extent;
-    springls__relax_arguments relax;
-    springls__neighbors_arguments neighbors;
-    springls__edge_arguments edge;
-    springls__exposure_arguments exposure;
-    springls__omega_constant_arguments omega_constant;
-    springls__omega_forget_arguments omega_forget;
-    springls__color_arguments commit_simple;
-    springls__overlap_arguments overlap;
-    springls__project_arguments project;
-    springls__resolve_arguments resolve;
-    springls__grow_line_arguments grow_line;
-    springls__grow_arguments grow;
-    springls__surface_arguments surface;
-    springls__chunk_arguments chunk;
-    springls__brick_flag_arguments brick_flag;
-    springls__brick_add_arguments brick_add;
-    springls__brick_list_arguments brick_list;
-} springls__arguments;
-
-/* ======== >>scratch:kernel  (kernels_embed/model/scratch.h) ==================================================== */
-/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,
-   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in
-   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */
-
-/* Lists the roles that kernels use. */
-#define SPRINGLS__KERNEL_ROLES(X)                                                                                                \
-    /* built by several stages */                                                                                                \
-    X(brick_rank, uint32_t, 0)                  /* of a slot: its place among the active ones                                 */ \
-    X(synced_distance2, float, 7)               /* of a particle: squared distance to synced_position                         */ \
-    X(cell_count, uint32_t, 0)                  /* on a device, of an active brick: springls in its cells; scanned: before it */ \
-    X(large_number, uint32_t, 0)                /* on a device: 1 for a large springl; scanned: its number                    */ \
-    X(stay_number, uint32_t, 0)                 /* on a device: 1 for a springl that stays; scanned: its new place            */ \
-    /* advect */                                                                                                                 \
-    X(moved_springls, springls__springl, 0)     /* springls after a motion; trades places with S                              */ \
-    X(displacement2, float, 1)                  /* of the particle, squared; FLT_MAX: not finite                              */ \
-    X(moved_error, float, 4)                    /* ERROR after a motion; trades places with it                                */ \
-    X(is_moving, uint8_t, 3)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \
-    /* window */                                                                                                                 \
-    X(extent, float, 7)                         /* of a particle: see springls__extent_element                                 */ \
-    X(has_departed, uint8_t, 2)                 /* 1: is removed because it has left the window                               */ \
-    /* relax */                                                                                                                  \
-    X(relaxed_springls, springls__springl, 1)   /* springls after an iteration; trades places with S                          */ \
-    /* contract, compaction, inheritance of attributes */                                                                        \
-    X(contract_action, uint8_t, 1)              /* KEEP, REMOVE, RESHAPE or UNDECIDED                                         */ \
-    X(next_contract_action, uint8_t, 2)         /* after a round of merging; trades places with it                            */ \
-    /* resample */                                                                                                               \
-    X(split_number, uint32_t, 1)                /* 1 for a springl to split; scanned: the number of its second half           */ \
-    X(split_halves, struct springls__half, 2)   /* two for each springl that is split                                         */ \
-    /* keep_edges */                                                                                                             \
-    X(side_normal, springls__v3, 4)             /* of a springl; at an edge, of the side it is on                             */ \
-    X(edge_candidate, uint8_t, 6)               /* 1: may lie at an edge                                                      */ \
-    X(was_at_edge, uint8_t, 7)                  /* EDGE before the stage                                                      */ \
-    X(edge_cells, uint32_t, 5)                  /* two of a slot: bits of the cells with springls that were at an edge        */ \
-    /* fill_gaps: from springls */                                                                                               \
-    X(seeds, struct springls__seed, 1)          /* the springl wanted beside one                                              */ \
-    X(seed_action, uint8_t, 2)                  /* KEEP, REMOVE or UNDECIDED                                                  */ \
-    X(next_seed_action, uint8_t, 3)             /* after a round of choosing; trades places with it                           */ \
-    X(seed_number, uint32_t, 4)                 /* 1 for a seed that is kept; scanned: its number                             */ \
-    /* fill_gaps: from the zero level */                                                                                         \
-    X(exposed, uint8_t, 1)                      /* CUBES an active brick: bit k for the k-th triangle of a cube               */ \
-    X(exposed_count, uint32_t, 2)               /* of an active brick; scanned: before it                                     */ \
-    /* omega */                                                                                                                  \
-    X(omega_missing, uint8_t, 1)                /* of an active brick: 1 where omega is unknown                               */ \
-    /* project */                                                                                                                \
-    X(oriented_springls, struct springls__oriented, 0) /* in the order of the cells, then the large ones                      */ \
-    X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where the side of some voxels is unknown             */ \
-    X(has_opposed, uint8_t, 2)                  /* of an active brick: 1 where springls face against each other, 2 asleep     */ \
-    X(has_joint_candidates, uint8_t, 1)         /* of an active brick: 1 where voxels may join others                         */ \
-    /* rebuild */                                                                                                                \
-    X(band_mask, uint32_t, 0)                   /* of an active brick: the bricks around it that the band reaches             */ \
-    /* unsigned_to_signed */                                                                                                     \
-    X(brick_state, uint8_t, 2)                  /* of an entry of the top table: OPEN, BLOCKED or BACKGROUND                  */ \
-    X(has_grown, uint8_t, 1)                    /* of an active brick, or a line of bricks                                    */ \
-    X(region_label, int, 1)                     /* on a device: see regions.cl                                                */ \
-    /* the isosurface */                                                                                                         \
-    X(cubes, uint32_t, 1)                       /* CUBES an active brick: springls__cube                                      */ \
-    X(triangles_before, uint32_t, 2)            /* of an active brick: its triangles; scanned: those before it                */ \
-    X(vertices_before, uint32_t, 3)             /* the same of vertices                                                       */ \
-    X(surface_rank, int, 4)                     /* of a slot: its place among the active ones                                 */ \
-    X(row_triangles, uint32_t, 7)               /* CUBE_ROWS an active brick: triangles before each row of cubes              */ \
-    X(surface_positions, springls__v3, 5)       /* of vertices, voxels                                                        */ \
-    X(surface_corners, int, 6)                  /* three vertices a triangle                                                  */ \
-    X(vertex_gradient, springls__v3, 1)         /* of phi                                                                     */ \
-    X(vertex_correspondence, springls__v3, 2)                                                                                    \
-    X(vertex_springl, int, 3)                   /* the nearest one; -1: none                                                  */
-
-/* Lists the roles that only host code uses. */
-#define SPRINGLS__HOST_ROLES(X)                                                                                                  \
-    X(missing_bricks, int, 0)                   /* bricks to add for the cell list                                            */ \
-    X(lane_memory, float, 6)                    /* of the lanes of advect and project (launch.h)                                */ \
-    X(region_springls, int, 5)                  /* springls in the region of the forces                                       */ \
-    /* rebuild, moving the band */                                                                                               \
-    X(band_keeps, uint8_t, 1)                   /* of an active brick: 1 when it stays                                        */ \
-    X(band_bricks, int, 2)                      /* bricks to add                                                              */ \
-    X(band_rank, int, 3)                        /* of a slot: its place among the active ones                                 */ \
-    /* input, combine, unsigned_to_signed: bricks to add */                                                                      \
-    X(brick_wanted, uint8_t, 1)                 /* of an entry of the top table; of a brick of dense voxels                   */ \
-    X(brick_list, int, 2)                       /* the bricks wanted                                                          */ \
-    X(brick_centers, float, 1)                  /* the distance at the center of a brick                                      */ \
-    X(region_members, int64_t, 1)               /* see springls__region                                                       */ \
-    /* components, events, volume_lock */                                                                                        \
-    X(brick_nodes, int32_t, 3) X(node_sums_list, struct springls__node_sums, 4)                                                  \
-    X(current_components, struct springls__current_component, 1)                                                                 \
-    X(springl_components, struct springls__bounded_components, 2)                                                                \
-    X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__component_link, 5)            \
-    X(largest_links, struct springls__largest_link, 3) X(component_order, uint64_t, 3)                                           \
-    X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                                                 \
-    X(body_labels, int32_t, 7) X(locked_components, struct springls__locked_component, 0)                                        \
-    X(lock_nodes, struct springls__lock_node, 6) X(lock_parent, int32_t, 4)                                                      \
-    /* output */                                                                                                                 \
-    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \
-    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */
-
 /* ======== >>compat:kernel  (kernels_embed/language/compat.h) =================================================== */
 /* compat.h - the one place where the three languages of kernels_embed/ differ.
    Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */
@@ -2191,6 +1997,7 @@ typedef union springls__arguments {
   #define springls__sqrt(x)   sqrt(x)
   #define springls__fabs(x)   fabs(x)
   #define springls__float_of_bits(bits) as_float(bits)
+  #define springls__lowest_bit(bits) (31 - (int)clz((bits) & (0u - (bits))))
 #else
   #include <float.h>
   #include <math.h>
@@ -2229,6 +2036,17 @@ typedef union springls__arguments {
       float x;
       memcpy(&x, &bits, sizeof x);
       return x;
+  }
+  /* Returns the number of the lowest bit that is set; some is. */
+  SPRINGLS__MATHS int springls__lowest_bit(uint32_t bits)
+  {
+  #if defined(__GNUC__)
+      return __builtin_ctz(bits);
+  #else
+      int number = 0;
+      for (; !(bits & 1u); bits >>= 1) number++;
+      return number;
+  #endif
   }
 #endif
 
@@ -2452,6 +2270,12 @@ typedef int8 springls__vmask; /* of a comparison: all bits of a lane, or none */
 #define springls__vec_negated_if_odd(x, k) as_float8(as_int8(x) ^ ((k) << 31))
 #define springls__vec_not(where) (~(where))
 #define springls__vec_any(where) any(where)
+SPRINGLS__MATHS uint springls__vec_bits(int8 where)
+{
+    int8 bit = where & (int8)(1, 2, 4, 8, 16, 32, 64, 128);
+    int4 bits = bit.lo | bit.hi;
+    return (uint)(bits.x | bits.y | bits.z | bits.w);
+}
 #define springls__vec_zip_low(a, b) ((float8)((a).s0, (b).s0, (a).s1, (b).s1, (a).s2, (b).s2, (a).s3, (b).s3))
 #define springls__vec_zip_high(a, b) ((float8)((a).s4, (b).s4, (a).s5, (b).s5, (a).s6, (b).s6, (a).s7, (b).s7))
 SPRINGLS__MATHS springls__vec springls__vec_min(springls__vec a, springls__vec b) { return select(b, a, a < b); }
@@ -2475,6 +2299,7 @@ typedef int springls__vmask; /* of a comparison: not 0, or 0 */
 #define springls__vec_negated_if_odd(x, k) springls__negated_if_odd(x, k)
 #define springls__vec_not(where) (!(where))
 #define springls__vec_any(where) ((where) != 0)
+#define springls__vec_bits(where) ((uint32_t)((where) != 0))
 #define springls__vec_transpose(rows) (void)(rows)
 #define springls__vec_min(a, b) springls__min(a, b)
 #define springls__vec_max(a, b) springls__max(a, b)
@@ -2570,6 +2395,19 @@ SPRINGLS__VEC_MATHS bool springls__vec_any(springls__vmask where)
     int i, any = 0;
     for (i = 0; i < SPRINGLS__LANES; i++) any |= where[i];
     return any != 0;
+#endif
+}
+
+/* Returns a bit for each lane. */
+SPRINGLS__VEC_MATHS uint32_t springls__vec_bits(springls__vmask where)
+{
+#if defined(SPRINGLS__SIMD)
+    return (uint32_t)SPRINGLS__SIMD(movemask)((springls__simd)where);
+#else
+    uint32_t bits = 0u;
+    int i;
+    for (i = 0; i < SPRINGLS__LANES; i++) bits |= (uint32_t)(where[i] & 1) << i;
+    return bits;
 #endif
 }
 
@@ -2776,6 +2614,200 @@ SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 
 
 /* Returns first, first + 1, ..., for the places along a row of eight. */
 SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }
+
+/* ======== >>arguments:kernel  (kernels_embed/model/arguments.h) ================================================ */
+/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are
+   voxels. */
+
+typedef struct springls__contract_arguments { float min_angle_cosine, max_angle_cosine; } springls__contract_arguments;
+
+/* split, split_store, insert_seeds, fill: how many springls may be added; the first ones wanted are. */
+typedef struct springls__insert_arguments { int count; } springls__insert_arguments;
+
+/* fit_new_springls: the number of the first new springl. */
+typedef struct springls__fit_arguments { int first; } springls__fit_arguments;
+
+/* write. first: number of the first springl; vertices, particles: 1 where the caller gives them. */
+typedef struct springls__write_arguments { int first, vertices, particles; } springls__write_arguments;
+
+/* stir. first: number of the first springl; which: of those that stir (SPRINGLS__STIR_...). */
+typedef struct springls__stir_arguments { int first, which; } springls__stir_arguments;
+
+/* extent. side: 0 for the margin of the window, so many voxels; 1 to 6 for a side (springls__extent_element). */
+typedef struct springls__extent_arguments { int side; float margin; } springls__extent_arguments;
+
+/* relax, cover. kept: 1 where relaxed_springls has the springls that are asleep as they are. */
+typedef struct springls__relax_arguments { int kept; } springls__relax_arguments;
+
+/* neighbors. missing: 1 finds those of springls alone that slept when lists were built. */
+typedef struct springls__neighbors_arguments { int missing; } springls__neighbors_arguments;
+
+/* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */
+typedef struct springls__edge_arguments { int search; } springls__edge_arguments;
+
+/* exposure: distance within which a springl covers a place, elsewhere and on thin sheets. */
+typedef struct springls__exposure_arguments { float covered, covered_on_sheets; } springls__exposure_arguments;
+
+/* omega_constant: omega in the two constant bricks. */
+typedef struct springls__omega_constant_arguments { float outside, inside; } springls__omega_constant_arguments;
+
+/* omega_forget. all: 1 forgets the omega of every brick. */
+typedef struct springls__omega_forget_arguments { int all; } springls__omega_forget_arguments;
+
+/* commit_simple_color: parities of x, y and z as bits 0, 1 and 2. */
+typedef struct springls__color_arguments { int color; } springls__color_arguments;
+
+/* overlap. No springl has come further than max_displacement since phi was last synced. */
+typedef struct springls__overlap_arguments { float max_displacement; } springls__overlap_arguments;
+
+/* project. carry: 1 moves phi along with the springls, of which none has come further than max_displacement. */
+typedef struct springls__project_arguments { int carry; float max_displacement; } springls__project_arguments;
+
+/* resolve_sides. min_sum: the least sum of neighbours' values that counts; first: 1 copies bricks without unknown sides, which
+   later rounds find in both fields; last: 1 gives the old value to voxels that are left. */
+typedef struct springls__resolve_arguments { float min_sum; int first, last; } springls__resolve_arguments;
+
+/* grow_line: lines along `axis` of blocks of step^3 bricks; the flag of the first line is number `first_flag`. */
+typedef struct springls__grow_line_arguments { int axis, step, first_flag; } springls__grow_line_arguments;
+
+/* grow: width of the blocks, 4, 2 or 1. */
+typedef struct springls__grow_arguments { int block; } springls__grow_arguments;
+
+/* surface: triangles in all. */
+typedef struct springls__surface_arguments { int triangles; } springls__surface_arguments;
+
+/* Collectives over chunks of an array: `size` elements each, `count` in all, `chunks` of them. value: the byte to count; limit:
+   floats above it are counted; place: in counts, of the result. */
+typedef struct springls__chunk_arguments { int array, size, count, chunks, value, place; float limit; } springls__chunk_arguments;
+
+/* bricks_begin. keep: 1 flags the bricks that are active. */
+typedef struct springls__brick_flag_arguments { int keep; } springls__brick_flag_arguments;
+
+/* bricks_add: chunks of the top table, and how many slots are free. */
+typedef struct springls__brick_add_arguments { springls__chunk_arguments chunk; int free_count; } springls__brick_add_arguments;
+
+/* brick_lists_count, brick_lists_scatter: how far from a springl bricks list it. */
+typedef struct springls__brick_list_arguments { float margin; } springls__brick_list_arguments;
+
+typedef union springls__arguments {
+    springls__contract_arguments contract;
+    springls__insert_arguments insert;
+    springls__fit_arguments fit;
+    springls__write_arguments write;
+    springls__stir_arguments stir;
+    springls__extent_arguments extent;
+    springls__relax_arguments relax;
+    springls__neighbors_arguments neighbors;
+    springls__edge_arguments edge;
+    springls__exposure_arguments exposure;
+    springls__omega_constant_arguments omega_constant;
+    springls__omega_forget_arguments omega_forget;
+    springls__color_arguments commit_simple;
+    springls__overlap_arguments overlap;
+    springls__project_arguments project;
+    springls__resolve_arguments resolve;
+    springls__grow_line_arguments grow_line;
+    springls__grow_arguments grow;
+    springls__surface_arguments surface;
+    springls__chunk_arguments chunk;
+    springls__brick_flag_arguments brick_flag;
+    springls__brick_add_arguments brick_add;
+    springls__brick_list_arguments brick_list;
+} springls__arguments;
+
+/* ======== >>scratch:kernel  (kernels_embed/model/scratch.h) ==================================================== */
+/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,
+   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in
+   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */
+
+/* Lists the roles that kernels use. */
+#define SPRINGLS__KERNEL_ROLES(X)                                                                                                \
+    /* built by several stages */                                                                                                \
+    X(brick_rank, uint32_t, 0)                  /* of a slot: its place among the active ones                                 */ \
+    X(synced_distance2, float, 7)               /* of a particle: squared distance to synced_position                         */ \
+    X(cell_count, uint32_t, 0)                  /* on a device, of an active brick: springls in its cells; scanned: before it */ \
+    X(large_number, uint32_t, 0)                /* on a device: 1 for a large springl; scanned: its number                    */ \
+    X(stay_number, uint32_t, 0)                 /* on a device: 1 for a springl that stays; scanned: its new place            */ \
+    /* advect */                                                                                                                 \
+    X(moved_springls, springls__springl, 0)     /* springls after a motion; trades places with S                              */ \
+    X(displacement2, float, 1)                  /* of the particle, squared; FLT_MAX: not finite                              */ \
+    X(moved_error, float, 4)                    /* ERROR after a motion; trades places with it                                */ \
+    X(is_moving, uint8_t, 3)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \
+    /* window */                                                                                                                 \
+    X(extent, float, 7)                         /* of a particle: see springls__extent_element                                 */ \
+    X(has_departed, uint8_t, 2)                 /* 1: is removed because it has left the window                               */ \
+    /* relax */                                                                                                                  \
+    X(relaxed_springls, springls__springl, 1)   /* springls after an iteration; trades places with S                          */ \
+    /* contract, compaction, inheritance of attributes */                                                                        \
+    X(contract_action, uint8_t, 1)              /* KEEP, REMOVE, RESHAPE or UNDECIDED                                         */ \
+    X(next_contract_action, uint8_t, 2)         /* after a round of merging; trades places with it                            */ \
+    /* resample */                                                                                                               \
+    X(split_number, uint32_t, 1)                /* 1 for a springl to split; scanned: the number of its second half           */ \
+    X(split_halves, struct springls__half, 2)   /* two for each springl that is split                                         */ \
+    /* keep_edges */                                                                                                             \
+    X(side_normal, springls__v3, 4)             /* of a springl; at an edge, of the side it is on                             */ \
+    X(edge_candidate, uint8_t, 6)               /* 1: may lie at an edge                                                      */ \
+    X(was_at_edge, uint8_t, 7)                  /* EDGE before the stage                                                      */ \
+    X(edge_cells, uint32_t, 5)                  /* two of a slot: bits of the cells with springls that were at an edge        */ \
+    /* fill_gaps: from springls */                                                                                               \
+    X(seeds, struct springls__seed, 1)          /* the springl wanted beside one                                              */ \
+    X(seed_action, uint8_t, 2)                  /* KEEP, REMOVE or UNDECIDED                                                  */ \
+    X(next_seed_action, uint8_t, 3)             /* after a round of choosing; trades places with it                           */ \
+    X(seed_number, uint32_t, 4)                 /* 1 for a seed that is kept; scanned: its number                             */ \
+    /* fill_gaps: from the zero level */                                                                                         \
+    X(exposed, uint8_t, 1)                      /* CUBES an active brick: bit k for the k-th triangle of a cube               */ \
+    X(exposed_count, uint32_t, 2)               /* of an active brick; scanned: before it                                     */ \
+    /* omega */                                                                                                                  \
+    X(omega_missing, uint8_t, 1)                /* of an active brick: 1 where omega is unknown                               */ \
+    /* project */                                                                                                                \
+    X(oriented_springls, struct springls__oriented, 0) /* in the order of the cells, then the large ones                      */ \
+    X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where the side of some voxels is unknown             */ \
+    X(has_opposed, uint8_t, 2)                  /* of an active brick: 1 where springls face against each other, 2 asleep     */ \
+    X(has_joint_candidates, uint8_t, 1)         /* of an active brick: 1 where voxels may join others                         */ \
+    /* rebuild */                                                                                                                \
+    X(band_mask, uint32_t, 0)                   /* of an active brick: the bricks around it that the band reaches             */ \
+    /* unsigned_to_signed */                                                                                                     \
+    X(brick_state, uint8_t, 2)                  /* of an entry of the top table: OPEN, BLOCKED or BACKGROUND                  */ \
+    X(has_grown, uint8_t, 1)                    /* of an active brick, or a line of bricks                                    */ \
+    X(region_label, int, 1)                     /* on a device: see regions.cl                                                */ \
+    /* the isosurface */                                                                                                         \
+    X(cubes, uint32_t, 1)                       /* CUBES an active brick: springls__cube                                      */ \
+    X(triangles_before, uint32_t, 2)            /* of an active brick: its triangles; scanned: those before it                */ \
+    X(vertices_before, uint32_t, 3)             /* the same of vertices                                                       */ \
+    X(surface_rank, int, 4)                     /* of a slot: its place among the active ones                                 */ \
+    X(row_triangles, uint32_t, 7)               /* CUBE_ROWS an active brick: triangles before each row of cubes              */ \
+    X(surface_positions, springls__v3, 5)       /* of vertices, voxels                                                        */ \
+    X(surface_corners, int, 6)                  /* three vertices a triangle                                                  */ \
+    X(vertex_gradient, springls__v3, 1)         /* of phi                                                                     */ \
+    X(vertex_correspondence, springls__v3, 2)                                                                                    \
+    X(vertex_springl, int, 3)                   /* the nearest one; -1: none                                                  */
+
+/* Lists the roles that only host code uses. */
+#define SPRINGLS__HOST_ROLES(X)                                                                                                  \
+    X(missing_bricks, int, 0)                   /* bricks to add for the cell list                                            */ \
+    X(lane_memory, float, 6)                    /* of the lanes of advect and project (launch.h)                                */ \
+    X(region_springls, int, 5)                  /* springls in the region of the forces                                       */ \
+    /* rebuild, moving the band */                                                                                               \
+    X(band_keeps, uint8_t, 1)                   /* of an active brick: 1 when it stays                                        */ \
+    X(band_bricks, int, 2)                      /* bricks to add                                                              */ \
+    X(band_rank, int, 3)                        /* of a slot: its place among the active ones                                 */ \
+    /* input, combine, unsigned_to_signed: bricks to add */                                                                      \
+    X(brick_wanted, uint8_t, 1)                 /* of an entry of the top table; of a brick of dense voxels                   */ \
+    X(brick_list, int, 2)                       /* the bricks wanted                                                          */ \
+    X(brick_centers, float, 1)                  /* the distance at the center of a brick                                      */ \
+    X(region_members, int64_t, 1)               /* see springls__region                                                       */ \
+    /* components, events, volume_lock */                                                                                        \
+    X(brick_nodes, int32_t, 3) X(node_sums_list, struct springls__node_sums, 4)                                                  \
+    X(current_components, struct springls__current_component, 1)                                                                 \
+    X(springl_components, struct springls__bounded_components, 2)                                                                \
+    X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__component_link, 5)            \
+    X(largest_links, struct springls__largest_link, 3) X(component_order, uint64_t, 3)                                           \
+    X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                                                 \
+    X(body_labels, int32_t, 7) X(locked_components, struct springls__locked_component, 0)                                        \
+    X(lock_nodes, struct springls__lock_node, 6) X(lock_parent, int32_t, 4)                                                      \
+    /* output */                                                                                                                 \
+    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \
+    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */
 
 /* ======== >>triangle:kernel  (kernels_embed/language/triangle.h) =============================================== */
 /* triangle.h - distances and shapes of one triangle. */
@@ -3200,6 +3232,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
 /* Lists what is found for the springls when it is needed: one element a springl, then lists of their own length. */
 #define SPRINGLS__SEARCH_ARRAYS(X)                                                                                               \
     X(IDS, uint32_t, 1, cells, ids)                 /* springls by cell, ascending within a cell                              */ \
+    X(PLACES, float, 3, cells, places)              /* particles in the order of ids, in blocks: eight x, eight y, eight z    */ \
     X(KEY, uint32_t, 1, cells, key)                 /* the cell of each springl, counted through all slots                    */ \
     X(NEIGHBORS, int, SPRINGLS__NEIGHBOR_ROW, cells, neighbors) /* the nearest edges of its vertices (neighbors.h)            */
 #define SPRINGLS__LIST_ARRAYS(X)                                                                                                 \
@@ -4169,14 +4202,49 @@ SPRINGLS__MATHS int springls__cell_in_brick(int x, int y, int z)
     return (x & 7) / SPRINGLS__CELL + 4 * ((y & 7) / SPRINGLS__CELL) + 16 * ((z & 7) / SPRINGLS__CELL);
 }
 
-/* A walk over all springls whose particle lies in a box of cells, row by row within each brick; then over the large ones. */
+/* Notes the particle of the springl that is number `at` in cells.ids. */
+SPRINGLS__MATHS void springls__put_place(const springls__model *model, uint32_t at, springls__v3 p)
+{
+    SPRINGLS__GLOBAL float *block = model->cells.places + 24 * (size_t)(at >> 3) + (at & 7u);
+    block[0] = p.x;
+    block[8] = p.y;
+    block[16] = p.z;
+}
+
+/* Fills the last block of places: it is read whole. */
+SPRINGLS__MATHS void springls__fill_last_places(const springls__model *model)
+{
+    uint32_t at = (uint32_t)(model->set.count - model->cells.large_count);
+    for (; at & 7u; at++) springls__put_place(model, at, springls__v3_make(0.0f, 0.0f, 0.0f));
+}
+
+/* Returns a bit for each place of a block within the square root of r2 of x. */
+SPRINGLS__VEC_MATHS uint32_t springls__places_within(SPRINGLS__GLOBAL const float *block, springls__v3 x, float r2)
+{
+    uint32_t bits = 0u;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec3 d;
+        d.x = springls__vec_load(block + i) - x.x;
+        d.y = springls__vec_load(block + 8 + i) - x.y;
+        d.z = springls__vec_load(block + 16 + i) - x.z;
+        bits |= springls__vec_bits(springls__vec_length2(d) <= r2) << i;
+    }
+    return bits;
+}
+
+/* A walk over the springls whose particle lies in a box of cells, row by row within each brick; then over the large ones. Of those
+   in cells it may be limited to particles near a place. */
 typedef struct springls__cell_walk {
     const springls__grid *g;
     const springls__cell_list *cells;
     int lo[3], hi[3], x, y, z;
-    int slot, first, last;               /* of the row: its brick, its cells in there; slot -1: of the large springls */
-    SPRINGLS__GLOBAL const uint32_t *ids; /* springls of the row: next, ..., end - 1 */
+    int slot, first, last;                /* of the row: its brick, its cells in there; slot -1: of the large springls   */
+    SPRINGLS__GLOBAL const uint32_t *ids; /* springls of the row that are left: next, ..., end - 1                       */
     uint32_t next, end;
+    uint32_t block, found;                /* the first of the eight springls looked at, and a bit for each that is left  */
+    springls__v3 near_to;
+    float r2;                             /* squared limit of the distance from there; below 0: none                     */
 } springls__cell_walk;
 
 SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__model *model, springls__v3 lower,
@@ -4193,7 +4261,9 @@ SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__mo
     walk.z = walk.lo[2] &= -SPRINGLS__CELL;
     walk.slot = walk.first = walk.last = 0;
     walk.ids = model->cells.ids;
-    walk.next = walk.end = 0;
+    walk.next = walk.end = walk.block = walk.found = 0u;
+    walk.near_to = lower;
+    walk.r2 = -1.0f;
     return walk;
 }
 
@@ -4231,38 +4301,68 @@ SPRINGLS__MATHS bool springls__cell_walk_row(springls__cell_walk *walk)
     return true;
 }
 
+/* Looks at the next springls of the row, up to the end of their block. */
+SPRINGLS__MATHS void springls__cell_walk_block(springls__cell_walk *walk)
+{
+    uint32_t left = walk->end - (walk->next & ~7u), from = walk->next & 7u;
+    walk->block = walk->next & ~7u;
+    walk->found = 0xffu;
+    if (walk->slot >= 0 && walk->r2 >= 0.0f)
+        walk->found = springls__places_within(walk->cells->places + 3 * (size_t)walk->block, walk->near_to, walk->r2);
+    if (left < 8u) walk->found &= (1u << left) - 1u;
+    walk->found = walk->found >> from << from;
+    walk->next = left < 8u ? walk->end : walk->block + 8u;
+}
+
+/* Goes on to the next springls; returns false at the end. */
+SPRINGLS__MATHS bool springls__cell_walk_on(springls__cell_walk *walk)
+{
+    while (walk->found == 0u)
+        if (walk->next != walk->end) springls__cell_walk_block(walk);
+        else if (!springls__cell_walk_row(walk)) return false;
+    return true;
+}
+
 /* Returns the next springl; -1 at the end. */
 SPRINGLS__MATHS int springls__cell_walk_next(springls__cell_walk *walk)
 {
-    while (walk->next == walk->end)
-        if (!springls__cell_walk_row(walk)) return -1;
-    return (int)walk->ids[walk->next++];
+    uint32_t at;
+    if (walk->found == 0u && !springls__cell_walk_on(walk)) return -1;
+    at = walk->block + (uint32_t)springls__lowest_bit(walk->found);
+    walk->found &= walk->found - 1u;
+    return (int)walk->ids[at];
 }
 
-/* Begins a walk over at least all springls whose particle lies within r of x. */
+/* Begins a walk over the springls whose particle lies within r of x, and the large ones. */
 SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__model *model, springls__v3 x, float r)
 {
-    return springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r),
-                                     springls__v3_make(x.x + r, x.y + r, x.z + r));
+    springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r),
+                                                         springls__v3_make(x.x + r, x.y + r, x.z + r));
+    walk.near_to = x;
+    walk.r2 = r * r;
+    return walk;
 }
 
-/* Begins a walk over all springls of which some point may lie within `radius` of the box. */
-SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__model *model, springls__v3 lower,
-                                                               springls__v3 upper, float radius)
+/* Begins a walk over all springls of which some point may lie within `radius` of x. */
+SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__model *model, springls__v3 x, float radius)
 {
-    float r = radius + model->cells.bounding_radius;
-    return springls__cell_walk_begin(model, springls__v3_make(lower.x - r, lower.y - r, lower.z - r),
-                                     springls__v3_make(upper.x + r, upper.y + r, upper.z + r));
+    return springls__cell_walk_near(model, x, radius + model->cells.bounding_radius);
 }
 
 /* Keys of springls in no cell: large ones, and those whose brick is not active yet. */
 #define SPRINGLS__LARGE_KEY 0xffffffffu
 #define SPRINGLS__MISSING_KEY 0xfffffffeu
 
+/* Returns whether a springl of this bounding radius is in no cell. */
+SPRINGLS__MATHS bool springls__is_large(float bounding_radius)
+{
+    const float largest = 2.5f; /* voxels: twice that of a springl about to be split */
+    return bounding_radius > largest;
+}
+
 /* Finds the key of particle i: its cell, counted through all slots, plus 1 for the scan. */
 SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, springls__arguments args, int i)
 {
-    const float largest = 2.5f; /* voxels: twice the bounding radius of a springl about to be split */
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
     int at[3], slot;
@@ -4271,7 +4371,7 @@ SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, sp
     springls__voxel_of_place(g, s->p, at);
     slot = springls__slot_at(g, at[0], at[1], at[2]);
     key = (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(at[0], at[1], at[2]) + 1u;
-    if (s->bounding_radius > largest) key = SPRINGLS__LARGE_KEY;
+    if (springls__is_large(s->bounding_radius)) key = SPRINGLS__LARGE_KEY;
     model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : key;
 }
 
@@ -4296,8 +4396,11 @@ SPRINGLS__MATHS uint32_t springls__scan_cells(SPRINGLS__GLOBAL uint32_t *cell, u
 
 SPRINGLS__MATHS void springls__put_in_cell(const springls__model *model, int i)
 {
-    if (model->cells.key[i] != SPRINGLS__LARGE_KEY)
-        model->cells.ids[SPRINGLS__NEXT(model->grid.cell + model->cells.key[i])] = (uint32_t)i;
+    uint32_t at;
+    if (model->cells.key[i] == SPRINGLS__LARGE_KEY) return;
+    at = SPRINGLS__NEXT(model->grid.cell + model->cells.key[i]);
+    model->cells.ids[at] = (uint32_t)i;
+    springls__put_place(model, at, model->set.s[i].p);
 }
 
 /* Counts a springl in the bricks it comes within `margin` of, one entry late: a scan of brick_list_first makes entry r + 1 where
@@ -5842,6 +5945,7 @@ struct springls_context {
     springls__stepping step;
     bool at_rest;           /* all bricks are asleep, and no springl has moved since that was found             */
     bool cells_fresh, omega_fresh, springl_surface_fresh; /* false after anything that moves springls                     */
+    bool particles_listed;  /* the cell list has all particles where they are; triangles may have changed since           */
     bool components_fresh, labels_fresh; /* the components, the labels of voxels are those of phi                */
     size_t memory_used;
     char error[256];
@@ -6294,7 +6398,7 @@ SPRINGLS__MATHS float springls__nearest_limit(float best2, float radius)
    there is none. */
 SPRINGLS__MATHS int springls__nearest_springl_facing(const springls__model *model, springls__v3 x, springls__v3 n, float radius)
 {
-    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
+    springls__cell_walk walk = springls__cell_walk_around(model, x, radius);
     float best = radius * radius, limit = radius;
     int i, nearest = -1;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
@@ -6373,7 +6477,7 @@ SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__
 {
     const float r = 2.0f, high = 1.0f, aside = 0.7f;
     springls__angular_gaps gaps = springls__angular_gaps_begin(n);
-    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
+    springls__cell_walk walk = springls__cell_walk_near(model, x, springls__sqrt(r * r + high * high));
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         springls__v3 d = springls__sub(model->set.s[other].p, x);
@@ -6390,7 +6494,7 @@ SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__
 SPRINGLS__MATHS int springls__side_of_springls(const springls__model *model, springls__v3 x, int of, float radius)
 {
     const float same = 1e-4f;
-    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
+    springls__cell_walk walk = springls__cell_walk_around(model, x, radius);
     float best = radius * radius;
     int i, side = 0;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
@@ -6469,18 +6573,11 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
     SPRINGLS__GLOBAL const springls__springl *all = model->set.s, *self = &all[n];
     const float radius = model->params.neighbor_radius, radius2 = radius * radius;
     const int room = model->params.max_neighbors;
-    springls__v3 lower, upper, normal = springls__springl_normal(*self);
-    springls__cell_walk walk;
+    springls__v3 normal = springls__springl_normal(*self);
+    springls__cell_walk walk = springls__cell_walk_around(model, self->p, radius + self->bounding_radius);
     float d2s[SPRINGLS__NEIGHBOR_ROW], d2[8], edge[8];
     int length[3] = { 0, 0, 0 }, other, m;
     for (m = 0; m < SPRINGLS__NEIGHBOR_ROW; m++) row[m] = -1;
-    lower.x = springls__min(self->q[0].x, springls__min(self->q[1].x, self->q[2].x));
-    lower.y = springls__min(self->q[0].y, springls__min(self->q[1].y, self->q[2].y));
-    lower.z = springls__min(self->q[0].z, springls__min(self->q[1].z, self->q[2].z));
-    upper.x = springls__max(self->q[0].x, springls__max(self->q[1].x, self->q[2].x));
-    upper.y = springls__max(self->q[0].y, springls__max(self->q[1].y, self->q[2].y));
-    upper.z = springls__max(self->q[0].z, springls__max(self->q[1].z, self->q[2].z));
-    walk = springls__cell_walk_around(model, lower, upper, radius);
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &all[other];
         float within = radius + o->bounding_radius + self->bounding_radius;
@@ -7773,8 +7870,7 @@ SPRINGLS__MATHS springls__sides springls__sample_set_sides(const springls__sampl
 SPRINGLS__MATHS void springls__gather_samples(const springls__model *model, springls__v3 x, float radius, int known,
                                             springls__sample_set *samples)
 {
-    springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),
-                                                         springls__v3_make(x.x + radius, x.y + radius, x.z + radius));
+    springls__cell_walk walk = springls__cell_walk_near(model, x, radius);
     const float least = 0.3f;
     int i;
     samples->count = 0;
@@ -7785,8 +7881,7 @@ SPRINGLS__MATHS void springls__gather_samples(const springls__model *model, spri
         if (springls__sample_set_add(samples, s->p, springls__springl_normal(*s), model->set.a[i], weight * weight, i)) continue;
         if (radius < least) return; /* they lie on each other: these are enough */
         radius *= 0.8f;             /* too many: begin again */
-        walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),
-                                         springls__v3_make(x.x + radius, x.y + radius, x.z + radius));
+        walk = springls__cell_walk_near(model, x, radius);
         samples->count = 0;
     }
 }
@@ -8081,7 +8176,7 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springl
     int attempt;
     *nearest_springl = -1;
     for (attempt = 0; attempt < 6; attempt++, radius *= 2.0f) {
-        springls__cell_walk walk = springls__cell_walk_around(model, s.p, s.p, radius + s.bounding_radius);
+        springls__cell_walk walk = springls__cell_walk_around(model, s.p, radius + s.bounding_radius);
         springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f), nearest = sum;
         float best = FLT_MAX;
         int other, count = 0;
@@ -8963,14 +9058,14 @@ SPRINGLS__MATHS float springls__distance2_to_springl(SPRINGLS__GLOBAL const spri
 SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls__v3 x, springls__v3 n,
                                           springls__exposure_arguments distance)
 {
-    const float covered = distance.covered, r = springls__max(distance.covered_on_sheets, covered), beside = 0.4f;
-    springls__cell_walk walk = springls__cell_walk_near(model, x, beside);
+    const float covered = distance.covered, r = springls__max(distance.covered_on_sheets, covered);
+    springls__cell_walk walk = springls__cell_walk_near(model, x, covered);
     float nearest2 = FLT_MAX;
     bool sheet = false;
     int i;
     while ((i = springls__cell_walk_next(&walk)) >= 0)
         if (springls__distance2_to_springl(&model->set.s[i], x, covered) <= covered * covered) return false;
-    walk = springls__cell_walk_around(model, x, x, r);
+    walk = springls__cell_walk_around(model, x, r);
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
         float d2 = springls__distance2_to_springl(&model->set.s[i], x, r);
         if (d2 == FLT_MAX) continue;
@@ -12464,14 +12559,25 @@ SPRINGLS__FN bool springls__has_lost_level_set(const springls_context *ctx)
     return ctx->model.grid.active_count == 0 && ctx->model.set.count > 0;
 }
 
-/* Notes that springls have moved: cells, omega, components and the hierarchy of their triangles are out of date. */
-SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
+/* Notes that triangles have changed about their particles: the radii of the cell list, omega, components and the hierarchy of
+   triangles are out of date. */
+SPRINGLS__FN void springls__triangles_changed(springls_context *ctx)
 {
     ctx->at_rest = false;
     ctx->cells_fresh = false;
     ctx->omega_fresh = false;
     ctx->springl_surface_fresh = false;
     ctx->components_fresh = ctx->labels_fresh = false;
+}
+
+/* Notes that the cell list is to be built anew. */
+SPRINGLS__FN void springls__discard_cell_list(springls_context *ctx) { ctx->cells_fresh = ctx->particles_listed = false; }
+
+/* Notes that springls have moved: cells are out of date too. */
+SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
+{
+    springls__triangles_changed(ctx);
+    springls__discard_cell_list(ctx);
 }
 
 /* Notes that springls have been added, removed or replaced: neighbour lists are out of date too. */
@@ -13340,7 +13446,23 @@ SPRINGLS__FN void springls__count_cells(springls__model *model)
     }
 }
 
-/* Builds the lists if springls have moved since they were built. */
+/* Finds the largest bounding radius after triangles have changed. Returns false where a springl has become large, or is no longer:
+   it is in the wrong list. */
+SPRINGLS__FN bool springls__update_radii(springls__model *model)
+{
+    springls__cell_list *cells = &model->cells;
+    float largest = 0.0f;
+    int i;
+    for (i = 0; i < model->set.count; i++) {
+        float radius = model->set.s[i].bounding_radius;
+        if ((cells->key[i] == SPRINGLS__LARGE_KEY) != springls__is_large(radius)) return false;
+        if (cells->key[i] != SPRINGLS__LARGE_KEY) largest = springls__max(largest, radius);
+    }
+    cells->bounding_radius = largest;
+    return true;
+}
+
+/* Builds the lists if springls have changed since they were built. */
 SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.grid;
@@ -13349,18 +13471,25 @@ SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
     int i;
     if (ctx->cells_fresh) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__grow_all(ctx, SPRINGLS__BIT(KEY) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE), n + 1, 0));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_PLACES, n + 8, 0));
     if (ctx->on_device) {
         springls_status status = ctx->backend->cell_list_build(ctx);
         ctx->cells_fresh = status == SPRINGLS_OK;
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
+    if (ctx->particles_listed) {
+        SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY), 0));
+        ctx->cells_fresh = springls__update_radii(&ctx->model);
+        if (ctx->cells_fresh) return SPRINGLS_OK;
+    }
     SPRINGLS__TRY(springls__cell_keys(ctx));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(ACTIVE),
-                                    SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL)));
+                                    SPRINGLS__BIT(IDS) | SPRINGLS__BIT(PLACES) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL)));
     springls__count_cells(&ctx->model);
     for (i = 0; i < g->active_count; i++) before = springls__scan_cells(springls__cells_of(g, g->active[i]), before);
     for (i = 0; i < ctx->model.set.count; i++) springls__put_in_cell(&ctx->model, i);
-    ctx->cells_fresh = true;
+    springls__fill_last_places(&ctx->model);
+    ctx->cells_fresh = ctx->particles_listed = true;
     return SPRINGLS_OK;
 }
 
@@ -14909,7 +15038,8 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
         return springls__next_phase(ctx, SPRINGLS__CONTRACT_RESHAPED);
     case SPRINGLS__CONTRACT_RESHAPED:
         springls__count_later(ctx, SPRINGLS__COUNT_RESHAPED, SPRINGLS__ROLE_ARRAY(contract_action), count, SPRINGLS__RESHAPE);
-        springls__constellation_changed(ctx);
+        springls__triangles_changed(ctx);
+        ctx->neighbors_age = -1;
         if (!(ctx->model.params.merge_distance > 0.0f)) return springls__next_phase(ctx, SPRINGLS__CONTRACT_REMOVE);
         SPRINGLS__TRY(springls__cell_list_build(ctx));
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, next_contract_action, count));
@@ -16159,10 +16289,10 @@ SPRINGLS__FN springls_status springls__change_bricks(springls_context *ctx)
     springls__grid *g = &ctx->model.grid;
     uint32_t *mask;
     uint8_t *keep;
-    int *wanted, *rank, i, d, missing = 0;
-    ctx->cells_fresh = false; /* they live in the bricks */
+    int *wanted, *rank, i, d, missing = 0, kept = 0;
     if (ctx->on_device) {
         springls_status status = ctx->backend->band_move(ctx);
+        springls__discard_cell_list(ctx);
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_keeps, g->active_count));
@@ -16191,6 +16321,9 @@ SPRINGLS__FN springls_status springls__change_bricks(springls_context *ctx)
             else wanted[missing++] = springls__brick_at(g, at[0], at[1], at[2]);
         }
     }
+    for (i = 0; i < g->active_count; i++) kept += keep[i];
+    if (missing == 0 && kept == g->active_count) return SPRINGLS_OK;
+    springls__discard_cell_list(ctx); /* it lives in the bricks */
     springls__grid_drop_bricks(g, keep);
     return springls__grid_add_bricks(ctx, wanted, missing);
 }
@@ -16270,7 +16403,7 @@ enum {
 SPRINGLS__FN void springls__take_relaxed(springls_context *ctx)
 {
     springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ROLE_ARRAY(relaxed_springls));
-    springls__constellation_moved(ctx);
+    springls__triangles_changed(ctx);
 }
 
 /* Relaxes springls; with `covers` each gets the triangle of its share at the end, if params.cover. */
@@ -17648,7 +17781,8 @@ SPRINGLS__FN springls_status springls__move_window(springls_context *ctx, const 
     springls__move_bricks(&ctx->model.grid, bricks);
     springls__move_places(ctx, voxels);
     springls__place_window(ctx, &ctx->window, offset);
-    ctx->cells_fresh = ctx->springl_surface_fresh = ctx->labels_fresh = false;
+    ctx->springl_surface_fresh = ctx->labels_fresh = false;
+    springls__discard_cell_list(ctx);
     return SPRINGLS_OK;
 }
 
@@ -17761,7 +17895,8 @@ SPRINGLS__FN void springls__end_reading(springls_context *ctx)
     ctx->away = saved->away;
     ctx->opposed = saved->opposed;
     ctx->at_rest = false;
-    ctx->cells_fresh = ctx->omega_fresh = ctx->labels_fresh = false;
+    ctx->omega_fresh = ctx->labels_fresh = false;
+    springls__discard_cell_list(ctx);
     saved->in_use = false;
 }
 
@@ -17995,6 +18130,18 @@ SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
 /* What is left of a lazy sub-step when springls have moved. */
 static const springls__step_entry springls__lazy_end[] = { { SPRINGLS__ENTRY_RUN, -1, NULL, springls__substep_end } };
 
+/* Counts an iteration of Algorithm 2, and decides whether it resamples: in every resample_period-th, and the sooner the further
+   springls have moved. An iteration in which they have gone far counts twice. */
+SPRINGLS__FN void springls__count_iteration(springls_context *ctx)
+{
+    const float far_apart = 2.1f; /* voxels */
+    const int period = ctx->model.params.resample_period;
+    const int counted = ctx->model.params.resample_last && ctx->lag + ctx->motion.moved > far_apart ? 2 : 1;
+    ctx->iteration += counted;
+    ctx->step.resamples = !ctx->step.desc.one_to_one && ctx->iteration % period < counted;
+    if (ctx->iteration % period < counted) ctx->iteration -= ctx->iteration % period;
+}
+
 /* Counts the sub-step whose springls have just moved, and decides what it does from here on. */
 SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
 {
@@ -18006,9 +18153,8 @@ SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
         ctx->step.next = springls__lazy_end;
         return SPRINGLS_OK;
     }
+    springls__count_iteration(ctx);
     if (ctx->step.desc.mode == SPRINGLS_MODE_ADVECT_ONLY) ctx->lag = FLT_MAX;
-    ctx->iteration++;
-    ctx->step.resamples = !ctx->step.desc.one_to_one && springls__resample_due(ctx, ctx->iteration);
     ctx->step.phi_from_springls = ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC;
     return SPRINGLS_OK;
 }
@@ -18525,7 +18671,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.placement = SPRINGLS_PLACEMENT_QUADRATIC;
     p.evolve_iterations = 0;
     p.carry_level_set = 1;
-    p.lazy_distance = 2.1f;
+    p.lazy_distance = 3.0f;
     p.project_level_set = 1;
     p.nucleate = 1;
     p.fill_from_springls = 1;
@@ -18742,7 +18888,7 @@ SPRINGLS_API springls_step_desc springls_default_step_desc(void)
 {
     springls_step_desc step;
     memset(&step, 0, sizeof step);
-    step.max_displacement = 2.0f;
+    step.max_displacement = 3.0f;
     return step;
 }
 
@@ -23312,7 +23458,7 @@ SPRINGLS__FN springls_status springls__prepare_level(springls_context *ctx, bool
         springls__use_device(ctx);
         SPRINGLS__TRY(springls__report_device_failure(ctx, springls__cell_list_build(ctx)));
     }
-    return springls__ensure_on_host(ctx, SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL));
+    return springls__ensure_on_host(ctx, SPRINGLS__BIT(IDS) | SPRINGLS__BIT(PLACES) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL));
 }
 
 /* Runs a query of either surface. */
@@ -25857,198 +26003,6 @@ static const char *const springls__kernel_lines[] = {
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
     "#line 1972 \"springls.h\"\n",
-    "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
-    "   voxels. */\n",
-    "\n",
-    "typedef struct springls__contract_arguments { float min_angle_cosine, max_angle_cosine; } springls__contract_arguments;\n",
-    "\n",
-    "/* split, split_store, insert_seeds, fill: how many springls may be added; the first ones wanted are. */\n",
-    "typedef struct springls__insert_arguments { int count; } springls__insert_arguments;\n",
-    "\n",
-    "/* fit_new_springls: the number of the first new springl. */\n",
-    "typedef struct springls__fit_arguments { int first; } springls__fit_arguments;\n",
-    "\n",
-    "/* write. first: number of the first springl; vertices, particles: 1 where the caller gives them. */\n",
-    "typedef struct springls__write_arguments { int first, vertices, particles; } springls__write_arguments;\n",
-    "\n",
-    "/* stir. first: number of the first springl; which: of those that stir (SPRINGLS__STIR_...). */\n",
-    "typedef struct springls__stir_arguments { int first, which; } springls__stir_arguments;\n",
-    "\n",
-    "/* extent. side: 0 for the margin of the window, so many voxels; 1 to 6 for a side (springls__extent_element). */\n",
-    "typedef struct springls__extent_arguments { int side; float margin; } springls__extent_arguments;\n",
-    "\n",
-    "/* relax, cover. kept: 1 where relaxed_springls has the springls that are asleep as they are. */\n",
-    "typedef struct springls__relax_arguments { int kept; } springls__relax_arguments;\n",
-    "\n",
-    "/* neighbors. missing: 1 finds those of springls alone that slept when lists were built. */\n",
-    "typedef struct springls__neighbors_arguments { int missing; } springls__neighbors_arguments;\n",
-    "\n",
-    "/* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */\n",
-    "typedef struct springls__edge_arguments { int search; } springls__edge_arguments;\n",
-    "\n",
-    "/* exposure: distance within which a springl covers a place, elsewhere and on thin sheets. */\n",
-    "typedef struct springls__exposure_arguments { float covered, covered_on_sheets; } springls__exposure_arguments;\n",
-    "\n",
-    "/* omega_constant: omega in the two constant bricks. */\n",
-    "typedef struct springls__omega_constant_arguments { float outside, inside; } springls__omega_constant_arguments;\n",
-    "\n",
-    "/* omega_forget. all: 1 forgets the omega of every brick. */\n",
-    "typedef struct springls__omega_forget_arguments { int all; } springls__omega_forget_arguments;\n",
-    "\n",
-    "/* commit_simple_color: parities of x, y and z as bits 0, 1 and 2. */\n",
-    "typedef struct springls__color_arguments { int color; } springls__color_arguments;\n",
-    "\n",
-    "/* overlap. No springl has come further than max_displacement since phi was last synced. */\n",
-    "typedef struct springls__overlap_arguments { float max_displacement; } springls__overlap_arguments;\n",
-    "\n",
-    "/* project. carry: 1 moves phi along with the springls, of which none has come further than max_displacement. */\n",
-    "typedef struct springls__project_arguments { int carry; float max_displacement; } springls__project_arguments;\n",
-    "\n",
-    "/* resolve_sides. min_sum: the least sum of neighbours' values that counts; first: 1 copies bricks without unknown sides, which\n",
-    "   later rounds find in both fields; last: 1 gives the old value to voxels that are left. */\n",
-    "typedef struct springls__resolve_arguments { float min_sum; int first, last; } springls__resolve_arguments;\n",
-    "\n",
-    "/* grow_line: lines along `axis` of blocks of step^3 bricks; the flag of the first line is number `first_flag`. */\n",
-    "typedef struct springls__grow_line_arguments { int axis, step, first_flag; } springls__grow_line_arguments;\n",
-    "\n",
-    "/* grow: width of the blocks, 4, 2 or 1. */\n",
-    "typedef struct springls__grow_arguments { int block; } springls__grow_arguments;\n",
-    "\n",
-    "/* surface: triangles in all. */\n",
-    "typedef struct springls__surface_arguments { int triangles; } springls__surface_arguments;\n",
-    "\n",
-    "/* Collectives over chunks of an array: `size` elements each, `count` in all, `chunks` of them. value: the byte to count; limit:\n",
-    "   floats above it are counted; place: in counts, of the result. */\n",
-    "typedef struct springls__chunk_arguments { int array, size, count, chunks, value, place; float limit; } springls__chunk_arguments;\n",
-    "\n",
-    "/* bricks_begin. keep: 1 flags the bricks that are active. */\n",
-    "typedef struct springls__brick_flag_arguments { int keep; } springls__brick_flag_arguments;\n",
-    "\n",
-    "/* bricks_add: chunks of the top table, and how many slots are free. */\n",
-    "typedef struct springls__brick_add_arguments { springls__chunk_arguments chunk; int free_count; } springls__brick_add_arguments;\n",
-    "\n",
-    "/* brick_lists_count, brick_lists_scatter: how far from a springl bricks list it. */\n",
-    "typedef struct springls__brick_list_arguments { float margin; } springls__brick_list_arguments;\n",
-    "\n",
-    "typedef union springls__arguments {\n",
-    "    springls__contract_arguments contract;\n",
-    "    springls__insert_arguments insert;\n",
-    "    springls__fit_arguments fit;\n",
-    "    springls__write_arguments write;\n",
-    "    springls__stir_arguments stir;\n",
-    "    springls__extent_arguments extent;\n",
-    "    springls__relax_arguments relax;\n",
-    "    springls__neighbors_arguments neighbors;\n",
-    "    springls__edge_arguments edge;\n",
-    "    springls__exposure_arguments exposure;\n",
-    "    springls__omega_constant_arguments omega_constant;\n",
-    "    springls__omega_forget_arguments omega_forget;\n",
-    "    springls__color_arguments commit_simple;\n",
-    "    springls__overlap_arguments overlap;\n",
-    "    springls__project_arguments project;\n",
-    "    springls__resolve_arguments resolve;\n",
-    "    springls__grow_line_arguments grow_line;\n",
-    "    springls__grow_arguments grow;\n",
-    "    springls__surface_arguments surface;\n",
-    "    springls__chunk_arguments chunk;\n",
-    "    springls__brick_flag_arguments brick_flag;\n",
-    "    springls__brick_add_arguments brick_add;\n",
-    "    springls__brick_list_arguments brick_list;\n",
-    "} springls__arguments;\n",
-    "#line 2072 \"springls.h\"\n",
-    "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
-    "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
-    "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
-    "\n",
-    "/* Lists the roles that kernels use. */\n",
-    "#define SPRINGLS__KERNEL_ROLES(X)                                                                                                \\\n",
-    "    /* built by several stages */                                                                                                \\\n",
-    "    X(brick_rank, uint32_t, 0)                  /* of a slot: its place among the active ones                                 */ \\\n",
-    "    X(synced_distance2, float, 7)               /* of a particle: squared distance to synced_position                         */ \\\n",
-    "    X(cell_count, uint32_t, 0)                  /* on a device, of an active brick: springls in its cells; scanned: before it */ \\\n",
-    "    X(large_number, uint32_t, 0)                /* on a device: 1 for a large springl; scanned: its number                    */ \\\n",
-    "    X(stay_number, uint32_t, 0)                 /* on a device: 1 for a springl that stays; scanned: its new place            */ \\\n",
-    "    /* advect */                                                                                                                 \\\n",
-    "    X(moved_springls, springls__springl, 0)     /* springls after a motion; trades places with S                              */ \\\n",
-    "    X(displacement2, float, 1)                  /* of the particle, squared; FLT_MAX: not finite                              */ \\\n",
-    "    X(moved_error, float, 4)                    /* ERROR after a motion; trades places with it                                */ \\\n",
-    "    X(is_moving, uint8_t, 3)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \\\n",
-    "    /* window */                                                                                                                 \\\n",
-    "    X(extent, float, 7)                         /* of a particle: see springls__extent_element                                 */ \\\n",
-    "    X(has_departed, uint8_t, 2)                 /* 1: is removed because it has left the window                               */ \\\n",
-    "    /* relax */                                                                                                                  \\\n",
-    "    X(relaxed_springls, springls__springl, 1)   /* springls after an iteration; trades places with S                          */ \\\n",
-    "    /* contract, compaction, inheritance of attributes */                                                                        \\\n",
-    "    X(contract_action, uint8_t, 1)              /* KEEP, REMOVE, RESHAPE or UNDECIDED                                         */ \\\n",
-    "    X(next_contract_action, uint8_t, 2)         /* after a round of merging; trades places with it                            */ \\\n",
-    "    /* resample */                                                                                                               \\\n",
-    "    X(split_number, uint32_t, 1)                /* 1 for a springl to split; scanned: the number of its second half           */ \\\n",
-    "    X(split_halves, struct springls__half, 2)   /* two for each springl that is split                                         */ \\\n",
-    "    /* keep_edges */                                                                                                             \\\n",
-    "    X(side_normal, springls__v3, 4)             /* of a springl; at an edge, of the side it is on                             */ \\\n",
-    "    X(edge_candidate, uint8_t, 6)               /* 1: may lie at an edge                                                      */ \\\n",
-    "    X(was_at_edge, uint8_t, 7)                  /* EDGE before the stage                                                      */ \\\n",
-    "    X(edge_cells, uint32_t, 5)                  /* two of a slot: bits of the cells with springls that were at an edge        */ \\\n",
-    "    /* fill_gaps: from springls */                                                                                               \\\n",
-    "    X(seeds, struct springls__seed, 1)          /* the springl wanted beside one                                              */ \\\n",
-    "    X(seed_action, uint8_t, 2)                  /* KEEP, REMOVE or UNDECIDED                                                  */ \\\n",
-    "    X(next_seed_action, uint8_t, 3)             /* after a round of choosing; trades places with it                           */ \\\n",
-    "    X(seed_number, uint32_t, 4)                 /* 1 for a seed that is kept; scanned: its number                             */ \\\n",
-    "    /* fill_gaps: from the zero level */                                                                                         \\\n",
-    "    X(exposed, uint8_t, 1)                      /* CUBES an active brick: bit k for the k-th triangle of a cube               */ \\\n",
-    "    X(exposed_count, uint32_t, 2)               /* of an active brick; scanned: before it                                     */ \\\n",
-    "    /* omega */                                                                                                                  \\\n",
-    "    X(omega_missing, uint8_t, 1)                /* of an active brick: 1 where omega is unknown                               */ \\\n",
-    "    /* project */                                                                                                                \\\n",
-    "    X(oriented_springls, struct springls__oriented, 0) /* in the order of the cells, then the large ones                      */ \\\n",
-    "    X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where the side of some voxels is unknown             */ \\\n",
-    "    X(has_opposed, uint8_t, 2)                  /* of an active brick: 1 where springls face against each other, 2 asleep     */ \\\n",
-    "    X(has_joint_candidates, uint8_t, 1)         /* of an active brick: 1 where voxels may join others                         */ \\\n",
-    "    /* rebuild */                                                                                                                \\\n",
-    "    X(band_mask, uint32_t, 0)                   /* of an active brick: the bricks around it that the band reaches             */ \\\n",
-    "    /* unsigned_to_signed */                                                                                                     \\\n",
-    "    X(brick_state, uint8_t, 2)                  /* of an entry of the top table: OPEN, BLOCKED or BACKGROUND                  */ \\\n",
-    "    X(has_grown, uint8_t, 1)                    /* of an active brick, or a line of bricks                                    */ \\\n",
-    "    X(region_label, int, 1)                     /* on a device: see regions.cl                                                */ \\\n",
-    "    /* the isosurface */                                                                                                         \\\n",
-    "    X(cubes, uint32_t, 1)                       /* CUBES an active brick: springls__cube                                      */ \\\n",
-    "    X(triangles_before, uint32_t, 2)            /* of an active brick: its triangles; scanned: those before it                */ \\\n",
-    "    X(vertices_before, uint32_t, 3)             /* the same of vertices                                                       */ \\\n",
-    "    X(surface_rank, int, 4)                     /* of a slot: its place among the active ones                                 */ \\\n",
-    "    X(row_triangles, uint32_t, 7)               /* CUBE_ROWS an active brick: triangles before each row of cubes              */ \\\n",
-    "    X(surface_positions, springls__v3, 5)       /* of vertices, voxels                                                        */ \\\n",
-    "    X(surface_corners, int, 6)                  /* three vertices a triangle                                                  */ \\\n",
-    "    X(vertex_gradient, springls__v3, 1)         /* of phi                                                                     */ \\\n",
-    "    X(vertex_correspondence, springls__v3, 2)                                                                                    \\\n",
-    "    X(vertex_springl, int, 3)                   /* the nearest one; -1: none                                                  */\n",
-    "\n",
-    "/* Lists the roles that only host code uses. */\n",
-    "#define SPRINGLS__HOST_ROLES(X)                                                                                                  \\\n",
-    "    X(missing_bricks, int, 0)                   /* bricks to add for the cell list                                            */ \\\n",
-    "    X(lane_memory, float, 6)                    /* of the lanes of advect and project (launch.h)                                */ \\\n",
-    "    X(region_springls, int, 5)                  /* springls in the region of the forces                                       */ \\\n",
-    "    /* rebuild, moving the band */                                                                                               \\\n",
-    "    X(band_keeps, uint8_t, 1)                   /* of an active brick: 1 when it stays                                        */ \\\n",
-    "    X(band_bricks, int, 2)                      /* bricks to add                                                              */ \\\n",
-    "    X(band_rank, int, 3)                        /* of a slot: its place among the active ones                                 */ \\\n",
-    "    /* input, combine, unsigned_to_signed: bricks to add */                                                                      \\\n",
-    "    X(brick_wanted, uint8_t, 1)                 /* of an entry of the top table; of a brick of dense voxels                   */ \\\n",
-    "    X(brick_list, int, 2)                       /* the bricks wanted                                                          */ \\\n",
-    "    X(brick_centers, float, 1)                  /* the distance at the center of a brick                                      */ \\\n",
-    "    X(region_members, int64_t, 1)               /* see springls__region                                                       */ \\\n",
-    "    /* components, events, volume_lock */                                                                                        \\\n",
-    "    X(brick_nodes, int32_t, 3) X(node_sums_list, struct springls__node_sums, 4)                                                  \\\n",
-    "    X(current_components, struct springls__current_component, 1)                                                                 \\\n",
-    "    X(springl_components, struct springls__bounded_components, 2)                                                                \\\n",
-    "    X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__component_link, 5)            \\\n",
-    "    X(largest_links, struct springls__largest_link, 3) X(component_order, uint64_t, 3)                                           \\\n",
-    "    X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                                                 \\\n",
-    "    X(body_labels, int32_t, 7) X(locked_components, struct springls__locked_component, 0)                                        \\\n",
-    "    X(lock_nodes, struct springls__lock_node, 6) X(lock_parent, int32_t, 4)                                                      \\\n",
-    "    /* output */                                                                                                                 \\\n",
-    "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
-    "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 2166 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -26077,6 +26031,7 @@ static const char *const springls__kernel_lines[] = {
     "  #define springls__sqrt(x)   sqrt(x)\n",
     "  #define springls__fabs(x)   fabs(x)\n",
     "  #define springls__float_of_bits(bits) as_float(bits)\n",
+    "  #define springls__lowest_bit(bits) (31 - (int)clz((bits) & (0u - (bits))))\n",
     "#else\n",
     "  #include <float.h>\n",
     "  #include <math.h>\n",
@@ -26116,6 +26071,17 @@ static const char *const springls__kernel_lines[] = {
     "      memcpy(&x, &bits, sizeof x);\n",
     "      return x;\n",
     "  }\n",
+    "  /* Returns the number of the lowest bit that is set; some is. */\n",
+    "  SPRINGLS__MATHS int springls__lowest_bit(uint32_t bits)\n",
+    "  {\n",
+    "  #if defined(__GNUC__)\n",
+    "      return __builtin_ctz(bits);\n",
+    "  #else\n",
+    "      int number = 0;\n",
+    "      for (; !(bits & 1u); bits >>= 1) number++;\n",
+    "      return number;\n",
+    "  #endif\n",
+    "  }\n",
     "#endif\n",
     "\n",
     "/* Returns x rounded down; floorf would be a function call where the target has no instruction for it. */\n",
@@ -26124,7 +26090,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2243 \"springls.h\"\n",
+    "#line 2061 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -26146,7 +26112,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2266 \"springls.h\"\n",
+    "#line 2084 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26161,7 +26127,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2282 \"springls.h\"\n",
+    "#line 2100 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -26285,7 +26251,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2406 \"springls.h\"\n",
+    "#line 2224 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -26311,7 +26277,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2433 \"springls.h\"\n",
+    "#line 2251 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -26334,6 +26300,12 @@ static const char *const springls__kernel_lines[] = {
     "#define springls__vec_negated_if_odd(x, k) as_float8(as_int8(x) ^ ((k) << 31))\n",
     "#define springls__vec_not(where) (~(where))\n",
     "#define springls__vec_any(where) any(where)\n",
+    "SPRINGLS__MATHS uint springls__vec_bits(int8 where)\n",
+    "{\n",
+    "    int8 bit = where & (int8)(1, 2, 4, 8, 16, 32, 64, 128);\n",
+    "    int4 bits = bit.lo | bit.hi;\n",
+    "    return (uint)(bits.x | bits.y | bits.z | bits.w);\n",
+    "}\n",
     "#define springls__vec_zip_low(a, b) ((float8)((a).s0, (b).s0, (a).s1, (b).s1, (a).s2, (b).s2, (a).s3, (b).s3))\n",
     "#define springls__vec_zip_high(a, b) ((float8)((a).s4, (b).s4, (a).s5, (b).s5, (a).s6, (b).s6, (a).s7, (b).s7))\n",
     "SPRINGLS__MATHS springls__vec springls__vec_min(springls__vec a, springls__vec b) { return select(b, a, a < b); }\n",
@@ -26357,6 +26329,7 @@ static const char *const springls__kernel_lines[] = {
     "#define springls__vec_negated_if_odd(x, k) springls__negated_if_odd(x, k)\n",
     "#define springls__vec_not(where) (!(where))\n",
     "#define springls__vec_any(where) ((where) != 0)\n",
+    "#define springls__vec_bits(where) ((uint32_t)((where) != 0))\n",
     "#define springls__vec_transpose(rows) (void)(rows)\n",
     "#define springls__vec_min(a, b) springls__min(a, b)\n",
     "#define springls__vec_max(a, b) springls__max(a, b)\n",
@@ -26455,6 +26428,19 @@ static const char *const springls__kernel_lines[] = {
     "#endif\n",
     "}\n",
     "\n",
+    "/* Returns a bit for each lane. */\n",
+    "SPRINGLS__VEC_MATHS uint32_t springls__vec_bits(springls__vmask where)\n",
+    "{\n",
+    "#if defined(SPRINGLS__SIMD)\n",
+    "    return (uint32_t)SPRINGLS__SIMD(movemask)((springls__simd)where);\n",
+    "#else\n",
+    "    uint32_t bits = 0u;\n",
+    "    int i;\n",
+    "    for (i = 0; i < SPRINGLS__LANES; i++) bits |= (uint32_t)(where[i] & 1) << i;\n",
+    "    return bits;\n",
+    "#endif\n",
+    "}\n",
+    "\n",
     "/* Interleaves the lower halves of two vectors, or the upper ones. */\n",
     "#if defined(__clang__) && SPRINGLS__LANES == 8\n",
     "#define springls__vec_zip_low(a, b) __builtin_shufflevector(a, b, 0, 8, 1, 9, 2, 10, 3, 11)\n",
@@ -26511,7 +26497,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2634 \"springls.h\"\n",
+    "#line 2472 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26526,7 +26512,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2649 \"springls.h\"\n",
+    "#line 2487 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -26650,14 +26636,206 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2773 \"springls.h\"\n",
+    "#line 2611 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2781 \"springls.h\"\n",
+    "#line 2619 \"springls.h\"\n",
+    "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
+    "   voxels. */\n",
+    "\n",
+    "typedef struct springls__contract_arguments { float min_angle_cosine, max_angle_cosine; } springls__contract_arguments;\n",
+    "\n",
+    "/* split, split_store, insert_seeds, fill: how many springls may be added; the first ones wanted are. */\n",
+    "typedef struct springls__insert_arguments { int count; } springls__insert_arguments;\n",
+    "\n",
+    "/* fit_new_springls: the number of the first new springl. */\n",
+    "typedef struct springls__fit_arguments { int first; } springls__fit_arguments;\n",
+    "\n",
+    "/* write. first: number of the first springl; vertices, particles: 1 where the caller gives them. */\n",
+    "typedef struct springls__write_arguments { int first, vertices, particles; } springls__write_arguments;\n",
+    "\n",
+    "/* stir. first: number of the first springl; which: of those that stir (SPRINGLS__STIR_...). */\n",
+    "typedef struct springls__stir_arguments { int first, which; } springls__stir_arguments;\n",
+    "\n",
+    "/* extent. side: 0 for the margin of the window, so many voxels; 1 to 6 for a side (springls__extent_element). */\n",
+    "typedef struct springls__extent_arguments { int side; float margin; } springls__extent_arguments;\n",
+    "\n",
+    "/* relax, cover. kept: 1 where relaxed_springls has the springls that are asleep as they are. */\n",
+    "typedef struct springls__relax_arguments { int kept; } springls__relax_arguments;\n",
+    "\n",
+    "/* neighbors. missing: 1 finds those of springls alone that slept when lists were built. */\n",
+    "typedef struct springls__neighbors_arguments { int missing; } springls__neighbors_arguments;\n",
+    "\n",
+    "/* edge_candidate. search: 1 finds edges by their normals, 0 follows those of the last step. */\n",
+    "typedef struct springls__edge_arguments { int search; } springls__edge_arguments;\n",
+    "\n",
+    "/* exposure: distance within which a springl covers a place, elsewhere and on thin sheets. */\n",
+    "typedef struct springls__exposure_arguments { float covered, covered_on_sheets; } springls__exposure_arguments;\n",
+    "\n",
+    "/* omega_constant: omega in the two constant bricks. */\n",
+    "typedef struct springls__omega_constant_arguments { float outside, inside; } springls__omega_constant_arguments;\n",
+    "\n",
+    "/* omega_forget. all: 1 forgets the omega of every brick. */\n",
+    "typedef struct springls__omega_forget_arguments { int all; } springls__omega_forget_arguments;\n",
+    "\n",
+    "/* commit_simple_color: parities of x, y and z as bits 0, 1 and 2. */\n",
+    "typedef struct springls__color_arguments { int color; } springls__color_arguments;\n",
+    "\n",
+    "/* overlap. No springl has come further than max_displacement since phi was last synced. */\n",
+    "typedef struct springls__overlap_arguments { float max_displacement; } springls__overlap_arguments;\n",
+    "\n",
+    "/* project. carry: 1 moves phi along with the springls, of which none has come further than max_displacement. */\n",
+    "typedef struct springls__project_arguments { int carry; float max_displacement; } springls__project_arguments;\n",
+    "\n",
+    "/* resolve_sides. min_sum: the least sum of neighbours' values that counts; first: 1 copies bricks without unknown sides, which\n",
+    "   later rounds find in both fields; last: 1 gives the old value to voxels that are left. */\n",
+    "typedef struct springls__resolve_arguments { float min_sum; int first, last; } springls__resolve_arguments;\n",
+    "\n",
+    "/* grow_line: lines along `axis` of blocks of step^3 bricks; the flag of the first line is number `first_flag`. */\n",
+    "typedef struct springls__grow_line_arguments { int axis, step, first_flag; } springls__grow_line_arguments;\n",
+    "\n",
+    "/* grow: width of the blocks, 4, 2 or 1. */\n",
+    "typedef struct springls__grow_arguments { int block; } springls__grow_arguments;\n",
+    "\n",
+    "/* surface: triangles in all. */\n",
+    "typedef struct springls__surface_arguments { int triangles; } springls__surface_arguments;\n",
+    "\n",
+    "/* Collectives over chunks of an array: `size` elements each, `count` in all, `chunks` of them. value: the byte to count; limit:\n",
+    "   floats above it are counted; place: in counts, of the result. */\n",
+    "typedef struct springls__chunk_arguments { int array, size, count, chunks, value, place; float limit; } springls__chunk_arguments;\n",
+    "\n",
+    "/* bricks_begin. keep: 1 flags the bricks that are active. */\n",
+    "typedef struct springls__brick_flag_arguments { int keep; } springls__brick_flag_arguments;\n",
+    "\n",
+    "/* bricks_add: chunks of the top table, and how many slots are free. */\n",
+    "typedef struct springls__brick_add_arguments { springls__chunk_arguments chunk; int free_count; } springls__brick_add_arguments;\n",
+    "\n",
+    "/* brick_lists_count, brick_lists_scatter: how far from a springl bricks list it. */\n",
+    "typedef struct springls__brick_list_arguments { float margin; } springls__brick_list_arguments;\n",
+    "\n",
+    "typedef union springls__arguments {\n",
+    "    springls__contract_arguments contract;\n",
+    "    springls__insert_arguments insert;\n",
+    "    springls__fit_arguments fit;\n",
+    "    springls__write_arguments write;\n",
+    "    springls__stir_arguments stir;\n",
+    "    springls__extent_arguments extent;\n",
+    "    springls__relax_arguments relax;\n",
+    "    springls__neighbors_arguments neighbors;\n",
+    "    springls__edge_arguments edge;\n",
+    "    springls__exposure_arguments exposure;\n",
+    "    springls__omega_constant_arguments omega_constant;\n",
+    "    springls__omega_forget_arguments omega_forget;\n",
+    "    springls__color_arguments commit_simple;\n",
+    "    springls__overlap_arguments overlap;\n",
+    "    springls__project_arguments project;\n",
+    "    springls__resolve_arguments resolve;\n",
+    "    springls__grow_line_arguments grow_line;\n",
+    "    springls__grow_arguments grow;\n",
+    "    springls__surface_arguments surface;\n",
+    "    springls__chunk_arguments chunk;\n",
+    "    springls__brick_flag_arguments brick_flag;\n",
+    "    springls__brick_add_arguments brick_add;\n",
+    "    springls__brick_list_arguments brick_list;\n",
+    "} springls__arguments;\n",
+    "#line 2719 \"springls.h\"\n",
+    "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
+    "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
+    "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
+    "\n",
+    "/* Lists the roles that kernels use. */\n",
+    "#define SPRINGLS__KERNEL_ROLES(X)                                                                                                \\\n",
+    "    /* built by several stages */                                                                                                \\\n",
+    "    X(brick_rank, uint32_t, 0)                  /* of a slot: its place among the active ones                                 */ \\\n",
+    "    X(synced_distance2, float, 7)               /* of a particle: squared distance to synced_position                         */ \\\n",
+    "    X(cell_count, uint32_t, 0)                  /* on a device, of an active brick: springls in its cells; scanned: before it */ \\\n",
+    "    X(large_number, uint32_t, 0)                /* on a device: 1 for a large springl; scanned: its number                    */ \\\n",
+    "    X(stay_number, uint32_t, 0)                 /* on a device: 1 for a springl that stays; scanned: its new place            */ \\\n",
+    "    /* advect */                                                                                                                 \\\n",
+    "    X(moved_springls, springls__springl, 0)     /* springls after a motion; trades places with S                              */ \\\n",
+    "    X(displacement2, float, 1)                  /* of the particle, squared; FLT_MAX: not finite                              */ \\\n",
+    "    X(moved_error, float, 4)                    /* ERROR after a motion; trades places with it                                */ \\\n",
+    "    X(is_moving, uint8_t, 3)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \\\n",
+    "    /* window */                                                                                                                 \\\n",
+    "    X(extent, float, 7)                         /* of a particle: see springls__extent_element                                 */ \\\n",
+    "    X(has_departed, uint8_t, 2)                 /* 1: is removed because it has left the window                               */ \\\n",
+    "    /* relax */                                                                                                                  \\\n",
+    "    X(relaxed_springls, springls__springl, 1)   /* springls after an iteration; trades places with S                          */ \\\n",
+    "    /* contract, compaction, inheritance of attributes */                                                                        \\\n",
+    "    X(contract_action, uint8_t, 1)              /* KEEP, REMOVE, RESHAPE or UNDECIDED                                         */ \\\n",
+    "    X(next_contract_action, uint8_t, 2)         /* after a round of merging; trades places with it                            */ \\\n",
+    "    /* resample */                                                                                                               \\\n",
+    "    X(split_number, uint32_t, 1)                /* 1 for a springl to split; scanned: the number of its second half           */ \\\n",
+    "    X(split_halves, struct springls__half, 2)   /* two for each springl that is split                                         */ \\\n",
+    "    /* keep_edges */                                                                                                             \\\n",
+    "    X(side_normal, springls__v3, 4)             /* of a springl; at an edge, of the side it is on                             */ \\\n",
+    "    X(edge_candidate, uint8_t, 6)               /* 1: may lie at an edge                                                      */ \\\n",
+    "    X(was_at_edge, uint8_t, 7)                  /* EDGE before the stage                                                      */ \\\n",
+    "    X(edge_cells, uint32_t, 5)                  /* two of a slot: bits of the cells with springls that were at an edge        */ \\\n",
+    "    /* fill_gaps: from springls */                                                                                               \\\n",
+    "    X(seeds, struct springls__seed, 1)          /* the springl wanted beside one                                              */ \\\n",
+    "    X(seed_action, uint8_t, 2)                  /* KEEP, REMOVE or UNDECIDED                                                  */ \\\n",
+    "    X(next_seed_action, uint8_t, 3)             /* after a round of choosing; trades places with it                           */ \\\n",
+    "    X(seed_number, uint32_t, 4)                 /* 1 for a seed that is kept; scanned: its number                             */ \\\n",
+    "    /* fill_gaps: from the zero level */                                                                                         \\\n",
+    "    X(exposed, uint8_t, 1)                      /* CUBES an active brick: bit k for the k-th triangle of a cube               */ \\\n",
+    "    X(exposed_count, uint32_t, 2)               /* of an active brick; scanned: before it                                     */ \\\n",
+    "    /* omega */                                                                                                                  \\\n",
+    "    X(omega_missing, uint8_t, 1)                /* of an active brick: 1 where omega is unknown                               */ \\\n",
+    "    /* project */                                                                                                                \\\n",
+    "    X(oriented_springls, struct springls__oriented, 0) /* in the order of the cells, then the large ones                      */ \\\n",
+    "    X(has_unknown_side, uint8_t, 1)             /* of an active brick: 1 where the side of some voxels is unknown             */ \\\n",
+    "    X(has_opposed, uint8_t, 2)                  /* of an active brick: 1 where springls face against each other, 2 asleep     */ \\\n",
+    "    X(has_joint_candidates, uint8_t, 1)         /* of an active brick: 1 where voxels may join others                         */ \\\n",
+    "    /* rebuild */                                                                                                                \\\n",
+    "    X(band_mask, uint32_t, 0)                   /* of an active brick: the bricks around it that the band reaches             */ \\\n",
+    "    /* unsigned_to_signed */                                                                                                     \\\n",
+    "    X(brick_state, uint8_t, 2)                  /* of an entry of the top table: OPEN, BLOCKED or BACKGROUND                  */ \\\n",
+    "    X(has_grown, uint8_t, 1)                    /* of an active brick, or a line of bricks                                    */ \\\n",
+    "    X(region_label, int, 1)                     /* on a device: see regions.cl                                                */ \\\n",
+    "    /* the isosurface */                                                                                                         \\\n",
+    "    X(cubes, uint32_t, 1)                       /* CUBES an active brick: springls__cube                                      */ \\\n",
+    "    X(triangles_before, uint32_t, 2)            /* of an active brick: its triangles; scanned: those before it                */ \\\n",
+    "    X(vertices_before, uint32_t, 3)             /* the same of vertices                                                       */ \\\n",
+    "    X(surface_rank, int, 4)                     /* of a slot: its place among the active ones                                 */ \\\n",
+    "    X(row_triangles, uint32_t, 7)               /* CUBE_ROWS an active brick: triangles before each row of cubes              */ \\\n",
+    "    X(surface_positions, springls__v3, 5)       /* of vertices, voxels                                                        */ \\\n",
+    "    X(surface_corners, int, 6)                  /* three vertices a triangle                                                  */ \\\n",
+    "    X(vertex_gradient, springls__v3, 1)         /* of phi                                                                     */ \\\n",
+    "    X(vertex_correspondence, springls__v3, 2)                                                                                    \\\n",
+    "    X(vertex_springl, int, 3)                   /* the nearest one; -1: none                                                  */\n",
+    "\n",
+    "/* Lists the roles that only host code uses. */\n",
+    "#define SPRINGLS__HOST_ROLES(X)                                                                                                  \\\n",
+    "    X(missing_bricks, int, 0)                   /* bricks to add for the cell list                                            */ \\\n",
+    "    X(lane_memory, float, 6)                    /* of the lanes of advect and project (launch.h)                                */ \\\n",
+    "    X(region_springls, int, 5)                  /* springls in the region of the forces                                       */ \\\n",
+    "    /* rebuild, moving the band */                                                                                               \\\n",
+    "    X(band_keeps, uint8_t, 1)                   /* of an active brick: 1 when it stays                                        */ \\\n",
+    "    X(band_bricks, int, 2)                      /* bricks to add                                                              */ \\\n",
+    "    X(band_rank, int, 3)                        /* of a slot: its place among the active ones                                 */ \\\n",
+    "    /* input, combine, unsigned_to_signed: bricks to add */                                                                      \\\n",
+    "    X(brick_wanted, uint8_t, 1)                 /* of an entry of the top table; of a brick of dense voxels                   */ \\\n",
+    "    X(brick_list, int, 2)                       /* the bricks wanted                                                          */ \\\n",
+    "    X(brick_centers, float, 1)                  /* the distance at the center of a brick                                      */ \\\n",
+    "    X(region_members, int64_t, 1)               /* see springls__region                                                       */ \\\n",
+    "    /* components, events, volume_lock */                                                                                        \\\n",
+    "    X(brick_nodes, int32_t, 3) X(node_sums_list, struct springls__node_sums, 4)                                                  \\\n",
+    "    X(current_components, struct springls__current_component, 1)                                                                 \\\n",
+    "    X(springl_components, struct springls__bounded_components, 2)                                                                \\\n",
+    "    X(component_votes, uint64_t, 3) X(vote_counts, int64_t, 4) X(component_links, struct springls__component_link, 5)            \\\n",
+    "    X(largest_links, struct springls__largest_link, 3) X(component_order, uint64_t, 3)                                           \\\n",
+    "    X(seam_springls, struct springls__seam_springl, 3) X(seam_keys, uint64_t, 4)                                                 \\\n",
+    "    X(body_labels, int32_t, 7) X(locked_components, struct springls__locked_component, 0)                                        \\\n",
+    "    X(lock_nodes, struct springls__lock_node, 6) X(lock_parent, int32_t, 4)                                                      \\\n",
+    "    /* output */                                                                                                                 \\\n",
+    "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
+    "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
+    "#line 2813 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -26669,7 +26847,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2793 \"springls.h\"\n",
+    "#line 2825 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26684,7 +26862,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2809 \"springls.h\"\n",
+    "#line 2841 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -26728,7 +26906,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2853 \"springls.h\"\n",
+    "#line 2885 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26743,7 +26921,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2868 \"springls.h\"\n",
+    "#line 2900 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -26787,7 +26965,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2912 \"springls.h\"\n",
+    "#line 2944 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -26866,7 +27044,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 2991 \"springls.h\"\n",
+    "#line 3023 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26881,7 +27059,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 3007 \"springls.h\"\n",
+    "#line 3039 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -26948,7 +27126,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3074 \"springls.h\"\n",
+    "#line 3106 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26963,7 +27141,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3089 \"springls.h\"\n",
+    "#line 3121 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -27030,7 +27208,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3157 \"springls.h\"\n",
+    "#line 3189 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -27077,6 +27255,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Lists what is found for the springls when it is needed: one element a springl, then lists of their own length. */\n",
     "#define SPRINGLS__SEARCH_ARRAYS(X)                                                                                               \\\n",
     "    X(IDS, uint32_t, 1, cells, ids)                 /* springls by cell, ascending within a cell                              */ \\\n",
+    "    X(PLACES, float, 3, cells, places)              /* particles in the order of ids, in blocks: eight x, eight y, eight z    */ \\\n",
     "    X(KEY, uint32_t, 1, cells, key)                 /* the cell of each springl, counted through all slots                    */ \\\n",
     "    X(NEIGHBORS, int, SPRINGLS__NEIGHBOR_ROW, cells, neighbors) /* the nearest edges of its vertices (neighbors.h)            */\n",
     "#define SPRINGLS__LIST_ARRAYS(X)                                                                                                 \\\n",
@@ -27395,7 +27574,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3523 \"springls.h\"\n",
+    "#line 3556 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -28034,7 +28213,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4163 \"springls.h\"\n",
+    "#line 4196 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -28044,14 +28223,49 @@ static const char *const springls__kernel_lines[] = {
     "    return (x & 7) / SPRINGLS__CELL + 4 * ((y & 7) / SPRINGLS__CELL) + 16 * ((z & 7) / SPRINGLS__CELL);\n",
     "}\n",
     "\n",
-    "/* A walk over all springls whose particle lies in a box of cells, row by row within each brick; then over the large ones. */\n",
+    "/* Notes the particle of the springl that is number `at` in cells.ids. */\n",
+    "SPRINGLS__MATHS void springls__put_place(const springls__model *model, uint32_t at, springls__v3 p)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL float *block = model->cells.places + 24 * (size_t)(at >> 3) + (at & 7u);\n",
+    "    block[0] = p.x;\n",
+    "    block[8] = p.y;\n",
+    "    block[16] = p.z;\n",
+    "}\n",
+    "\n",
+    "/* Fills the last block of places: it is read whole. */\n",
+    "SPRINGLS__MATHS void springls__fill_last_places(const springls__model *model)\n",
+    "{\n",
+    "    uint32_t at = (uint32_t)(model->set.count - model->cells.large_count);\n",
+    "    for (; at & 7u; at++) springls__put_place(model, at, springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "}\n",
+    "\n",
+    "/* Returns a bit for each place of a block within the square root of r2 of x. */\n",
+    "SPRINGLS__VEC_MATHS uint32_t springls__places_within(SPRINGLS__GLOBAL const float *block, springls__v3 x, float r2)\n",
+    "{\n",
+    "    uint32_t bits = 0u;\n",
+    "    int i;\n",
+    "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
+    "        springls__vec3 d;\n",
+    "        d.x = springls__vec_load(block + i) - x.x;\n",
+    "        d.y = springls__vec_load(block + 8 + i) - x.y;\n",
+    "        d.z = springls__vec_load(block + 16 + i) - x.z;\n",
+    "        bits |= springls__vec_bits(springls__vec_length2(d) <= r2) << i;\n",
+    "    }\n",
+    "    return bits;\n",
+    "}\n",
+    "\n",
+    "/* A walk over the springls whose particle lies in a box of cells, row by row within each brick; then over the large ones. Of those\n",
+    "   in cells it may be limited to particles near a place. */\n",
     "typedef struct springls__cell_walk {\n",
     "    const springls__grid *g;\n",
     "    const springls__cell_list *cells;\n",
     "    int lo[3], hi[3], x, y, z;\n",
-    "    int slot, first, last;               /* of the row: its brick, its cells in there; slot -1: of the large springls */\n",
-    "    SPRINGLS__GLOBAL const uint32_t *ids; /* springls of the row: next, ..., end - 1 */\n",
+    "    int slot, first, last;                /* of the row: its brick, its cells in there; slot -1: of the large springls   */\n",
+    "    SPRINGLS__GLOBAL const uint32_t *ids; /* springls of the row that are left: next, ..., end - 1                       */\n",
     "    uint32_t next, end;\n",
+    "    uint32_t block, found;                /* the first of the eight springls looked at, and a bit for each that is left  */\n",
+    "    springls__v3 near_to;\n",
+    "    float r2;                             /* squared limit of the distance from there; below 0: none                     */\n",
     "} springls__cell_walk;\n",
     "\n",
     "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__model *model, springls__v3 lower,\n",
@@ -28068,7 +28282,9 @@ static const char *const springls__kernel_lines[] = {
     "    walk.z = walk.lo[2] &= -SPRINGLS__CELL;\n",
     "    walk.slot = walk.first = walk.last = 0;\n",
     "    walk.ids = model->cells.ids;\n",
-    "    walk.next = walk.end = 0;\n",
+    "    walk.next = walk.end = walk.block = walk.found = 0u;\n",
+    "    walk.near_to = lower;\n",
+    "    walk.r2 = -1.0f;\n",
     "    return walk;\n",
     "}\n",
     "\n",
@@ -28106,38 +28322,68 @@ static const char *const springls__kernel_lines[] = {
     "    return true;\n",
     "}\n",
     "\n",
+    "/* Looks at the next springls of the row, up to the end of their block. */\n",
+    "SPRINGLS__MATHS void springls__cell_walk_block(springls__cell_walk *walk)\n",
+    "{\n",
+    "    uint32_t left = walk->end - (walk->next & ~7u), from = walk->next & 7u;\n",
+    "    walk->block = walk->next & ~7u;\n",
+    "    walk->found = 0xffu;\n",
+    "    if (walk->slot >= 0 && walk->r2 >= 0.0f)\n",
+    "        walk->found = springls__places_within(walk->cells->places + 3 * (size_t)walk->block, walk->near_to, walk->r2);\n",
+    "    if (left < 8u) walk->found &= (1u << left) - 1u;\n",
+    "    walk->found = walk->found >> from << from;\n",
+    "    walk->next = left < 8u ? walk->end : walk->block + 8u;\n",
+    "}\n",
+    "\n",
+    "/* Goes on to the next springls; returns false at the end. */\n",
+    "SPRINGLS__MATHS bool springls__cell_walk_on(springls__cell_walk *walk)\n",
+    "{\n",
+    "    while (walk->found == 0u)\n",
+    "        if (walk->next != walk->end) springls__cell_walk_block(walk);\n",
+    "        else if (!springls__cell_walk_row(walk)) return false;\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
     "/* Returns the next springl; -1 at the end. */\n",
     "SPRINGLS__MATHS int springls__cell_walk_next(springls__cell_walk *walk)\n",
     "{\n",
-    "    while (walk->next == walk->end)\n",
-    "        if (!springls__cell_walk_row(walk)) return -1;\n",
-    "    return (int)walk->ids[walk->next++];\n",
+    "    uint32_t at;\n",
+    "    if (walk->found == 0u && !springls__cell_walk_on(walk)) return -1;\n",
+    "    at = walk->block + (uint32_t)springls__lowest_bit(walk->found);\n",
+    "    walk->found &= walk->found - 1u;\n",
+    "    return (int)walk->ids[at];\n",
     "}\n",
     "\n",
-    "/* Begins a walk over at least all springls whose particle lies within r of x. */\n",
+    "/* Begins a walk over the springls whose particle lies within r of x, and the large ones. */\n",
     "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__model *model, springls__v3 x, float r)\n",
     "{\n",
-    "    return springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r),\n",
-    "                                     springls__v3_make(x.x + r, x.y + r, x.z + r));\n",
+    "    springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r),\n",
+    "                                                         springls__v3_make(x.x + r, x.y + r, x.z + r));\n",
+    "    walk.near_to = x;\n",
+    "    walk.r2 = r * r;\n",
+    "    return walk;\n",
     "}\n",
     "\n",
-    "/* Begins a walk over all springls of which some point may lie within `radius` of the box. */\n",
-    "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__model *model, springls__v3 lower,\n",
-    "                                                               springls__v3 upper, float radius)\n",
+    "/* Begins a walk over all springls of which some point may lie within `radius` of x. */\n",
+    "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__model *model, springls__v3 x, float radius)\n",
     "{\n",
-    "    float r = radius + model->cells.bounding_radius;\n",
-    "    return springls__cell_walk_begin(model, springls__v3_make(lower.x - r, lower.y - r, lower.z - r),\n",
-    "                                     springls__v3_make(upper.x + r, upper.y + r, upper.z + r));\n",
+    "    return springls__cell_walk_near(model, x, radius + model->cells.bounding_radius);\n",
     "}\n",
     "\n",
     "/* Keys of springls in no cell: large ones, and those whose brick is not active yet. */\n",
     "#define SPRINGLS__LARGE_KEY 0xffffffffu\n",
     "#define SPRINGLS__MISSING_KEY 0xfffffffeu\n",
     "\n",
+    "/* Returns whether a springl of this bounding radius is in no cell. */\n",
+    "SPRINGLS__MATHS bool springls__is_large(float bounding_radius)\n",
+    "{\n",
+    "    const float largest = 2.5f; /* voxels: twice that of a springl about to be split */\n",
+    "    return bounding_radius > largest;\n",
+    "}\n",
+    "\n",
     "/* Finds the key of particle i: its cell, counted through all slots, plus 1 for the scan. */\n",
     "SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    const float largest = 2.5f; /* voxels: twice the bounding radius of a springl about to be split */\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
     "    int at[3], slot;\n",
@@ -28146,7 +28392,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__voxel_of_place(g, s->p, at);\n",
     "    slot = springls__slot_at(g, at[0], at[1], at[2]);\n",
     "    key = (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(at[0], at[1], at[2]) + 1u;\n",
-    "    if (s->bounding_radius > largest) key = SPRINGLS__LARGE_KEY;\n",
+    "    if (springls__is_large(s->bounding_radius)) key = SPRINGLS__LARGE_KEY;\n",
     "    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : key;\n",
     "}\n",
     "\n",
@@ -28171,8 +28417,11 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__MATHS void springls__put_in_cell(const springls__model *model, int i)\n",
     "{\n",
-    "    if (model->cells.key[i] != SPRINGLS__LARGE_KEY)\n",
-    "        model->cells.ids[SPRINGLS__NEXT(model->grid.cell + model->cells.key[i])] = (uint32_t)i;\n",
+    "    uint32_t at;\n",
+    "    if (model->cells.key[i] == SPRINGLS__LARGE_KEY) return;\n",
+    "    at = SPRINGLS__NEXT(model->grid.cell + model->cells.key[i]);\n",
+    "    model->cells.ids[at] = (uint32_t)i;\n",
+    "    springls__put_place(model, at, model->set.s[i].p);\n",
     "}\n",
     "\n",
     "/* Counts a springl in the bricks it comes within `margin` of, one entry late: a scan of brick_list_first makes entry r + 1 where\n",
@@ -28225,7 +28474,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4355 \"springls.h\"\n",
+    "#line 4458 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -28462,7 +28711,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Returns how many terms a number of neighbors is enough for: a quadratic's with ten or more, a plane's with four or more. */\n",
     "SPRINGLS__MATHS int springls__fit_terms(float count) { return count >= 10.0f ? 6 : count >= 4.0f ? 3 : 0; }\n",
-    "#line 4593 \"springls.h\"\n",
+    "#line 4696 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -28581,7 +28830,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 4713 \"springls.h\"\n",
+    "#line 4816 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -28731,7 +28980,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;\n",
     "}\n",
     "\n",
-    "#line 4863 \"springls.h\"\n",
+    "#line 4966 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28746,7 +28995,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4879 \"springls.h\"\n",
+    "#line 4982 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -29077,7 +29326,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5210 \"springls.h\"\n",
+    "#line 5313 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29092,7 +29341,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5225 \"springls.h\"\n",
+    "#line 5328 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -29423,7 +29672,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5556 \"springls.h\"\n",
+    "#line 5659 \"springls.h\"\n",
     "\n",
     "/* Finds what becomes of springl i by the forces of the rule. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -29440,7 +29689,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 6156 \"springls.h\"\n",
+    "#line 6260 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -29466,7 +29715,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6183 \"springls.h\"\n",
+    "#line 6287 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -29555,7 +29804,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6273 \"springls.h\"\n",
+    "#line 6377 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -29580,7 +29829,7 @@ static const char *const springls__kernel_lines[] = {
     "   there is none. */\n",
     "SPRINGLS__MATHS int springls__nearest_springl_facing(const springls__model *model, springls__v3 x, springls__v3 n, float radius)\n",
     "{\n",
-    "    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);\n",
+    "    springls__cell_walk walk = springls__cell_walk_around(model, x, radius);\n",
     "    float best = radius * radius, limit = radius;\n",
     "    int i, nearest = -1;\n",
     "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
@@ -29659,7 +29908,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    const float r = 2.0f, high = 1.0f, aside = 0.7f;\n",
     "    springls__angular_gaps gaps = springls__angular_gaps_begin(n);\n",
-    "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, x, springls__sqrt(r * r + high * high));\n",
     "    int other;\n",
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
@@ -29676,7 +29925,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS int springls__side_of_springls(const springls__model *model, springls__v3 x, int of, float radius)\n",
     "{\n",
     "    const float same = 1e-4f;\n",
-    "    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);\n",
+    "    springls__cell_walk walk = springls__cell_walk_around(model, x, radius);\n",
     "    float best = radius * radius;\n",
     "    int i, side = 0;\n",
     "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
@@ -29695,7 +29944,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6414 \"springls.h\"\n",
+    "#line 6518 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -29754,18 +30003,11 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL const springls__springl *all = model->set.s, *self = &all[n];\n",
     "    const float radius = model->params.neighbor_radius, radius2 = radius * radius;\n",
     "    const int room = model->params.max_neighbors;\n",
-    "    springls__v3 lower, upper, normal = springls__springl_normal(*self);\n",
-    "    springls__cell_walk walk;\n",
+    "    springls__v3 normal = springls__springl_normal(*self);\n",
+    "    springls__cell_walk walk = springls__cell_walk_around(model, self->p, radius + self->bounding_radius);\n",
     "    float d2s[SPRINGLS__NEIGHBOR_ROW], d2[8], edge[8];\n",
     "    int length[3] = { 0, 0, 0 }, other, m;\n",
     "    for (m = 0; m < SPRINGLS__NEIGHBOR_ROW; m++) row[m] = -1;\n",
-    "    lower.x = springls__min(self->q[0].x, springls__min(self->q[1].x, self->q[2].x));\n",
-    "    lower.y = springls__min(self->q[0].y, springls__min(self->q[1].y, self->q[2].y));\n",
-    "    lower.z = springls__min(self->q[0].z, springls__min(self->q[1].z, self->q[2].z));\n",
-    "    upper.x = springls__max(self->q[0].x, springls__max(self->q[1].x, self->q[2].x));\n",
-    "    upper.y = springls__max(self->q[0].y, springls__max(self->q[1].y, self->q[2].y));\n",
-    "    upper.z = springls__max(self->q[0].z, springls__max(self->q[1].z, self->q[2].z));\n",
-    "    walk = springls__cell_walk_around(model, lower, upper, radius);\n",
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *o = &all[other];\n",
     "        float within = radius + o->bounding_radius + self->bounding_radius;\n",
@@ -29795,7 +30037,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6515 \"springls.h\"\n",
+    "#line 6612 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -30016,7 +30258,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6737 \"springls.h\"\n",
+    "#line 6834 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -30046,7 +30288,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6767 \"springls.h\"\n",
+    "#line 6864 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30061,7 +30303,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6783 \"springls.h\"\n",
+    "#line 6880 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -30230,7 +30472,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 6952 \"springls.h\"\n",
+    "#line 7049 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30245,7 +30487,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 6967 \"springls.h\"\n",
+    "#line 7064 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -30414,7 +30656,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7136 \"springls.h\"\n",
+    "#line 7233 \"springls.h\"\n",
     "\n",
     "/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -30468,7 +30710,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7191 \"springls.h\"\n",
+    "#line 7288 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -30494,7 +30736,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7217 \"springls.h\"\n",
+    "#line 7314 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30509,7 +30751,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7233 \"springls.h\"\n",
+    "#line 7330 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -30592,7 +30834,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7316 \"springls.h\"\n",
+    "#line 7413 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30607,7 +30849,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7331 \"springls.h\"\n",
+    "#line 7428 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -30690,7 +30932,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7414 \"springls.h\"\n",
+    "#line 7511 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -30765,7 +31007,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7490 \"springls.h\"\n",
+    "#line 7587 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -31052,8 +31294,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__gather_samples(const springls__model *model, springls__v3 x, float radius, int known,\n",
     "                                            springls__sample_set *samples)\n",
     "{\n",
-    "    springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),\n",
-    "                                                         springls__v3_make(x.x + radius, x.y + radius, x.z + radius));\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, x, radius);\n",
     "    const float least = 0.3f;\n",
     "    int i;\n",
     "    samples->count = 0;\n",
@@ -31064,8 +31305,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (springls__sample_set_add(samples, s->p, springls__springl_normal(*s), model->set.a[i], weight * weight, i)) continue;\n",
     "        if (radius < least) return; /* they lie on each other: these are enough */\n",
     "        radius *= 0.8f;             /* too many: begin again */\n",
-    "        walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),\n",
-    "                                         springls__v3_make(x.x + radius, x.y + radius, x.z + radius));\n",
+    "        walk = springls__cell_walk_near(model, x, radius);\n",
     "        samples->count = 0;\n",
     "    }\n",
     "}\n",
@@ -31318,7 +31558,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8044 \"springls.h\"\n",
+    "#line 8139 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -31359,7 +31599,7 @@ static const char *const springls__kernel_lines[] = {
     "    int attempt;\n",
     "    *nearest_springl = -1;\n",
     "    for (attempt = 0; attempt < 6; attempt++, radius *= 2.0f) {\n",
-    "        springls__cell_walk walk = springls__cell_walk_around(model, s.p, s.p, radius + s.bounding_radius);\n",
+    "        springls__cell_walk walk = springls__cell_walk_around(model, s.p, radius + s.bounding_radius);\n",
     "        springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f), nearest = sum;\n",
     "        float best = FLT_MAX;\n",
     "        int other, count = 0;\n",
@@ -31415,7 +31655,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8142 \"springls.h\"\n",
+    "#line 8237 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -31539,7 +31779,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8267 \"springls.h\"\n",
+    "#line 8362 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -31809,7 +32049,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8538 \"springls.h\"\n",
+    "#line 8633 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -31885,7 +32125,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8615 \"springls.h\"\n",
+    "#line 8710 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -32027,7 +32267,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 8758 \"springls.h\"\n",
+    "#line 8853 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -32216,7 +32456,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 8948 \"springls.h\"\n",
+    "#line 9043 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -32235,14 +32475,14 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls__v3 x, springls__v3 n,\n",
     "                                          springls__exposure_arguments distance)\n",
     "{\n",
-    "    const float covered = distance.covered, r = springls__max(distance.covered_on_sheets, covered), beside = 0.4f;\n",
-    "    springls__cell_walk walk = springls__cell_walk_near(model, x, beside);\n",
+    "    const float covered = distance.covered, r = springls__max(distance.covered_on_sheets, covered);\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, x, covered);\n",
     "    float nearest2 = FLT_MAX;\n",
     "    bool sheet = false;\n",
     "    int i;\n",
     "    while ((i = springls__cell_walk_next(&walk)) >= 0)\n",
     "        if (springls__distance2_to_springl(&model->set.s[i], x, covered) <= covered * covered) return false;\n",
-    "    walk = springls__cell_walk_around(model, x, x, r);\n",
+    "    walk = springls__cell_walk_around(model, x, r);\n",
     "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        float d2 = springls__distance2_to_springl(&model->set.s[i], x, r);\n",
     "        if (d2 == FLT_MAX) continue;\n",
@@ -32343,7 +32583,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9076 \"springls.h\"\n",
+    "#line 9171 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -32376,7 +32616,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (others == 0) return 0;\n",
     "    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;\n",
     "}\n",
-    "#line 9110 \"springls.h\"\n",
+    "#line 9205 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -32941,7 +33181,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9676 \"springls.h\"\n",
+    "#line 9771 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -33093,7 +33333,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 9829 \"springls.h\"\n",
+    "#line 9924 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -33197,7 +33437,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 9934 \"springls.h\"\n",
+    "#line 10029 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -33294,7 +33534,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10032 \"springls.h\"\n",
+    "#line 10127 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -33840,7 +34080,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10579 \"springls.h\"\n",
+    "#line 10674 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -33916,7 +34156,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10656 \"springls.h\"\n",
+    "#line 10751 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -34152,7 +34392,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 10893 \"springls.h\"\n",
+    "#line 10988 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -34185,7 +34425,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 10927 \"springls.h\"\n",
+    "#line 11022 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -34210,7 +34450,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 10952 \"springls.h\"\n",
+    "#line 11047 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34225,7 +34465,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 10968 \"springls.h\"\n",
+    "#line 11063 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* Weighted sums over particles, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -34350,7 +34590,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (SPRINGLS__W(any)(SPRINGLS__W(not)(known))) SPRINGLS__W(correspondence_fit_solve)(fit, 3, &a, &known);\n",
     "    return a;\n",
     "}\n",
-    "#line 11093 \"springls.h\"\n",
+    "#line 11188 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34365,7 +34605,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11108 \"springls.h\"\n",
+    "#line 11203 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* Weighted sums over particles, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -34490,12 +34730,12 @@ static const char *const springls__kernel_lines[] = {
     "    if (SPRINGLS__W(any)(SPRINGLS__W(not)(known))) SPRINGLS__W(correspondence_fit_solve)(fit, 3, &a, &known);\n",
     "    return a;\n",
     "}\n",
-    "#line 11234 \"springls.h\"\n",
+    "#line 11329 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts: so the constant term comes last in an elimination, which leaves its value\n",
     "   without square roots and without substituting back; and the normal matrix is kept as the 15 moments of the weights in it. */\n",
     "\n",
-    "#line 11240 \"springls.h\"\n",
+    "#line 11335 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -34757,7 +34997,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11503 \"springls.h\"\n",
+    "#line 11598 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -34857,7 +35097,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 34861 \"springls.h\"\n",
+    "#line 35101 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -35029,8 +35269,12 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    __global const uint *cell = springls__cells_of(&model->grid, model->grid.active[i]);\n",
     "    int c;\n",
+    "    uint k;\n",
     "    (void)args;\n",
     "    for (c = 0; c + 1 < SPRINGLS__CELLS; c++) springls__sort(model->cells.ids + cell[c], cell[c + 1] - cell[c]);\n",
+    "    for (k = cell[0]; k < cell[SPRINGLS__CELLS - 1]; k++)\n",
+    "        springls__put_place(model, k, model->set.s[model->cells.ids[k]].p);\n",
+    "    if (i == 0) springls__fill_last_places(model);\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__large_flag_element(const springls__model *model, springls__arguments args, int i)\n",

@@ -169,8 +169,12 @@ SPRINGLS__MATHS void springls__cells_sort_element(const springls__model *model, 
 {
     __global const uint *cell = springls__cells_of(&model->grid, model->grid.active[i]);
     int c;
+    uint k;
     (void)args;
     for (c = 0; c + 1 < SPRINGLS__CELLS; c++) springls__sort(model->cells.ids + cell[c], cell[c + 1] - cell[c]);
+    for (k = cell[0]; k < cell[SPRINGLS__CELLS - 1]; k++)
+        springls__put_place(model, k, model->set.s[model->cells.ids[k]].p);
+    if (i == 0) springls__fill_last_places(model);
 }
 
 SPRINGLS__MATHS void springls__large_flag_element(const springls__model *model, springls__arguments args, int i)

@@ -28,6 +28,7 @@
   #define springls__sqrt(x)   sqrt(x)
   #define springls__fabs(x)   fabs(x)
   #define springls__float_of_bits(bits) as_float(bits)
+  #define springls__lowest_bit(bits) (31 - (int)clz((bits) & (0u - (bits))))
 #else
   #include <float.h>
   #include <math.h>
@@ -66,6 +67,17 @@
       float x;
       memcpy(&x, &bits, sizeof x);
       return x;
+  }
+  /* Returns the number of the lowest bit that is set; some is. */
+  SPRINGLS__MATHS int springls__lowest_bit(uint32_t bits)
+  {
+  #if defined(__GNUC__)
+      return __builtin_ctz(bits);
+  #else
+      int number = 0;
+      for (; !(bits & 1u); bits >>= 1) number++;
+      return number;
+  #endif
   }
 #endif
 

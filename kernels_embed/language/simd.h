@@ -24,6 +24,12 @@ typedef int8 springls__vmask; /* of a comparison: all bits of a lane, or none */
 #define springls__vec_negated_if_odd(x, k) as_float8(as_int8(x) ^ ((k) << 31))
 #define springls__vec_not(where) (~(where))
 #define springls__vec_any(where) any(where)
+SPRINGLS__MATHS uint springls__vec_bits(int8 where)
+{
+    int8 bit = where & (int8)(1, 2, 4, 8, 16, 32, 64, 128);
+    int4 bits = bit.lo | bit.hi;
+    return (uint)(bits.x | bits.y | bits.z | bits.w);
+}
 #define springls__vec_zip_low(a, b) ((float8)((a).s0, (b).s0, (a).s1, (b).s1, (a).s2, (b).s2, (a).s3, (b).s3))
 #define springls__vec_zip_high(a, b) ((float8)((a).s4, (b).s4, (a).s5, (b).s5, (a).s6, (b).s6, (a).s7, (b).s7))
 SPRINGLS__MATHS springls__vec springls__vec_min(springls__vec a, springls__vec b) { return select(b, a, a < b); }
@@ -47,6 +53,7 @@ typedef int springls__vmask; /* of a comparison: not 0, or 0 */
 #define springls__vec_negated_if_odd(x, k) springls__negated_if_odd(x, k)
 #define springls__vec_not(where) (!(where))
 #define springls__vec_any(where) ((where) != 0)
+#define springls__vec_bits(where) ((uint32_t)((where) != 0))
 #define springls__vec_transpose(rows) (void)(rows)
 #define springls__vec_min(a, b) springls__min(a, b)
 #define springls__vec_max(a, b) springls__max(a, b)
@@ -142,6 +149,19 @@ SPRINGLS__VEC_MATHS bool springls__vec_any(springls__vmask where)
     int i, any = 0;
     for (i = 0; i < SPRINGLS__LANES; i++) any |= where[i];
     return any != 0;
+#endif
+}
+
+/* Returns a bit for each lane. */
+SPRINGLS__VEC_MATHS uint32_t springls__vec_bits(springls__vmask where)
+{
+#if defined(SPRINGLS__SIMD)
+    return (uint32_t)SPRINGLS__SIMD(movemask)((springls__simd)where);
+#else
+    uint32_t bits = 0u;
+    int i;
+    for (i = 0; i < SPRINGLS__LANES; i++) bits |= (uint32_t)(where[i] & 1) << i;
+    return bits;
 #endif
 }
 

@@ -3,6 +3,7 @@
 #ifndef SPRINGLS__KERNEL_MODEL_CELL_LIST_H
 #define SPRINGLS__KERNEL_MODEL_CELL_LIST_H
 
+#include "../language/simd.h"
 #include "grid.h"
 #include "model.h"
 
@@ -12,14 +13,49 @@ SPRINGLS__MATHS int springls__cell_in_brick(int x, int y, int z)
     return (x & 7) / SPRINGLS__CELL + 4 * ((y & 7) / SPRINGLS__CELL) + 16 * ((z & 7) / SPRINGLS__CELL);
 }
 
-/* A walk over all springls whose particle lies in a box of cells, row by row within each brick; then over the large ones. */
+/* Notes the particle of the springl that is number `at` in cells.ids. */
+SPRINGLS__MATHS void springls__put_place(const springls__model *model, uint32_t at, springls__v3 p)
+{
+    SPRINGLS__GLOBAL float *block = model->cells.places + 24 * (size_t)(at >> 3) + (at & 7u);
+    block[0] = p.x;
+    block[8] = p.y;
+    block[16] = p.z;
+}
+
+/* Fills the last block of places: it is read whole. */
+SPRINGLS__MATHS void springls__fill_last_places(const springls__model *model)
+{
+    uint32_t at = (uint32_t)(model->set.count - model->cells.large_count);
+    for (; at & 7u; at++) springls__put_place(model, at, springls__v3_make(0.0f, 0.0f, 0.0f));
+}
+
+/* Returns a bit for each place of a block within the square root of r2 of x. */
+SPRINGLS__VEC_MATHS uint32_t springls__places_within(SPRINGLS__GLOBAL const float *block, springls__v3 x, float r2)
+{
+    uint32_t bits = 0u;
+    int i;
+    for (i = 0; i < 8; i += SPRINGLS__LANES) {
+        springls__vec3 d;
+        d.x = springls__vec_load(block + i) - x.x;
+        d.y = springls__vec_load(block + 8 + i) - x.y;
+        d.z = springls__vec_load(block + 16 + i) - x.z;
+        bits |= springls__vec_bits(springls__vec_length2(d) <= r2) << i;
+    }
+    return bits;
+}
+
+/* A walk over the springls whose particle lies in a box of cells, row by row within each brick; then over the large ones. Of those
+   in cells it may be limited to particles near a place. */
 typedef struct springls__cell_walk {
     const springls__grid *g;
     const springls__cell_list *cells;
     int lo[3], hi[3], x, y, z;
-    int slot, first, last;               /* of the row: its brick, its cells in there; slot -1: of the large springls */
-    SPRINGLS__GLOBAL const uint32_t *ids; /* springls of the row: next, ..., end - 1 */
+    int slot, first, last;                /* of the row: its brick, its cells in there; slot -1: of the large springls   */
+    SPRINGLS__GLOBAL const uint32_t *ids; /* springls of the row that are left: next, ..., end - 1                       */
     uint32_t next, end;
+    uint32_t block, found;                /* the first of the eight springls looked at, and a bit for each that is left  */
+    springls__v3 near_to;
+    float r2;                             /* squared limit of the distance from there; below 0: none                     */
 } springls__cell_walk;
 
 SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__model *model, springls__v3 lower,
@@ -36,7 +72,9 @@ SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__mo
     walk.z = walk.lo[2] &= -SPRINGLS__CELL;
     walk.slot = walk.first = walk.last = 0;
     walk.ids = model->cells.ids;
-    walk.next = walk.end = 0;
+    walk.next = walk.end = walk.block = walk.found = 0u;
+    walk.near_to = lower;
+    walk.r2 = -1.0f;
     return walk;
 }
 
@@ -74,38 +112,68 @@ SPRINGLS__MATHS bool springls__cell_walk_row(springls__cell_walk *walk)
     return true;
 }
 
+/* Looks at the next springls of the row, up to the end of their block. */
+SPRINGLS__MATHS void springls__cell_walk_block(springls__cell_walk *walk)
+{
+    uint32_t left = walk->end - (walk->next & ~7u), from = walk->next & 7u;
+    walk->block = walk->next & ~7u;
+    walk->found = 0xffu;
+    if (walk->slot >= 0 && walk->r2 >= 0.0f)
+        walk->found = springls__places_within(walk->cells->places + 3 * (size_t)walk->block, walk->near_to, walk->r2);
+    if (left < 8u) walk->found &= (1u << left) - 1u;
+    walk->found = walk->found >> from << from;
+    walk->next = left < 8u ? walk->end : walk->block + 8u;
+}
+
+/* Goes on to the next springls; returns false at the end. */
+SPRINGLS__MATHS bool springls__cell_walk_on(springls__cell_walk *walk)
+{
+    while (walk->found == 0u)
+        if (walk->next != walk->end) springls__cell_walk_block(walk);
+        else if (!springls__cell_walk_row(walk)) return false;
+    return true;
+}
+
 /* Returns the next springl; -1 at the end. */
 SPRINGLS__MATHS int springls__cell_walk_next(springls__cell_walk *walk)
 {
-    while (walk->next == walk->end)
-        if (!springls__cell_walk_row(walk)) return -1;
-    return (int)walk->ids[walk->next++];
+    uint32_t at;
+    if (walk->found == 0u && !springls__cell_walk_on(walk)) return -1;
+    at = walk->block + (uint32_t)springls__lowest_bit(walk->found);
+    walk->found &= walk->found - 1u;
+    return (int)walk->ids[at];
 }
 
-/* Begins a walk over at least all springls whose particle lies within r of x. */
+/* Begins a walk over the springls whose particle lies within r of x, and the large ones. */
 SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__model *model, springls__v3 x, float r)
 {
-    return springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r),
-                                     springls__v3_make(x.x + r, x.y + r, x.z + r));
+    springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r),
+                                                         springls__v3_make(x.x + r, x.y + r, x.z + r));
+    walk.near_to = x;
+    walk.r2 = r * r;
+    return walk;
 }
 
-/* Begins a walk over all springls of which some point may lie within `radius` of the box. */
-SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__model *model, springls__v3 lower,
-                                                               springls__v3 upper, float radius)
+/* Begins a walk over all springls of which some point may lie within `radius` of x. */
+SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__model *model, springls__v3 x, float radius)
 {
-    float r = radius + model->cells.bounding_radius;
-    return springls__cell_walk_begin(model, springls__v3_make(lower.x - r, lower.y - r, lower.z - r),
-                                     springls__v3_make(upper.x + r, upper.y + r, upper.z + r));
+    return springls__cell_walk_near(model, x, radius + model->cells.bounding_radius);
 }
 
 /* Keys of springls in no cell: large ones, and those whose brick is not active yet. */
 #define SPRINGLS__LARGE_KEY 0xffffffffu
 #define SPRINGLS__MISSING_KEY 0xfffffffeu
 
+/* Returns whether a springl of this bounding radius is in no cell. */
+SPRINGLS__MATHS bool springls__is_large(float bounding_radius)
+{
+    const float largest = 2.5f; /* voxels: twice that of a springl about to be split */
+    return bounding_radius > largest;
+}
+
 /* Finds the key of particle i: its cell, counted through all slots, plus 1 for the scan. */
 SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, springls__arguments args, int i)
 {
-    const float largest = 2.5f; /* voxels: twice the bounding radius of a springl about to be split */
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
     int at[3], slot;
@@ -114,7 +182,7 @@ SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, sp
     springls__voxel_of_place(g, s->p, at);
     slot = springls__slot_at(g, at[0], at[1], at[2]);
     key = (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(at[0], at[1], at[2]) + 1u;
-    if (s->bounding_radius > largest) key = SPRINGLS__LARGE_KEY;
+    if (springls__is_large(s->bounding_radius)) key = SPRINGLS__LARGE_KEY;
     model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : key;
 }
 
@@ -139,8 +207,11 @@ SPRINGLS__MATHS uint32_t springls__scan_cells(SPRINGLS__GLOBAL uint32_t *cell, u
 
 SPRINGLS__MATHS void springls__put_in_cell(const springls__model *model, int i)
 {
-    if (model->cells.key[i] != SPRINGLS__LARGE_KEY)
-        model->cells.ids[SPRINGLS__NEXT(model->grid.cell + model->cells.key[i])] = (uint32_t)i;
+    uint32_t at;
+    if (model->cells.key[i] == SPRINGLS__LARGE_KEY) return;
+    at = SPRINGLS__NEXT(model->grid.cell + model->cells.key[i]);
+    model->cells.ids[at] = (uint32_t)i;
+    springls__put_place(model, at, model->set.s[i].p);
 }
 
 /* Counts a springl in the bricks it comes within `margin` of, one entry late: a scan of brick_list_first makes entry r + 1 where

@@ -28,7 +28,7 @@ SPRINGLS__MATHS float springls__nearest_limit(float best2, float radius)
    there is none. */
 SPRINGLS__MATHS int springls__nearest_springl_facing(const springls__model *model, springls__v3 x, springls__v3 n, float radius)
 {
-    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
+    springls__cell_walk walk = springls__cell_walk_around(model, x, radius);
     float best = radius * radius, limit = radius;
     int i, nearest = -1;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
@@ -107,7 +107,7 @@ SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__
 {
     const float r = 2.0f, high = 1.0f, aside = 0.7f;
     springls__angular_gaps gaps = springls__angular_gaps_begin(n);
-    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
+    springls__cell_walk walk = springls__cell_walk_near(model, x, springls__sqrt(r * r + high * high));
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         springls__v3 d = springls__sub(model->set.s[other].p, x);
@@ -124,7 +124,7 @@ SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__
 SPRINGLS__MATHS int springls__side_of_springls(const springls__model *model, springls__v3 x, int of, float radius)
 {
     const float same = 1e-4f;
-    springls__cell_walk walk = springls__cell_walk_around(model, x, x, radius);
+    springls__cell_walk walk = springls__cell_walk_around(model, x, radius);
     float best = radius * radius;
     int i, side = 0;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {

@@ -62,18 +62,11 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
     SPRINGLS__GLOBAL const springls__springl *all = model->set.s, *self = &all[n];
     const float radius = model->params.neighbor_radius, radius2 = radius * radius;
     const int room = model->params.max_neighbors;
-    springls__v3 lower, upper, normal = springls__springl_normal(*self);
-    springls__cell_walk walk;
+    springls__v3 normal = springls__springl_normal(*self);
+    springls__cell_walk walk = springls__cell_walk_around(model, self->p, radius + self->bounding_radius);
     float d2s[SPRINGLS__NEIGHBOR_ROW], d2[8], edge[8];
     int length[3] = { 0, 0, 0 }, other, m;
     for (m = 0; m < SPRINGLS__NEIGHBOR_ROW; m++) row[m] = -1;
-    lower.x = springls__min(self->q[0].x, springls__min(self->q[1].x, self->q[2].x));
-    lower.y = springls__min(self->q[0].y, springls__min(self->q[1].y, self->q[2].y));
-    lower.z = springls__min(self->q[0].z, springls__min(self->q[1].z, self->q[2].z));
-    upper.x = springls__max(self->q[0].x, springls__max(self->q[1].x, self->q[2].x));
-    upper.y = springls__max(self->q[0].y, springls__max(self->q[1].y, self->q[2].y));
-    upper.z = springls__max(self->q[0].z, springls__max(self->q[1].z, self->q[2].z));
-    walk = springls__cell_walk_around(model, lower, upper, radius);
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &all[other];
         float within = radius + o->bounding_radius + self->bounding_radius;

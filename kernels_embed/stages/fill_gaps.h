@@ -26,14 +26,14 @@ SPRINGLS__MATHS float springls__distance2_to_springl(SPRINGLS__GLOBAL const spri
 SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls__v3 x, springls__v3 n,
                                           springls__exposure_arguments distance)
 {
-    const float covered = distance.covered, r = springls__max(distance.covered_on_sheets, covered), beside = 0.4f;
-    springls__cell_walk walk = springls__cell_walk_near(model, x, beside);
+    const float covered = distance.covered, r = springls__max(distance.covered_on_sheets, covered);
+    springls__cell_walk walk = springls__cell_walk_near(model, x, covered);
     float nearest2 = FLT_MAX;
     bool sheet = false;
     int i;
     while ((i = springls__cell_walk_next(&walk)) >= 0)
         if (springls__distance2_to_springl(&model->set.s[i], x, covered) <= covered * covered) return false;
-    walk = springls__cell_walk_around(model, x, x, r);
+    walk = springls__cell_walk_around(model, x, r);
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
         float d2 = springls__distance2_to_springl(&model->set.s[i], x, r);
         if (d2 == FLT_MAX) continue;

@@ -291,8 +291,7 @@ SPRINGLS__MATHS springls__sides springls__sample_set_sides(const springls__sampl
 SPRINGLS__MATHS void springls__gather_samples(const springls__model *model, springls__v3 x, float radius, int known,
                                             springls__sample_set *samples)
 {
-    springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),
-                                                         springls__v3_make(x.x + radius, x.y + radius, x.z + radius));
+    springls__cell_walk walk = springls__cell_walk_near(model, x, radius);
     const float least = 0.3f;
     int i;
     samples->count = 0;
@@ -303,8 +302,7 @@ SPRINGLS__MATHS void springls__gather_samples(const springls__model *model, spri
         if (springls__sample_set_add(samples, s->p, springls__springl_normal(*s), model->set.a[i], weight * weight, i)) continue;
         if (radius < least) return; /* they lie on each other: these are enough */
         radius *= 0.8f;             /* too many: begin again */
-        walk = springls__cell_walk_begin(model, springls__v3_make(x.x - radius, x.y - radius, x.z - radius),
-                                         springls__v3_make(x.x + radius, x.y + radius, x.z + radius));
+        walk = springls__cell_walk_near(model, x, radius);
         samples->count = 0;
     }
 }

@@ -46,7 +46,7 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springl
     int attempt;
     *nearest_springl = -1;
     for (attempt = 0; attempt < 6; attempt++, radius *= 2.0f) {
-        springls__cell_walk walk = springls__cell_walk_around(model, s.p, s.p, radius + s.bounding_radius);
+        springls__cell_walk walk = springls__cell_walk_around(model, s.p, radius + s.bounding_radius);
         springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f), nearest = sum;
         float best = FLT_MAX;
         int other, count = 0;

@@ -58,7 +58,23 @@ SPRINGLS__FN void springls__count_cells(springls__model *model)
     }
 }
 
-/* Builds the lists if springls have moved since they were built. */
+/* Finds the largest bounding radius after triangles have changed. Returns false where a springl has become large, or is no longer:
+   it is in the wrong list. */
+SPRINGLS__FN bool springls__update_radii(springls__model *model)
+{
+    springls__cell_list *cells = &model->cells;
+    float largest = 0.0f;
+    int i;
+    for (i = 0; i < model->set.count; i++) {
+        float radius = model->set.s[i].bounding_radius;
+        if ((cells->key[i] == SPRINGLS__LARGE_KEY) != springls__is_large(radius)) return false;
+        if (cells->key[i] != SPRINGLS__LARGE_KEY) largest = springls__max(largest, radius);
+    }
+    cells->bounding_radius = largest;
+    return true;
+}
+
+/* Builds the lists if springls have changed since they were built. */
 SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.grid;
@@ -67,18 +83,25 @@ SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
     int i;
     if (ctx->cells_fresh) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__grow_all(ctx, SPRINGLS__BIT(KEY) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE), n + 1, 0));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_PLACES, n + 8, 0));
     if (ctx->on_device) {
         springls_status status = ctx->backend->cell_list_build(ctx);
         ctx->cells_fresh = status == SPRINGLS_OK;
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
+    if (ctx->particles_listed) {
+        SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY), 0));
+        ctx->cells_fresh = springls__update_radii(&ctx->model);
+        if (ctx->cells_fresh) return SPRINGLS_OK;
+    }
     SPRINGLS__TRY(springls__cell_keys(ctx));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(ACTIVE),
-                                    SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL)));
+                                    SPRINGLS__BIT(IDS) | SPRINGLS__BIT(PLACES) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL)));
     springls__count_cells(&ctx->model);
     for (i = 0; i < g->active_count; i++) before = springls__scan_cells(springls__cells_of(g, g->active[i]), before);
     for (i = 0; i < ctx->model.set.count; i++) springls__put_in_cell(&ctx->model, i);
-    ctx->cells_fresh = true;
+    springls__fill_last_places(&ctx->model);
+    ctx->cells_fresh = ctx->particles_listed = true;
     return SPRINGLS_OK;
 }
 

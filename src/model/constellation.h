@@ -97,14 +97,25 @@ SPRINGLS__FN bool springls__has_lost_level_set(const springls_context *ctx)
     return ctx->model.grid.active_count == 0 && ctx->model.set.count > 0;
 }
 
-/* Notes that springls have moved: cells, omega, components and the hierarchy of their triangles are out of date. */
-SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
+/* Notes that triangles have changed about their particles: the radii of the cell list, omega, components and the hierarchy of
+   triangles are out of date. */
+SPRINGLS__FN void springls__triangles_changed(springls_context *ctx)
 {
     ctx->at_rest = false;
     ctx->cells_fresh = false;
     ctx->omega_fresh = false;
     ctx->springl_surface_fresh = false;
     ctx->components_fresh = ctx->labels_fresh = false;
+}
+
+/* Notes that the cell list is to be built anew. */
+SPRINGLS__FN void springls__discard_cell_list(springls_context *ctx) { ctx->cells_fresh = ctx->particles_listed = false; }
+
+/* Notes that springls have moved: cells are out of date too. */
+SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
+{
+    springls__triangles_changed(ctx);
+    springls__discard_cell_list(ctx);
 }
 
 /* Notes that springls have been added, removed or replaced: neighbour lists are out of date too. */

@@ -75,7 +75,8 @@ SPRINGLS__FN void springls__end_reading(springls_context *ctx)
     ctx->away = saved->away;
     ctx->opposed = saved->opposed;
     ctx->at_rest = false;
-    ctx->cells_fresh = ctx->omega_fresh = ctx->labels_fresh = false;
+    ctx->omega_fresh = ctx->labels_fresh = false;
+    springls__discard_cell_list(ctx);
     saved->in_use = false;
 }
 

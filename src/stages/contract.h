@@ -52,7 +52,8 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
         return springls__next_phase(ctx, SPRINGLS__CONTRACT_RESHAPED);
     case SPRINGLS__CONTRACT_RESHAPED:
         springls__count_later(ctx, SPRINGLS__COUNT_RESHAPED, SPRINGLS__ROLE_ARRAY(contract_action), count, SPRINGLS__RESHAPE);
-        springls__constellation_changed(ctx);
+        springls__triangles_changed(ctx);
+        ctx->neighbors_age = -1;
         if (!(ctx->model.params.merge_distance > 0.0f)) return springls__next_phase(ctx, SPRINGLS__CONTRACT_REMOVE);
         SPRINGLS__TRY(springls__cell_list_build(ctx));
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, next_contract_action, count));

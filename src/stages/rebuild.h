@@ -22,10 +22,10 @@ SPRINGLS__FN springls_status springls__change_bricks(springls_context *ctx)
     springls__grid *g = &ctx->model.grid;
     uint32_t *mask;
     uint8_t *keep;
-    int *wanted, *rank, i, d, missing = 0;
-    ctx->cells_fresh = false; /* they live in the bricks */
+    int *wanted, *rank, i, d, missing = 0, kept = 0;
     if (ctx->on_device) {
         springls_status status = ctx->backend->band_move(ctx);
+        springls__discard_cell_list(ctx);
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_keeps, g->active_count));
@@ -54,6 +54,9 @@ SPRINGLS__FN springls_status springls__change_bricks(springls_context *ctx)
             else wanted[missing++] = springls__brick_at(g, at[0], at[1], at[2]);
         }
     }
+    for (i = 0; i < g->active_count; i++) kept += keep[i];
+    if (missing == 0 && kept == g->active_count) return SPRINGLS_OK;
+    springls__discard_cell_list(ctx); /* it lives in the bricks */
     springls__grid_drop_bricks(g, keep);
     return springls__grid_add_bricks(ctx, wanted, missing);
 }

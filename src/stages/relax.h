@@ -23,7 +23,7 @@ enum {
 SPRINGLS__FN void springls__take_relaxed(springls_context *ctx)
 {
     springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ROLE_ARRAY(relaxed_springls));
-    springls__constellation_moved(ctx);
+    springls__triangles_changed(ctx);
 }
 
 /* Relaxes springls; with `covers` each gets the triangle of its share at the end, if params.cover. */
