@@ -6,6 +6,7 @@
 #include "../runtime/launch.h"
 #include "../runtime/residency.h"
 #include "../runtime/resumable.h"
+#include "../model/constellation.h"
 #include "../model/grid.h"
 
 SPRINGLS__FN void springls__redistance_sweeps(springls_context *ctx, int sweeps)

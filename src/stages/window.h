@@ -7,6 +7,7 @@
 #include "../runtime/arrays.h"
 #include "../runtime/launch.h"
 #include "../runtime/residency.h"
+#include "../model/constellation.h"
 #include "../model/grid.h"
 #include "../model/transform.h"
 #include "components.h"
