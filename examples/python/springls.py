@@ -241,7 +241,7 @@ class Model:
 
     # ---- motion ----
 
-    def step(self, dt=0, max_displacement=3, velocity=None, pressure=None, affine=None, velocity_field=None, pressure_field=None,
+    def step(self, dt=0, max_displacement=2, velocity=None, pressure=None, affine=None, velocity_field=None, pressure_field=None,
              curvature=0, mode='fluid', one_to_one=False, stop_at_topology=False, integrator='rk4'):
         """Moves the surface for a time `dt` (0: as long as the fastest point takes for `max_displacement` voxels).
 
@@ -264,7 +264,7 @@ class Model:
         """Runs `steps` steps; the keywords are those of `step`. stop_at_rest: ends when hardly a springl moves."""
         self._drive(lambda ctx, desc: _lib.springls_run(ctx, desc, steps), stop_at_rest=stop_at_rest, **forces)
 
-    def _drive(self, call, dt=0, max_displacement=3, velocity=None, pressure=None, affine=None, velocity_field=None,
+    def _drive(self, call, dt=0, max_displacement=2, velocity=None, pressure=None, affine=None, velocity_field=None,
                pressure_field=None, curvature=0, mode='fluid', integrator='rk4', **members):
         forces = _ffi.new('springls_forces *')
         forces.curvature_weight = curvature

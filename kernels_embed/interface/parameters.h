@@ -62,8 +62,7 @@ typedef struct springls_params {
     int keep_thin;           /* 1: springls of a sheet too thin for phi stay; 0: they are removed, as in the paper */
 
     /* resample: section 4.6 */
-    int resample_period;     /* M of Algorithm 2: steps from one resampling to the next; with resample_last a step in which
-                                springls have moved by more than 2.1 voxels counts as two                          */
+    int resample_period;     /* M of Algorithm 2: steps from one resampling to the next                            */
     int resample_last;       /* 1: contract and resample after the level set has followed; 0: before (Algorithm 2) */
     float split_edge;        /* a triangle is split when its longest edge is longer (section 4.6)                  */
     float split_area;        /* voxel^2: or when its area is larger (Table 2)                                      */

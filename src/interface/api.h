@@ -476,16 +476,16 @@ typedef struct springls_step_desc {
     const springls_forces *forces; /* NULL: none                                                                    */
     springls_mode mode;
     float dt;               /* time to advance; 0: as long as the fastest particle takes for max_displacement       */
-    float max_displacement; /* voxels: dt is divided into sub-steps in which no particle moves further. 3 suits the
-                               default parameters, 2 bodies that stay two (manual, CONTACT), 0.5 the paper's
-                               parameters. 0: dt is never divided, and a dt of 0 means d_max                        */
+    float max_displacement; /* voxels: dt is divided into sub-steps in which no particle moves further. 2 suits the
+                               default parameters, 1.3 gives their best accuracy, 0.5 suits the paper's. 0: dt is never
+                               divided, and a dt of 0 means d_max                                                   */
     bool one_to_one;        /* no contract, resample or fill_gaps: springls keep their indices (section 4.8)        */
     bool stop_at_topology;  /* springls stop where preserved topology stops the level set (eq. 24, 25)              */
     bool stop_at_rest;      /* springls_run ends with OK after a step in which at most one springl in 1000 moved by more
                                than 0.01 voxel: an active contour has arrived                                       */
 } springls_step_desc;
 
-/* Returns a description without forces, with max_displacement = 3, which suits the default parameters. */
+/* Returns a description without forces, with max_displacement = 2, which suits the default parameters. */
 SPRINGLS_API springls_step_desc springls_default_step_desc(void);
 
 /* Runs one step of the chosen algorithm from the context's time. NON_FINITE: from a force; the model is as before the

@@ -46,8 +46,8 @@
         replaces the model and makes it the original surface: a = p.
      4. Fill a springls_forces: callbacks for batches of points, or sampled grids. Points are voxel coordinates, speeds are
         voxels a unit of time; with world_units both are of the world. Or move springls yourself: see MOTION FROM OUTSIDE.
-     5. Fill a springls_step_desc: forces, mode, dt, max_displacement. With max_displacement = 3, dt may be as long as you
-        like: it is divided into sub-steps of at most three voxels. With dt = 0 a step is as long as max_displacement allows.
+     5. Fill a springls_step_desc: forces, mode, dt, max_displacement. With max_displacement = 2, dt may be as long as you
+        like: it is divided into sub-steps of at most two voxels. With dt = 0 a step is as long as max_displacement allows.
      6. springls_step or springls_run. Check the status; springls_last_error has the sentence.
      7. Read: springls_extract_mesh (watertight), springls_view_* (no copy), springls_sample_distance, springls_raycast and
         springls_closest (on the watertight surface too), springls_measure ...
@@ -76,9 +76,8 @@
    A step runs stages in a fixed order. "paper" and "default" are the two parameter sets; "Mth" is every M-th step
    (resample_period), "-" never, "4 x" four times.
 
-   SPRINGLS_MODE_FLUID, Algorithm 2: for active contours and fluids. Steps of up to d_max with the paper's set, of up to three
-   voxels with the default set (springls_step_desc.max_displacement = 3). In the default set a step that has moved springls by more
-   than 2.1 voxels counts as two for "Mth", so that resampling follows distance.
+   SPRINGLS_MODE_FLUID, Algorithm 2: for active contours and fluids. Steps of up to d_max with the paper's set, of up to two
+   voxels with the default set (springls_step_desc.max_displacement = 2).
 
      stage              paper   default   does
      advect             every   every     moves springls by the forces
@@ -207,7 +206,7 @@
      epsilon    evolve_width         half-width of the compact delta                     1.5       1.5 (d)   voxel
      lambda     curvature            of eq. 22; positive smooths: see CURVATURE          0         0         voxel
                 carry_level_set      1: springls carry phi along                         1         0
-                lazy_distance        voxels that springls may be ahead of phi: LAZY STEPS 3        0         voxel
+                lazy_distance        voxels that springls may be ahead of phi: LAZY STEPS 2.1      0         voxel
                 project_level_set    1: near springls phi is their oriented distance     1         0
                 nucleate             1: project makes voxels of thin sheets inside       1         0
                 fill_from_springls   1: first fill holes among the springls              1         0
@@ -234,7 +233,7 @@
    With lazy_distance > 0 a step of SPRINGLS_MODE_FLUID, or a sub-step, only advects while springls have moved at most that far since
    phi last followed: by the sum of the largest displacements, with a next step as long as this one. In models with thin sheets
    or gaps the limit is 0.15 voxel, because their sides may move against each other. The step after that is a whole one: relax,
-   keep_edges and project run, and every resample_period-th whole step resamples. So steps much shorter than three voxels cost
+   keep_edges and project run, and every resample_period-th whole step resamples. So steps much shorter than two voxels cost
    little more than advect. A step with max_displacement that goes so much further than those before it that phi could not be
    carried along makes phi follow first.
 

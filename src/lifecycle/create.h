@@ -93,7 +93,7 @@ SPRINGLS_API springls_step_desc springls_default_step_desc(void)
 {
     springls_step_desc step;
     memset(&step, 0, sizeof step);
-    step.max_displacement = 3.0f;
+    step.max_displacement = 2.0f;
     return step;
 }
 

@@ -214,18 +214,6 @@ SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
 /* What is left of a lazy sub-step when springls have moved. */
 static const springls__step_entry springls__lazy_end[] = { { SPRINGLS__ENTRY_RUN, -1, NULL, springls__substep_end } };
 
-/* Counts an iteration of Algorithm 2, and decides whether it resamples: in every resample_period-th, and the sooner the further
-   springls have moved. An iteration in which they have gone far counts twice. */
-SPRINGLS__FN void springls__count_iteration(springls_context *ctx)
-{
-    const float far_apart = 2.1f; /* voxels */
-    const int period = ctx->model.params.resample_period;
-    const int counted = ctx->model.params.resample_last && ctx->lag + ctx->motion.moved > far_apart ? 2 : 1;
-    ctx->iteration += counted;
-    ctx->step.resamples = !ctx->step.desc.one_to_one && ctx->iteration % period < counted;
-    if (ctx->iteration % period < counted) ctx->iteration -= ctx->iteration % period;
-}
-
 /* Counts the sub-step whose springls have just moved, and decides what it does from here on. */
 SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
 {
@@ -237,8 +225,9 @@ SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
         ctx->step.next = springls__lazy_end;
         return SPRINGLS_OK;
     }
-    springls__count_iteration(ctx);
     if (ctx->step.desc.mode == SPRINGLS_MODE_ADVECT_ONLY) ctx->lag = FLT_MAX;
+    ctx->iteration++;
+    ctx->step.resamples = !ctx->step.desc.one_to_one && springls__resample_due(ctx, ctx->iteration);
     ctx->step.phi_from_springls = ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC;
     return SPRINGLS_OK;
 }

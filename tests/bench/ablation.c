@@ -18,7 +18,7 @@
 
 /* ---- improvements ---- */
 
-/* The two sets, each with the steps that go with it: as many of equal time as the paper takes, and steps of three voxels. */
+/* The two sets, each with the steps that go with it: as many of equal time as the paper takes, and steps of two voxels. */
 static struct motion_setting paper_setting(void)
 {
     struct motion_setting setting;
@@ -32,7 +32,7 @@ static struct motion_setting default_setting(void)
     struct motion_setting setting;
     memset(&setting, 0, sizeof setting);
     setting.params = springls_default_params();
-    setting.max_displacement = springls_default_step_desc().max_displacement;
+    setting.max_displacement = 2.0f;
     return setting;
 }
 
@@ -64,14 +64,14 @@ static const struct improvement improvements[] = {
     {"springls fill holes among them", {P(fill_from_springls)}},
     {"springls carry phi instead of eq. 23; projected",
      {P(carry_level_set), P(evolve_iterations), P(project_level_set)}}, /* carried alone it decays */
-    {"phi follows when springls have moved three voxels", {P(lazy_distance)}},
+    {"phi follows when springls have moved two voxels", {P(lazy_distance)}},
     {"level set projected onto springls", {P(project_level_set)}},
     {"springls put lost sheets back into phi", {P(nucleate)}},
     {"sharp edges stay (a ball has none)", {P(keep_edges)}},
     {"specks are joined or go", {P(min_component)}},
     {"large triangles of a mesh are divided (a ball has none)", {P(split_input)}},
     {"vertices have their own velocity", {P(vertex_velocity)}},
-    {"steps of three voxels", {SETTING(max_displacement)}},
+    {"steps of two voxels", {SETTING(max_displacement)}},
 };
 enum { IMPROVEMENTS = (int)(sizeof improvements / sizeof *improvements), CASES = 2 + 2 * IMPROVEMENTS };
 

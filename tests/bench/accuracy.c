@@ -79,15 +79,13 @@ static const struct row rows[] = {
 
 static struct known_motions known;
 
-/* Takes the steps that suit the set: three voxels, or as many as the paper takes, or half a voxel. */
+/* Takes the steps that suit the set: two voxels, or as many as the paper takes, or half a voxel. */
 static void run_row(const struct row *row, struct motion_case *c)
 {
     c->name = known.names[row->motion];
     c->motion = &known.motions[row->motion];
     c->setting.params = row->paper ? springls_paper_params() : springls_default_params();
-    c->setting.max_displacement = !row->paper                      ? springls_default_step_desc().max_displacement
-                                : c->motion->problem.steps > 0 ? 0.0f
-                                                               : 0.5f;
+    c->setting.max_displacement = !row->paper ? 2.0f : c->motion->problem.steps > 0 ? 0.0f : 0.5f;
     motion_run_all(c, 1, MOTION_ORDERS);
 }
 

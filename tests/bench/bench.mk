@@ -69,7 +69,7 @@ ablation: deps-examples   ## what each improvement over the paper is worth on Le
 	@$(MAKE) --no-print-directory build/bench/ablation
 	@build/bench/ablation
 
-motions: deps-examples   ## the default parameters on motions with known answers (GRID=128 STEP=3 ORDERS=3)
+motions: deps-examples   ## the default parameters on motions with known answers (GRID=128 STEP=2 ORDERS=3)
 	@$(MAKE) --no-print-directory build/bench/motions
 	@build/bench/motions
 

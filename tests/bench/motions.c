@@ -2,7 +2,7 @@
  * blown up and brought back, two that touch and part, a part with sharp edges that turns, a ball that a vortex rolls up.
  *
  *   GRID=64 make motions     another grid than 128^3
- *   STEP=1 make motions      voxels a step at most, instead of 3
+ *   STEP=1 make motions      voxels a step at most, instead of 2
  *   ORDERS=1 make motions    quick: one order of the springls instead of the mean over three
  *   ONLY=cover make motions  the table of coverage alone
  *
@@ -175,7 +175,7 @@ int main(void)
     static struct known_motions all;
     static struct motion_case cases[MOTIONS];
     const int grid = (int)environment_number("GRID", 128.0);
-    const double step = environment_number("STEP", 3.0);
+    const double step = environment_number("STEP", 2.0);
     const int orders = (int)environment_number("ORDERS", MOTION_ORDERS);
     if (grid < 32 || grid > 512 || !(step > 0.0 && step <= 8.0) || orders < 1 || orders > MOTION_ORDERS) {
         fprintf(stderr, "motions: GRID is 32..512, STEP up to 8, ORDERS 1..%d\n", (int)MOTION_ORDERS);

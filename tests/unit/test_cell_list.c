@@ -33,7 +33,7 @@ TEST walks_miss_nothing(int huge)
     for (round = 0; round < 300; round++) {
         springls__v3 x = fixture_point(-4.0f, 27.0f);
         float radius = fixture_between(0.05f, 3.0f);
-        springls__cell_walk walk = springls__cell_walk_around(&ctx->model, x, x, radius);
+        springls__cell_walk walk = springls__cell_walk_around(&ctx->model, x, radius);
         unsigned char *met = (unsigned char *)calloc((size_t)count, 1);
         while ((i = springls__cell_walk_next(&walk)) >= 0) {
             ASSERT_LT(i, count);
@@ -45,6 +45,72 @@ TEST walks_miss_nothing(int huge)
         free(met);
     }
     free(all);
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* A walk near a place meets every particle within the radius, none twice and, but for large springls, none beyond. */
+TEST near_walks_meet_what_is_near(int huge)
+{
+    springls_context *ctx = fixture_context(24, NULL);
+    int round, i, met, expected;
+    fixture_seed(22);
+    make_soup(ctx, 900, huge);
+    ASSERT_OK(fixture_stage(ctx, springls__cell_list_build));
+    for (round = 0; round < 300; round++) {
+        springls__v3 x = fixture_point(-4.0f, 27.0f);
+        float radius = fixture_between(0.05f, 6.0f);
+        springls__cell_walk walk = springls__cell_walk_near(&ctx->model, x, radius);
+        unsigned char seen[901] = { 0 };
+        for (met = 0; (i = springls__cell_walk_next(&walk)) >= 0; met++) {
+            ASSERT_EQ(0, seen[i]);
+            seen[i] = 1;
+        }
+        for (i = expected = 0; i < springls_count(ctx); i++) {
+            const springls__springl *s = &ctx->model.set.s[i];
+            bool near_by = springls__length2(springls__sub(s->p, x)) <= radius * radius;
+            expected += near_by || springls__is_large(s->bounding_radius);
+            if (near_by) ASSERT(seen[i]);
+        }
+        ASSERT_EQ(expected, met);
+    }
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* While only triangles change about their particles, the list is what a new one would be. */
+TEST changed_triangles_keep_the_list(int huge)
+{
+    springls_context *ctx = fixture_context(24, NULL);
+    int round, i, n;
+    fixture_seed(23);
+    make_soup(ctx, 300, 0);
+    ASSERT_OK(fixture_stage(ctx, springls__cell_list_build));
+    for (round = 0; round < 10; round++) {
+        uint32_t *ids;
+        float radius;
+        int large;
+        n = springls_count(ctx);
+        for (i = 0; i < n; i++) {
+            springls__springl s = ctx->model.set.s[i];
+            float size = huge && fixture_between(0.0f, 1.0f) < 0.1f ? fixture_between(0.1f, 8.0f) : fixture_between(0.8f, 1.25f);
+            int m;
+            for (m = 0; m < 3; m++) s.q[m] = springls__mad(s.p, springls__sub(s.q[m], s.p), size);
+            ctx->model.set.s[i] = springls__springl_finished(s);
+        }
+        springls__triangles_changed(ctx);
+        ASSERT_OK(fixture_stage(ctx, springls__cell_list_build));
+        radius = ctx->model.cells.bounding_radius;
+        large = ctx->model.cells.large_count;
+        ids = (uint32_t *)malloc((size_t)n * sizeof *ids);
+        memcpy(ids, ctx->model.cells.ids, (size_t)(n - large) * sizeof *ids);
+        springls__constellation_moved(ctx);
+        ASSERT_OK(fixture_stage(ctx, springls__cell_list_build));
+        ASSERT_EQ(large, ctx->model.cells.large_count);
+        ASSERT_EQ(radius, ctx->model.cells.bounding_radius);
+        ASSERT_EQ(0, memcmp(ids, ctx->model.cells.ids, (size_t)(n - large) * sizeof *ids));
+        free(ids);
+    }
     springls_destroy(ctx);
     PASS();
 }
@@ -284,6 +350,10 @@ SUITE(cells)
 {
     RUN_TESTp(walks_miss_nothing, 0);
     RUN_TESTp(walks_miss_nothing, 1);
+    RUN_TESTp(near_walks_meet_what_is_near, 0);
+    RUN_TESTp(near_walks_meet_what_is_near, 1);
+    RUN_TESTp(changed_triangles_keep_the_list, 0);
+    RUN_TESTp(changed_triangles_keep_the_list, 1);
     RUN_TESTp(neighbors_are_the_nearest, 0, 8, 0);
     RUN_TESTp(neighbors_are_the_nearest, 1, 8, 0);
     RUN_TESTp(neighbors_are_the_nearest, 1, 3, 1);

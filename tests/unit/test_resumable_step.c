@@ -33,7 +33,6 @@ static springls_status scene_begin(scene *s, int which)
     springls_status status;
     memset(s, 0, sizeof *s);
     p.resample_period = 2;
-    p.lazy_distance = 2.1f; /* every second step is whole */
     p.volume_lock = which == LOCKED;
     if (which == PRESERVED) p.topology = SPRINGLS_TOPOLOGY_PRESERVED;
     if (which == FAR) p.relax_iterations = 3;
