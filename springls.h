@@ -10948,6 +10948,14 @@ SPRINGLS__MATHS void springls__write_element(const springls__model *model, sprin
         for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));
     model->set.s[n] = springls__springl_finished(s);
 }
+
+/* ======== >>correspondence_fit:kernel  (kernels_embed/model/correspondence_fit.h) ============================== */
+/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero
+   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,
+   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */
+
+#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */
+
 /* -------- again: kernels_embed/language/width_float.h -------- */
 /* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
    because it is included before every body. */
@@ -10967,54 +10975,57 @@ SPRINGLS__MATHS void springls__write_element(const springls__model *model, sprin
 /* ======== >>correspondence_fit_body:kernel  (kernels_embed/model/correspondence_fit_body.h) ==================== */
 /* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */
 
-/* Weighted sums over particles, in two tangent coordinates u and v that are 1 at the fit's radius. */
+/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */
 typedef struct SPRINGLS__W(correspondence_fit) {
     SPRINGLS__NUM3 origin, n;
     SPRINGLS__NUM3 e1, e2;     /* tangents, of length 1 / radius */
-    SPRINGLS__NUM3 a0;         /* correspondences are summed relative to it */
     SPRINGLS__NUM moments[15]; /* of 1, u, v, uu, uv, vv, uuu, uuv, uvv, vvv, uuuu, uuuv, uuvv, uvvv, vvvv */
-    SPRINGLS__NUM3 right[6];   /* of a - a0 times vv, uv, uu, v, u, 1 */
 } SPRINGLS__W(correspondence_fit);
+
+/* A particle as a fit takes it; weight 0: not at all. */
+typedef struct SPRINGLS__W(fit_sample) { SPRINGLS__NUM weight, u, v; } SPRINGLS__W(fit_sample);
+
+/* A polynomial with the terms vv, uv, uu, v, u, 1. Times a particle's weight, it is the share of the particle's correspondence in
+   that of the origin. */
+typedef struct SPRINGLS__W(fit_shares) { SPRINGLS__NUM factor[6]; } SPRINGLS__W(fit_shares);
 
 /* Begins a fit over no particles at `origin`; n, tangent: unit vectors, perpendicular to each other. */
 SPRINGLS__W_MATHS SPRINGLS__W(correspondence_fit) SPRINGLS__W(correspondence_fit_begin)(SPRINGLS__NUM3 origin, SPRINGLS__NUM3 n,
-                                                                                        SPRINGLS__NUM3 tangent, SPRINGLS__NUM3 a0)
+                                                                                        SPRINGLS__NUM3 tangent)
 {
-    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f);
     SPRINGLS__W(correspondence_fit) fit;
     int i;
     fit.origin = origin;
     fit.n = n;
-    fit.e1 = SPRINGLS__W(scale)(tangent, SPRINGLS__W(broadcast)(1.0f / SPRINGLS__FIT_RADIUS));
+    fit.e1 = SPRINGLS__W(scale)(tangent, SPRINGLS__W(broadcast)(1.0f / SPRINGLS__CORRESPONDENCE_RADIUS));
     fit.e2 = SPRINGLS__W(cross)(n, fit.e1);
-    fit.a0 = a0;
-    for (i = 0; i < 15; i++) fit.moments[i] = zero;
-    for (i = 0; i < 6; i++) fit.right[i] = SPRINGLS__W(v3_make)(zero, zero, zero);
+    for (i = 0; i < 15; i++) fit.moments[i] = SPRINGLS__W(broadcast)(0.0f);
     return fit;
 }
 
-/* Adds a particle with its normal and correspondence, unless it is too far, faces elsewhere, or lies on another sheet. */
-SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_add)(SPRINGLS__W(correspondence_fit) *fit, SPRINGLS__NUM3 p,
-                                                           SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)
+/* Returns a particle with its normal as the fit takes it: not at all if it is too far, faces elsewhere, or lies on another sheet. */
+SPRINGLS__W_MATHS SPRINGLS__W(fit_sample) SPRINGLS__W(fit_sample_of)(const SPRINGLS__W(correspondence_fit) *fit, SPRINGLS__NUM3 p,
+                                                                    SPRINGLS__NUM3 normal)
 {
-    const float r = SPRINGLS__FIT_RADIUS;
+    const float r = SPRINGLS__CORRESPONDENCE_RADIUS;
     const SPRINGLS__NUM3 d = SPRINGLS__W(sub)(p, fit->origin);
     const SPRINGLS__NUM r2 = SPRINGLS__W(length2)(d) * (1.0f / (r * r));
     const SPRINGLS__NUM height = SPRINGLS__W(fabs)(SPRINGLS__W(dot)(d, fit->n)), facing = SPRINGLS__W(dot)(normal, fit->n);
     const SPRINGLS__COND counts = (r2 < 1.0f) & (height <= SPRINGLS__FIT_SHEET_HEIGHT * r)
                                 & (facing >= SPRINGLS__FIT_SHEET_FACING);
-    SPRINGLS__NUM w, u, v, wu, wv, wuu, wuv, wvv, wuuu, wvvv, *m = fit->moments;
-    if (!SPRINGLS__W(any)(counts)) return;
-    w = SPRINGLS__W(select)(counts, SPRINGLS__FIT_WEIGHT(r2), SPRINGLS__W(broadcast)(0.0f));
-    u = SPRINGLS__W(dot)(d, fit->e1);
-    v = SPRINGLS__W(dot)(d, fit->e2);
-    wu = w * u;
-    wv = w * v;
-    wuu = wu * u;
-    wuv = wu * v;
-    wvv = wv * v;
-    wuuu = wuu * u;
-    wvvv = wvv * v;
+    SPRINGLS__W(fit_sample) sample;
+    sample.weight = SPRINGLS__W(select)(counts, SPRINGLS__FIT_WEIGHT(r2), SPRINGLS__W(broadcast)(0.0f));
+    sample.u = SPRINGLS__W(dot)(d, fit->e1);
+    sample.v = SPRINGLS__W(dot)(d, fit->e2);
+    return sample;
+}
+
+/* Adds a particle to the sums. */
+SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_add)(SPRINGLS__W(correspondence_fit) *fit, SPRINGLS__W(fit_sample) sample)
+{
+    const SPRINGLS__NUM w = sample.weight, u = sample.u, v = sample.v, wu = w * u, wv = w * v;
+    const SPRINGLS__NUM wuu = wu * u, wuv = wu * v, wvv = wv * v, wuuu = wuu * u, wvvv = wvv * v;
+    SPRINGLS__NUM *m = fit->moments;
     m[0] += w;
     m[1] += wu;
     m[2] += wv;
@@ -11030,21 +11041,14 @@ SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_add)(SPRINGLS__W(correspon
     m[12] += wuv * u * v;
     m[13] += wvvv * u;
     m[14] += wvvv * v;
-    a = SPRINGLS__W(sub)(a, fit->a0);
-    fit->right[0] = SPRINGLS__W(mad)(fit->right[0], a, wvv);
-    fit->right[1] = SPRINGLS__W(mad)(fit->right[1], a, wuv);
-    fit->right[2] = SPRINGLS__W(mad)(fit->right[2], a, wuu);
-    fit->right[3] = SPRINGLS__W(mad)(fit->right[3], a, wv);
-    fit->right[4] = SPRINGLS__W(mad)(fit->right[4], a, wu);
-    fit->right[5] = SPRINGLS__W(mad)(fit->right[5], a, w);
 }
 
-/* Replaces the correspondence at the origin, where it is not known yet, by that of a fit with the terms vv, uv, uu, v, u, 1 from
-   number `first` on: eliminates all but the constant one. It stays where particles lie badly around the origin, which would make
-   large errors of small ones: the value is a sum of the particles' correspondences whose factors are together, without their
-   signs, at most the root of moments[0] / last pivot (Cauchy-Schwarz), and that is bounded. */
-SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_solve)(const SPRINGLS__W(correspondence_fit) *fit, int first,
-                                                             SPRINGLS__NUM3 *a, SPRINGLS__COND *known)
+/* Finds the shares, where they are not known yet, of a fit with the terms from number `first` on: those whose sums of shares times
+   the terms are 0, and 1 for the constant one. They stay unknown where particles lie badly around the origin, which would make
+   large errors of small ones: without their signs the shares are together at most the root of moments[0] / last pivot
+   (Cauchy-Schwarz), and that is bounded. */
+SPRINGLS__W_MATHS void SPRINGLS__W(fit_shares_solve)(const SPRINGLS__W(correspondence_fit) *fit, int first,
+                                                     SPRINGLS__W(fit_shares) *shares, SPRINGLS__COND *known)
 {
     const SPRINGLS__NUM *m = fit->moments;
     const SPRINGLS__NUM row[6][6] = { { m[14] },
@@ -11055,39 +11059,48 @@ SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_solve)(const SPRINGLS__W(c
                                       { m[5], m[4], m[3], m[2], m[1], m[0] } };
     const float most = 8.0f; /* times the errors of correspondences */
     SPRINGLS__NUM left[6][6]; /* the lower triangle */
-    SPRINGLS__NUM3 right[6], found;
+    SPRINGLS__NUM inverse[6], found[6];
     SPRINGLS__COND good;
     int i, j, k;
-    for (i = first; i < 6; i++) {
+    for (i = first; i < 6; i++)
         for (j = first; j <= i; j++) left[i][j] = row[i][j];
-        right[i] = fit->right[i];
-    }
     good = m[0] > 0.0f;
     for (k = first; k < 5; k++) {
-        const SPRINGLS__NUM inverse = 1.0f / left[k][k];
+        inverse[k] = 1.0f / left[k][k];
         good = good & (left[k][k] > SPRINGLS__FIT_SINGULAR * m[0]);
         for (i = k + 1; i < 6; i++) {
-            const SPRINGLS__NUM factor = left[i][k] * inverse;
+            const SPRINGLS__NUM factor = left[i][k] * inverse[k];
             for (j = k + 1; j <= i; j++) left[i][j] -= factor * left[j][k];
-            right[i] = SPRINGLS__W(mad)(right[i], right[k], -factor);
         }
     }
     good = good & (left[5][5] > m[0] / (most * most)) & SPRINGLS__W(not)(*known);
-    found = SPRINGLS__W(add)(fit->a0, SPRINGLS__W(scale)(right[5], 1.0f / left[5][5]));
-    a->x = SPRINGLS__W(select)(good, found.x, a->x);
-    a->y = SPRINGLS__W(select)(good, found.y, a->y);
-    a->z = SPRINGLS__W(select)(good, found.z, a->z);
+    found[5] = 1.0f / left[5][5];
+    for (k = 4; k >= first; k--) {
+        SPRINGLS__NUM sum = left[5][k] * found[5];
+        for (i = k + 1; i < 5; i++) sum += left[i][k] * found[i];
+        found[k] = -sum * inverse[k];
+    }
+    for (k = first; k < 6; k++) shares->factor[k] = SPRINGLS__W(select)(good, found[k], shares->factor[k]);
     *known = *known | good;
 }
 
-/* Returns the correspondence at the origin: by a quadratic, by a plane where too few neighbors lie around it for one, else a0. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(correspondence_fit_end)(const SPRINGLS__W(correspondence_fit) *fit)
+/* Returns the shares: of a quadratic, of a plane where too few neighbors lie around the origin for one, else 0. */
+SPRINGLS__W_MATHS SPRINGLS__W(fit_shares) SPRINGLS__W(fit_shares_of)(const SPRINGLS__W(correspondence_fit) *fit)
 {
     SPRINGLS__COND known = fit->moments[0] < 0.0f; /* nowhere */
-    SPRINGLS__NUM3 a = fit->a0;
-    SPRINGLS__W(correspondence_fit_solve)(fit, 0, &a, &known);
-    if (SPRINGLS__W(any)(SPRINGLS__W(not)(known))) SPRINGLS__W(correspondence_fit_solve)(fit, 3, &a, &known);
-    return a;
+    SPRINGLS__W(fit_shares) shares;
+    int k;
+    for (k = 0; k < 6; k++) shares.factor[k] = SPRINGLS__W(broadcast)(0.0f);
+    SPRINGLS__W(fit_shares_solve)(fit, 0, &shares, &known);
+    if (SPRINGLS__W(any)(SPRINGLS__W(not)(known))) SPRINGLS__W(fit_shares_solve)(fit, 3, &shares, &known);
+    return shares;
+}
+
+/* Returns the share of a particle. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(fit_share)(const SPRINGLS__W(fit_shares) *shares, SPRINGLS__W(fit_sample) sample)
+{
+    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;
+    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));
 }
 /* -------- again: kernels_embed/language/width_simd.h -------- */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
@@ -11107,54 +11120,57 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(correspondence_fit_end)(const SPRIN
 /* -------- again: kernels_embed/model/correspondence_fit_body.h -------- */
 /* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */
 
-/* Weighted sums over particles, in two tangent coordinates u and v that are 1 at the fit's radius. */
+/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */
 typedef struct SPRINGLS__W(correspondence_fit) {
     SPRINGLS__NUM3 origin, n;
     SPRINGLS__NUM3 e1, e2;     /* tangents, of length 1 / radius */
-    SPRINGLS__NUM3 a0;         /* correspondences are summed relative to it */
     SPRINGLS__NUM moments[15]; /* of 1, u, v, uu, uv, vv, uuu, uuv, uvv, vvv, uuuu, uuuv, uuvv, uvvv, vvvv */
-    SPRINGLS__NUM3 right[6];   /* of a - a0 times vv, uv, uu, v, u, 1 */
 } SPRINGLS__W(correspondence_fit);
+
+/* A particle as a fit takes it; weight 0: not at all. */
+typedef struct SPRINGLS__W(fit_sample) { SPRINGLS__NUM weight, u, v; } SPRINGLS__W(fit_sample);
+
+/* A polynomial with the terms vv, uv, uu, v, u, 1. Times a particle's weight, it is the share of the particle's correspondence in
+   that of the origin. */
+typedef struct SPRINGLS__W(fit_shares) { SPRINGLS__NUM factor[6]; } SPRINGLS__W(fit_shares);
 
 /* Begins a fit over no particles at `origin`; n, tangent: unit vectors, perpendicular to each other. */
 SPRINGLS__W_MATHS SPRINGLS__W(correspondence_fit) SPRINGLS__W(correspondence_fit_begin)(SPRINGLS__NUM3 origin, SPRINGLS__NUM3 n,
-                                                                                        SPRINGLS__NUM3 tangent, SPRINGLS__NUM3 a0)
+                                                                                        SPRINGLS__NUM3 tangent)
 {
-    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f);
     SPRINGLS__W(correspondence_fit) fit;
     int i;
     fit.origin = origin;
     fit.n = n;
-    fit.e1 = SPRINGLS__W(scale)(tangent, SPRINGLS__W(broadcast)(1.0f / SPRINGLS__FIT_RADIUS));
+    fit.e1 = SPRINGLS__W(scale)(tangent, SPRINGLS__W(broadcast)(1.0f / SPRINGLS__CORRESPONDENCE_RADIUS));
     fit.e2 = SPRINGLS__W(cross)(n, fit.e1);
-    fit.a0 = a0;
-    for (i = 0; i < 15; i++) fit.moments[i] = zero;
-    for (i = 0; i < 6; i++) fit.right[i] = SPRINGLS__W(v3_make)(zero, zero, zero);
+    for (i = 0; i < 15; i++) fit.moments[i] = SPRINGLS__W(broadcast)(0.0f);
     return fit;
 }
 
-/* Adds a particle with its normal and correspondence, unless it is too far, faces elsewhere, or lies on another sheet. */
-SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_add)(SPRINGLS__W(correspondence_fit) *fit, SPRINGLS__NUM3 p,
-                                                           SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)
+/* Returns a particle with its normal as the fit takes it: not at all if it is too far, faces elsewhere, or lies on another sheet. */
+SPRINGLS__W_MATHS SPRINGLS__W(fit_sample) SPRINGLS__W(fit_sample_of)(const SPRINGLS__W(correspondence_fit) *fit, SPRINGLS__NUM3 p,
+                                                                    SPRINGLS__NUM3 normal)
 {
-    const float r = SPRINGLS__FIT_RADIUS;
+    const float r = SPRINGLS__CORRESPONDENCE_RADIUS;
     const SPRINGLS__NUM3 d = SPRINGLS__W(sub)(p, fit->origin);
     const SPRINGLS__NUM r2 = SPRINGLS__W(length2)(d) * (1.0f / (r * r));
     const SPRINGLS__NUM height = SPRINGLS__W(fabs)(SPRINGLS__W(dot)(d, fit->n)), facing = SPRINGLS__W(dot)(normal, fit->n);
     const SPRINGLS__COND counts = (r2 < 1.0f) & (height <= SPRINGLS__FIT_SHEET_HEIGHT * r)
                                 & (facing >= SPRINGLS__FIT_SHEET_FACING);
-    SPRINGLS__NUM w, u, v, wu, wv, wuu, wuv, wvv, wuuu, wvvv, *m = fit->moments;
-    if (!SPRINGLS__W(any)(counts)) return;
-    w = SPRINGLS__W(select)(counts, SPRINGLS__FIT_WEIGHT(r2), SPRINGLS__W(broadcast)(0.0f));
-    u = SPRINGLS__W(dot)(d, fit->e1);
-    v = SPRINGLS__W(dot)(d, fit->e2);
-    wu = w * u;
-    wv = w * v;
-    wuu = wu * u;
-    wuv = wu * v;
-    wvv = wv * v;
-    wuuu = wuu * u;
-    wvvv = wvv * v;
+    SPRINGLS__W(fit_sample) sample;
+    sample.weight = SPRINGLS__W(select)(counts, SPRINGLS__FIT_WEIGHT(r2), SPRINGLS__W(broadcast)(0.0f));
+    sample.u = SPRINGLS__W(dot)(d, fit->e1);
+    sample.v = SPRINGLS__W(dot)(d, fit->e2);
+    return sample;
+}
+
+/* Adds a particle to the sums. */
+SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_add)(SPRINGLS__W(correspondence_fit) *fit, SPRINGLS__W(fit_sample) sample)
+{
+    const SPRINGLS__NUM w = sample.weight, u = sample.u, v = sample.v, wu = w * u, wv = w * v;
+    const SPRINGLS__NUM wuu = wu * u, wuv = wu * v, wvv = wv * v, wuuu = wuu * u, wvvv = wvv * v;
+    SPRINGLS__NUM *m = fit->moments;
     m[0] += w;
     m[1] += wu;
     m[2] += wv;
@@ -11170,21 +11186,14 @@ SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_add)(SPRINGLS__W(correspon
     m[12] += wuv * u * v;
     m[13] += wvvv * u;
     m[14] += wvvv * v;
-    a = SPRINGLS__W(sub)(a, fit->a0);
-    fit->right[0] = SPRINGLS__W(mad)(fit->right[0], a, wvv);
-    fit->right[1] = SPRINGLS__W(mad)(fit->right[1], a, wuv);
-    fit->right[2] = SPRINGLS__W(mad)(fit->right[2], a, wuu);
-    fit->right[3] = SPRINGLS__W(mad)(fit->right[3], a, wv);
-    fit->right[4] = SPRINGLS__W(mad)(fit->right[4], a, wu);
-    fit->right[5] = SPRINGLS__W(mad)(fit->right[5], a, w);
 }
 
-/* Replaces the correspondence at the origin, where it is not known yet, by that of a fit with the terms vv, uv, uu, v, u, 1 from
-   number `first` on: eliminates all but the constant one. It stays where particles lie badly around the origin, which would make
-   large errors of small ones: the value is a sum of the particles' correspondences whose factors are together, without their
-   signs, at most the root of moments[0] / last pivot (Cauchy-Schwarz), and that is bounded. */
-SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_solve)(const SPRINGLS__W(correspondence_fit) *fit, int first,
-                                                             SPRINGLS__NUM3 *a, SPRINGLS__COND *known)
+/* Finds the shares, where they are not known yet, of a fit with the terms from number `first` on: those whose sums of shares times
+   the terms are 0, and 1 for the constant one. They stay unknown where particles lie badly around the origin, which would make
+   large errors of small ones: without their signs the shares are together at most the root of moments[0] / last pivot
+   (Cauchy-Schwarz), and that is bounded. */
+SPRINGLS__W_MATHS void SPRINGLS__W(fit_shares_solve)(const SPRINGLS__W(correspondence_fit) *fit, int first,
+                                                     SPRINGLS__W(fit_shares) *shares, SPRINGLS__COND *known)
 {
     const SPRINGLS__NUM *m = fit->moments;
     const SPRINGLS__NUM row[6][6] = { { m[14] },
@@ -11195,46 +11204,49 @@ SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_solve)(const SPRINGLS__W(c
                                       { m[5], m[4], m[3], m[2], m[1], m[0] } };
     const float most = 8.0f; /* times the errors of correspondences */
     SPRINGLS__NUM left[6][6]; /* the lower triangle */
-    SPRINGLS__NUM3 right[6], found;
+    SPRINGLS__NUM inverse[6], found[6];
     SPRINGLS__COND good;
     int i, j, k;
-    for (i = first; i < 6; i++) {
+    for (i = first; i < 6; i++)
         for (j = first; j <= i; j++) left[i][j] = row[i][j];
-        right[i] = fit->right[i];
-    }
     good = m[0] > 0.0f;
     for (k = first; k < 5; k++) {
-        const SPRINGLS__NUM inverse = 1.0f / left[k][k];
+        inverse[k] = 1.0f / left[k][k];
         good = good & (left[k][k] > SPRINGLS__FIT_SINGULAR * m[0]);
         for (i = k + 1; i < 6; i++) {
-            const SPRINGLS__NUM factor = left[i][k] * inverse;
+            const SPRINGLS__NUM factor = left[i][k] * inverse[k];
             for (j = k + 1; j <= i; j++) left[i][j] -= factor * left[j][k];
-            right[i] = SPRINGLS__W(mad)(right[i], right[k], -factor);
         }
     }
     good = good & (left[5][5] > m[0] / (most * most)) & SPRINGLS__W(not)(*known);
-    found = SPRINGLS__W(add)(fit->a0, SPRINGLS__W(scale)(right[5], 1.0f / left[5][5]));
-    a->x = SPRINGLS__W(select)(good, found.x, a->x);
-    a->y = SPRINGLS__W(select)(good, found.y, a->y);
-    a->z = SPRINGLS__W(select)(good, found.z, a->z);
+    found[5] = 1.0f / left[5][5];
+    for (k = 4; k >= first; k--) {
+        SPRINGLS__NUM sum = left[5][k] * found[5];
+        for (i = k + 1; i < 5; i++) sum += left[i][k] * found[i];
+        found[k] = -sum * inverse[k];
+    }
+    for (k = first; k < 6; k++) shares->factor[k] = SPRINGLS__W(select)(good, found[k], shares->factor[k]);
     *known = *known | good;
 }
 
-/* Returns the correspondence at the origin: by a quadratic, by a plane where too few neighbors lie around it for one, else a0. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(correspondence_fit_end)(const SPRINGLS__W(correspondence_fit) *fit)
+/* Returns the shares: of a quadratic, of a plane where too few neighbors lie around the origin for one, else 0. */
+SPRINGLS__W_MATHS SPRINGLS__W(fit_shares) SPRINGLS__W(fit_shares_of)(const SPRINGLS__W(correspondence_fit) *fit)
 {
     SPRINGLS__COND known = fit->moments[0] < 0.0f; /* nowhere */
-    SPRINGLS__NUM3 a = fit->a0;
-    SPRINGLS__W(correspondence_fit_solve)(fit, 0, &a, &known);
-    if (SPRINGLS__W(any)(SPRINGLS__W(not)(known))) SPRINGLS__W(correspondence_fit_solve)(fit, 3, &a, &known);
-    return a;
+    SPRINGLS__W(fit_shares) shares;
+    int k;
+    for (k = 0; k < 6; k++) shares.factor[k] = SPRINGLS__W(broadcast)(0.0f);
+    SPRINGLS__W(fit_shares_solve)(fit, 0, &shares, &known);
+    if (SPRINGLS__W(any)(SPRINGLS__W(not)(known))) SPRINGLS__W(fit_shares_solve)(fit, 3, &shares, &known);
+    return shares;
 }
 
-/* ======== >>correspondence_fit:kernel  (kernels_embed/model/correspondence_fit.h) ============================== */
-/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero
-   level need. Only its value at the origin counts: so the constant term comes last in an elimination, which leaves its value
-   without square roots and without substituting back; and the normal matrix is kept as the 15 moments of the weights in it. */
-
+/* Returns the share of a particle. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(fit_share)(const SPRINGLS__W(fit_shares) *shares, SPRINGLS__W(fit_sample) sample)
+{
+    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;
+    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));
+}
 
 /* ======== >>isosurface:kernel  (kernels_embed/output/isosurface.h) ============================================= */
 /* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to
@@ -11469,23 +11481,38 @@ SPRINGLS__MATHS void springls__surface_element(const springls__model *model, spr
 
 #define SPRINGLS__MATERIAL_RADIUS 1.0f /* voxels: how far from a vertex its springl may be */
 
+/* Returns springl i as a fit around x takes it; it has springl `center` for a neighbor. */
+SPRINGLS__MATHS springls__fit_sample springls__sample_around(const springls__model *model, const springls__correspondence_fit *fit,
+                                                             int center, int i)
+{
+    const springls__springl s = model->set.s[i];
+    springls__fit_sample sample = springls__fit_sample_of(fit, s.p, springls__springl_normal(s));
+    if (springls__of_two_contact_bodies(model, center, i)) sample.weight = 0.0f;
+    return sample;
+}
+
 /* Returns the correspondence of a point near a springl: by the fit around it, or else the springl's own. */
 SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *model, int springl, springls__v3 x)
 {
-    const float r = SPRINGLS__FIT_RADIUS;
+    const float r = 1.01f * SPRINGLS__CORRESPONDENCE_RADIUS; /* none further counts, whatever is rounded */
     const springls__v3 a = model->set.a[springl], n = springls__springl_normal(model->set.s[springl]);
-    springls__correspondence_fit fit = springls__correspondence_fit_begin(x, n, springls__any_tangent(n), a);
+    springls__correspondence_fit fit = springls__correspondence_fit_begin(x, n, springls__any_tangent(n));
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
+    springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);
+    springls__fit_shares shares;
     springls__fit_result edge;
     int i;
     if (model->params.keep_edges && springls__place_at_edge(model, x, n, a, model->set.count, &edge)) return edge.ok ? edge.a : a;
-    while ((i = springls__cell_walk_next(&walk)) >= 0) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
-        if (springls__length2(springls__sub(s->p, x)) > 1.01f * r * r) continue; /* none of those counts, whatever is rounded */
-        if (springls__of_two_contact_bodies(model, springl, i)) continue;
-        springls__correspondence_fit_add(&fit, s->p, springls__springl_normal(*s), model->set.a[i]);
-    }
-    return springls__correspondence_fit_end(&fit);
+    while ((i = springls__cell_walk_next(&walk)) >= 0)
+        if (springls__length2(springls__sub(model->set.s[i].p, x)) <= r * r)
+            springls__correspondence_fit_add(&fit, springls__sample_around(model, &fit, springl, i));
+    shares = springls__fit_shares_of(&fit);
+    walk = springls__cell_walk_near(model, x, r);
+    while ((i = springls__cell_walk_next(&walk)) >= 0)
+        if (springls__length2(springls__sub(model->set.s[i].p, x)) <= r * r)
+            sum = springls__mad(sum, springls__sub(model->set.a[i], a),
+                                springls__fit_share(&shares, springls__sample_around(model, &fit, springl, i)));
+    return springls__add(a, sum);
 }
 
 /* Finds the gradient of phi, the correspondence and the nearest springl at vertex i. */
@@ -21111,9 +21138,11 @@ enum { SPRINGLS__CHUNK_CANDIDATES = 1024 }; /* a multiple of SPRINGLS__LANES */
 typedef struct springls__candidates {
     float x[SPRINGLS__CHUNK_CANDIDATES], y[SPRINGLS__CHUNK_CANDIDATES], z[SPRINGLS__CHUNK_CANDIDATES]; /* particles */
     float reach[SPRINGLS__CHUNK_CANDIDATES], bounding_radius[SPRINGLS__CHUNK_CANDIDATES];
+    float height[SPRINGLS__CHUNK_CANDIDATES]; /* of the triangle's plane above the particle */
     springls__v3 n[SPRINGLS__CHUNK_CANDIDATES], a[SPRINGLS__CHUNK_CANDIDATES];
     int springl[SPRINGLS__CHUNK_CANDIDATES], list[SPRINGLS__CHUNK_CANDIDATES];
     int count, listed;
+    float sample[3 * SPRINGLS__LANES * SPRINGLS__CHUNK_CANDIDATES]; /* of those that are listed, as the fits take them */
     uint16_t order[3 * SPRINGLS__TILE_VOXELS]; /* numbers of the vertices, group by group: those of a group lie close together */
 } springls__candidates;
 
@@ -21127,7 +21156,7 @@ typedef struct springls__vertex_group {
 /* Returns the distance from its particle within which a springl may be nearest to a vertex, or take part in a fit. */
 SPRINGLS__FN float springls__reach_of(float bounding_radius)
 {
-    return springls__max(SPRINGLS__FIT_RADIUS, SPRINGLS__MATERIAL_RADIUS + bounding_radius);
+    return springls__max(SPRINGLS__CORRESPONDENCE_RADIUS, SPRINGLS__MATERIAL_RADIUS + bounding_radius);
 }
 
 /* Returns true when a place is within r of a box, by each coordinate. */
@@ -21159,6 +21188,7 @@ SPRINGLS__FN bool springls__find_candidates(const springls__model *model, spring
         c->n[c->count] = springls__springl_normal(*s);
         c->a[c->count] = model->set.a[i];
         c->bounding_radius[c->count] = s->bounding_radius;
+        c->height[c->count] = springls__dot(c->n[c->count], springls__sub(springls__springl_tri(*s).a, s->p));
         c->springl[c->count++] = i;
     }
     return true;
@@ -21281,6 +21311,12 @@ SPRINGLS__FN springls__vec springls__nearest_particles(const springls__candidate
     return nearest;
 }
 
+/* Returns where a vertex, at d from the particle of candidate k, is within the limit of the plane of its triangle. */
+SPRINGLS__FN springls__vmask springls__reaches_plane(const springls__candidates *c, int k, springls__vec3 d, springls__vec limit)
+{
+    return springls__vec_fabs(springls__vec_dot(d, springls__vec_broadcast3(c->n[k])) - c->height[k]) <= limit;
+}
+
 /* Finds the candidates nearest to the vertices. Those whose particles are nearest come first: after them few others can be
    nearer. */
 SPRINGLS__FN void springls__find_nearest(const springls__model *model, const springls__candidates *c, springls__vertex_group *group)
@@ -21301,9 +21337,11 @@ SPRINGLS__FN void springls__find_nearest(const springls__model *model, const spr
             springls__try_candidate(model, c, (int)first[i], group, &search);
     for (i = 0; i < c->listed; i++) {
         const int k = c->list[i];
-        const springls__vec within = springls__vec_load(search.limit) + c->bounding_radius[k];
-        const springls__vec d2 = springls__vec_length2(springls__vec_sub(springls__particle_of(c, k), group->x));
-        if (springls__vec_any(d2 <= within * within) && !springls__vec_any(guess == (float)k))
+        const springls__vec limit = springls__vec_load(search.limit), within = limit + c->bounding_radius[k];
+        const springls__vec3 d = springls__vec_sub(group->x, springls__particle_of(c, k));
+        const springls__vmask near = springls__vec_length2(d) <= within * within;
+        if (springls__vec_any(near) && springls__vec_any(near & springls__reaches_plane(c, k, d, limit))
+            && !springls__vec_any(guess == (float)k))
             springls__try_candidate(model, c, k, group, &search);
     }
 }
@@ -21328,19 +21366,46 @@ SPRINGLS__FN springls__vec3 springls__tangents_of(const springls__candidates *c,
     return springls__vectors_of(v);
 }
 
-/* Returns the correspondences of the vertices: by the fits around them, or else those of their springls. */
-SPRINGLS__FN springls__vec3 springls__group_correspondences(const springls__candidates *c, const springls__vertex_group *group)
+/* Begins the fits of a group, lists the candidates that count for one of them, instead of all, and adds them. */
+SPRINGLS__FN springls__vec_correspondence_fit springls__fit_group(springls__candidates *c, const springls__vertex_group *group)
 {
     springls__vec_correspondence_fit fit = springls__vec_correspondence_fit_begin(
-        group->x, springls__vectors_at(c->n, group->nearest), springls__tangents_of(c, group->nearest),
-        springls__vectors_at(c->a, group->nearest));
-    int i;
+        group->x, springls__vectors_at(c->n, group->nearest), springls__tangents_of(c, group->nearest));
+    int i, count = 0;
     for (i = 0; i < c->listed; i++) {
         const int k = c->list[i];
-        springls__vec_correspondence_fit_add(&fit, springls__particle_of(c, k), springls__vec_broadcast3(c->n[k]),
-                                             springls__vec_broadcast3(c->a[k]));
+        float *to = c->sample + 3 * SPRINGLS__LANES * count;
+        const springls__vec_fit_sample sample = springls__vec_fit_sample_of(&fit, springls__particle_of(c, k),
+                                                                            springls__vec_broadcast3(c->n[k]));
+        if (!springls__vec_any(sample.weight > 0.0f)) continue;
+        springls__vec_correspondence_fit_add(&fit, sample);
+        springls__vec_store(to, sample.weight);
+        springls__vec_store(to + SPRINGLS__LANES, sample.u);
+        springls__vec_store(to + 2 * SPRINGLS__LANES, sample.v);
+        c->list[count++] = k;
     }
-    return springls__vec_correspondence_fit_end(&fit);
+    c->listed = count;
+    return fit;
+}
+
+/* Returns the correspondences of the vertices: by the fits around them, or else those of their springls. */
+SPRINGLS__FN springls__vec3 springls__group_correspondences(springls__candidates *c, const springls__vertex_group *group)
+{
+    const springls__vec_correspondence_fit fit = springls__fit_group(c, group);
+    const springls__vec_fit_shares shares = springls__vec_fit_shares_of(&fit);
+    const springls__vec3 a = springls__vectors_at(c->a, group->nearest);
+    springls__vec3 sum = springls__vec_broadcast3(springls__v3_make(0.0f, 0.0f, 0.0f));
+    int i;
+    for (i = 0; i < c->listed; i++) {
+        const float *from = c->sample + 3 * SPRINGLS__LANES * i;
+        springls__vec_fit_sample sample;
+        sample.weight = springls__vec_load(from);
+        sample.u = springls__vec_load(from + SPRINGLS__LANES);
+        sample.v = springls__vec_load(from + 2 * SPRINGLS__LANES);
+        sum = springls__vec_mad(sum, springls__vec_sub(springls__vec_broadcast3(c->a[c->list[i]]), a),
+                                springls__vec_fit_share(&shares, sample));
+    }
+    return springls__vec_add(a, sum);
 }
 
 /* Finds the springls nearest to up to LANES vertices, -1: none, and the correspondences of those that have one. */
@@ -21869,17 +21934,36 @@ SPRINGLS__FN void springls__fill_chunk_material(const springls_context *ctx, spr
     }
 }
 
-/* Returns what springls__grid_gradient does at vertex x of the tile's brick. */
+/* Interpolates from t on, first by u to t[s], then by v to what lies r further. */
+SPRINGLS__FN float springls__square_sample(const float *t, int s, float u, int r, float v)
+{
+    const float near = t[0] + (t[s] - t[0]) * u, far = t[r] + (t[r + s] - t[r]) * u;
+    return near + (far - near) * v;
+}
+
+/* Returns what springls__grid_gradient does at vertex x of the tile's brick. It lies on an edge of the voxel grid, so that of the
+   trilinear samples half a voxel from it two are linear and four bilinear. */
 SPRINGLS__FN springls__v3 springls__tile_gradient(const springls__wide_tile *tile, springls__v3 x)
 {
-    const springls__v3 origin = springls__v3_make((float)tile->origin[0], (float)tile->origin[1], (float)tile->origin[2]);
-    float side[6];
-    int d;
+    static const int stride[3] = { 1, SPRINGLS__WIDE, SPRINGLS__WIDE * SPRINGLS__WIDE };
+    const float at[3] = { x.x, x.y, x.z };
+    const float *voxel = tile->value;
+    float u, side[6];
+    int d, axis, edge = 0, first[3];
+    for (axis = 0; axis < 3; axis++) {
+        const float whole = springls__floor(at[axis]);
+        if (whole != at[axis]) edge = axis;
+        first[axis] = (int)whole - tile->origin[axis];
+        voxel += stride[axis] * (first[axis] + SPRINGLS__WIDE_MARGIN);
+    }
+    u = at[edge] - (float)(first[edge] + tile->origin[edge]);
     for (d = 0; d < 6; d++) {
-        const float h = d & 1 ? 0.5f : -0.5f;
-        const springls__v3 at = springls__v3_make(d >> 1 == 0 ? x.x + h : x.x, d >> 1 == 1 ? x.y + h : x.y,
-                                                  d >> 1 == 2 ? x.z + h : x.z);
-        side[d] = springls__wide_tile_sample(tile, springls__sub(at, origin));
+        const float p = at[d >> 1] + (d & 1 ? 0.5f : -0.5f) - (float)tile->origin[d >> 1], whole = springls__floor(p);
+        const float *t = voxel + stride[d >> 1] * ((int)whole - first[d >> 1]);
+        axis = d >> 1;
+        if (axis == edge) side[d] = t[0] + (t[stride[edge]] - t[0]) * (p - whole);
+        else if (axis < edge) side[d] = springls__square_sample(t, stride[axis], p - whole, stride[edge], u);
+        else side[d] = springls__square_sample(t, stride[edge], u, stride[axis], p - whole);
     }
     return springls__v3_make(side[1] - side[0], side[3] - side[2], side[5] - side[4]);
 }
@@ -34210,7 +34294,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 10952 \"springls.h\"\n",
+    "#line 10953 \"springls.h\"\n",
+    "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
+    "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
+    "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
+    "\n",
+    "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
+    "\n",
+    "#line 10960 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34225,57 +34316,60 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 10968 \"springls.h\"\n",
+    "#line 10976 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
-    "/* Weighted sums over particles, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
+    "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
     "typedef struct SPRINGLS__W(correspondence_fit) {\n",
     "    SPRINGLS__NUM3 origin, n;\n",
     "    SPRINGLS__NUM3 e1, e2;     /* tangents, of length 1 / radius */\n",
-    "    SPRINGLS__NUM3 a0;         /* correspondences are summed relative to it */\n",
     "    SPRINGLS__NUM moments[15]; /* of 1, u, v, uu, uv, vv, uuu, uuv, uvv, vvv, uuuu, uuuv, uuvv, uvvv, vvvv */\n",
-    "    SPRINGLS__NUM3 right[6];   /* of a - a0 times vv, uv, uu, v, u, 1 */\n",
     "} SPRINGLS__W(correspondence_fit);\n",
+    "\n",
+    "/* A particle as a fit takes it; weight 0: not at all. */\n",
+    "typedef struct SPRINGLS__W(fit_sample) { SPRINGLS__NUM weight, u, v; } SPRINGLS__W(fit_sample);\n",
+    "\n",
+    "/* A polynomial with the terms vv, uv, uu, v, u, 1. Times a particle's weight, it is the share of the particle's correspondence in\n",
+    "   that of the origin. */\n",
+    "typedef struct SPRINGLS__W(fit_shares) { SPRINGLS__NUM factor[6]; } SPRINGLS__W(fit_shares);\n",
     "\n",
     "/* Begins a fit over no particles at `origin`; n, tangent: unit vectors, perpendicular to each other. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__W(correspondence_fit) SPRINGLS__W(correspondence_fit_begin)(SPRINGLS__NUM3 origin, SPRINGLS__NUM3 n,\n",
-    "                                                                                        SPRINGLS__NUM3 tangent, SPRINGLS__NUM3 a0)\n",
+    "                                                                                        SPRINGLS__NUM3 tangent)\n",
     "{\n",
-    "    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f);\n",
     "    SPRINGLS__W(correspondence_fit) fit;\n",
     "    int i;\n",
     "    fit.origin = origin;\n",
     "    fit.n = n;\n",
-    "    fit.e1 = SPRINGLS__W(scale)(tangent, SPRINGLS__W(broadcast)(1.0f / SPRINGLS__FIT_RADIUS));\n",
+    "    fit.e1 = SPRINGLS__W(scale)(tangent, SPRINGLS__W(broadcast)(1.0f / SPRINGLS__CORRESPONDENCE_RADIUS));\n",
     "    fit.e2 = SPRINGLS__W(cross)(n, fit.e1);\n",
-    "    fit.a0 = a0;\n",
-    "    for (i = 0; i < 15; i++) fit.moments[i] = zero;\n",
-    "    for (i = 0; i < 6; i++) fit.right[i] = SPRINGLS__W(v3_make)(zero, zero, zero);\n",
+    "    for (i = 0; i < 15; i++) fit.moments[i] = SPRINGLS__W(broadcast)(0.0f);\n",
     "    return fit;\n",
     "}\n",
     "\n",
-    "/* Adds a particle with its normal and correspondence, unless it is too far, faces elsewhere, or lies on another sheet. */\n",
-    "SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_add)(SPRINGLS__W(correspondence_fit) *fit, SPRINGLS__NUM3 p,\n",
-    "                                                           SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)\n",
+    "/* Returns a particle with its normal as the fit takes it: not at all if it is too far, faces elsewhere, or lies on another sheet. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit_sample) SPRINGLS__W(fit_sample_of)(const SPRINGLS__W(correspondence_fit) *fit, SPRINGLS__NUM3 p,\n",
+    "                                                                    SPRINGLS__NUM3 normal)\n",
     "{\n",
-    "    const float r = SPRINGLS__FIT_RADIUS;\n",
+    "    const float r = SPRINGLS__CORRESPONDENCE_RADIUS;\n",
     "    const SPRINGLS__NUM3 d = SPRINGLS__W(sub)(p, fit->origin);\n",
     "    const SPRINGLS__NUM r2 = SPRINGLS__W(length2)(d) * (1.0f / (r * r));\n",
     "    const SPRINGLS__NUM height = SPRINGLS__W(fabs)(SPRINGLS__W(dot)(d, fit->n)), facing = SPRINGLS__W(dot)(normal, fit->n);\n",
     "    const SPRINGLS__COND counts = (r2 < 1.0f) & (height <= SPRINGLS__FIT_SHEET_HEIGHT * r)\n",
     "                                & (facing >= SPRINGLS__FIT_SHEET_FACING);\n",
-    "    SPRINGLS__NUM w, u, v, wu, wv, wuu, wuv, wvv, wuuu, wvvv, *m = fit->moments;\n",
-    "    if (!SPRINGLS__W(any)(counts)) return;\n",
-    "    w = SPRINGLS__W(select)(counts, SPRINGLS__FIT_WEIGHT(r2), SPRINGLS__W(broadcast)(0.0f));\n",
-    "    u = SPRINGLS__W(dot)(d, fit->e1);\n",
-    "    v = SPRINGLS__W(dot)(d, fit->e2);\n",
-    "    wu = w * u;\n",
-    "    wv = w * v;\n",
-    "    wuu = wu * u;\n",
-    "    wuv = wu * v;\n",
-    "    wvv = wv * v;\n",
-    "    wuuu = wuu * u;\n",
-    "    wvvv = wvv * v;\n",
+    "    SPRINGLS__W(fit_sample) sample;\n",
+    "    sample.weight = SPRINGLS__W(select)(counts, SPRINGLS__FIT_WEIGHT(r2), SPRINGLS__W(broadcast)(0.0f));\n",
+    "    sample.u = SPRINGLS__W(dot)(d, fit->e1);\n",
+    "    sample.v = SPRINGLS__W(dot)(d, fit->e2);\n",
+    "    return sample;\n",
+    "}\n",
+    "\n",
+    "/* Adds a particle to the sums. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_add)(SPRINGLS__W(correspondence_fit) *fit, SPRINGLS__W(fit_sample) sample)\n",
+    "{\n",
+    "    const SPRINGLS__NUM w = sample.weight, u = sample.u, v = sample.v, wu = w * u, wv = w * v;\n",
+    "    const SPRINGLS__NUM wuu = wu * u, wuv = wu * v, wvv = wv * v, wuuu = wuu * u, wvvv = wvv * v;\n",
+    "    SPRINGLS__NUM *m = fit->moments;\n",
     "    m[0] += w;\n",
     "    m[1] += wu;\n",
     "    m[2] += wv;\n",
@@ -34291,21 +34385,14 @@ static const char *const springls__kernel_lines[] = {
     "    m[12] += wuv * u * v;\n",
     "    m[13] += wvvv * u;\n",
     "    m[14] += wvvv * v;\n",
-    "    a = SPRINGLS__W(sub)(a, fit->a0);\n",
-    "    fit->right[0] = SPRINGLS__W(mad)(fit->right[0], a, wvv);\n",
-    "    fit->right[1] = SPRINGLS__W(mad)(fit->right[1], a, wuv);\n",
-    "    fit->right[2] = SPRINGLS__W(mad)(fit->right[2], a, wuu);\n",
-    "    fit->right[3] = SPRINGLS__W(mad)(fit->right[3], a, wv);\n",
-    "    fit->right[4] = SPRINGLS__W(mad)(fit->right[4], a, wu);\n",
-    "    fit->right[5] = SPRINGLS__W(mad)(fit->right[5], a, w);\n",
     "}\n",
     "\n",
-    "/* Replaces the correspondence at the origin, where it is not known yet, by that of a fit with the terms vv, uv, uu, v, u, 1 from\n",
-    "   number `first` on: eliminates all but the constant one. It stays where particles lie badly around the origin, which would make\n",
-    "   large errors of small ones: the value is a sum of the particles' correspondences whose factors are together, without their\n",
-    "   signs, at most the root of moments[0] / last pivot (Cauchy-Schwarz), and that is bounded. */\n",
-    "SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_solve)(const SPRINGLS__W(correspondence_fit) *fit, int first,\n",
-    "                                                             SPRINGLS__NUM3 *a, SPRINGLS__COND *known)\n",
+    "/* Finds the shares, where they are not known yet, of a fit with the terms from number `first` on: those whose sums of shares times\n",
+    "   the terms are 0, and 1 for the constant one. They stay unknown where particles lie badly around the origin, which would make\n",
+    "   large errors of small ones: without their signs the shares are together at most the root of moments[0] / last pivot\n",
+    "   (Cauchy-Schwarz), and that is bounded. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(fit_shares_solve)(const SPRINGLS__W(correspondence_fit) *fit, int first,\n",
+    "                                                     SPRINGLS__W(fit_shares) *shares, SPRINGLS__COND *known)\n",
     "{\n",
     "    const SPRINGLS__NUM *m = fit->moments;\n",
     "    const SPRINGLS__NUM row[6][6] = { { m[14] },\n",
@@ -34316,41 +34403,50 @@ static const char *const springls__kernel_lines[] = {
     "                                      { m[5], m[4], m[3], m[2], m[1], m[0] } };\n",
     "    const float most = 8.0f; /* times the errors of correspondences */\n",
     "    SPRINGLS__NUM left[6][6]; /* the lower triangle */\n",
-    "    SPRINGLS__NUM3 right[6], found;\n",
+    "    SPRINGLS__NUM inverse[6], found[6];\n",
     "    SPRINGLS__COND good;\n",
     "    int i, j, k;\n",
-    "    for (i = first; i < 6; i++) {\n",
+    "    for (i = first; i < 6; i++)\n",
     "        for (j = first; j <= i; j++) left[i][j] = row[i][j];\n",
-    "        right[i] = fit->right[i];\n",
-    "    }\n",
     "    good = m[0] > 0.0f;\n",
     "    for (k = first; k < 5; k++) {\n",
-    "        const SPRINGLS__NUM inverse = 1.0f / left[k][k];\n",
+    "        inverse[k] = 1.0f / left[k][k];\n",
     "        good = good & (left[k][k] > SPRINGLS__FIT_SINGULAR * m[0]);\n",
     "        for (i = k + 1; i < 6; i++) {\n",
-    "            const SPRINGLS__NUM factor = left[i][k] * inverse;\n",
+    "            const SPRINGLS__NUM factor = left[i][k] * inverse[k];\n",
     "            for (j = k + 1; j <= i; j++) left[i][j] -= factor * left[j][k];\n",
-    "            right[i] = SPRINGLS__W(mad)(right[i], right[k], -factor);\n",
     "        }\n",
     "    }\n",
     "    good = good & (left[5][5] > m[0] / (most * most)) & SPRINGLS__W(not)(*known);\n",
-    "    found = SPRINGLS__W(add)(fit->a0, SPRINGLS__W(scale)(right[5], 1.0f / left[5][5]));\n",
-    "    a->x = SPRINGLS__W(select)(good, found.x, a->x);\n",
-    "    a->y = SPRINGLS__W(select)(good, found.y, a->y);\n",
-    "    a->z = SPRINGLS__W(select)(good, found.z, a->z);\n",
+    "    found[5] = 1.0f / left[5][5];\n",
+    "    for (k = 4; k >= first; k--) {\n",
+    "        SPRINGLS__NUM sum = left[5][k] * found[5];\n",
+    "        for (i = k + 1; i < 5; i++) sum += left[i][k] * found[i];\n",
+    "        found[k] = -sum * inverse[k];\n",
+    "    }\n",
+    "    for (k = first; k < 6; k++) shares->factor[k] = SPRINGLS__W(select)(good, found[k], shares->factor[k]);\n",
     "    *known = *known | good;\n",
     "}\n",
     "\n",
-    "/* Returns the correspondence at the origin: by a quadratic, by a plane where too few neighbors lie around it for one, else a0. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(correspondence_fit_end)(const SPRINGLS__W(correspondence_fit) *fit)\n",
+    "/* Returns the shares: of a quadratic, of a plane where too few neighbors lie around the origin for one, else 0. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit_shares) SPRINGLS__W(fit_shares_of)(const SPRINGLS__W(correspondence_fit) *fit)\n",
     "{\n",
     "    SPRINGLS__COND known = fit->moments[0] < 0.0f; /* nowhere */\n",
-    "    SPRINGLS__NUM3 a = fit->a0;\n",
-    "    SPRINGLS__W(correspondence_fit_solve)(fit, 0, &a, &known);\n",
-    "    if (SPRINGLS__W(any)(SPRINGLS__W(not)(known))) SPRINGLS__W(correspondence_fit_solve)(fit, 3, &a, &known);\n",
-    "    return a;\n",
+    "    SPRINGLS__W(fit_shares) shares;\n",
+    "    int k;\n",
+    "    for (k = 0; k < 6; k++) shares.factor[k] = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    SPRINGLS__W(fit_shares_solve)(fit, 0, &shares, &known);\n",
+    "    if (SPRINGLS__W(any)(SPRINGLS__W(not)(known))) SPRINGLS__W(fit_shares_solve)(fit, 3, &shares, &known);\n",
+    "    return shares;\n",
     "}\n",
-    "#line 11093 \"springls.h\"\n",
+    "\n",
+    "/* Returns the share of a particle. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(fit_share)(const SPRINGLS__W(fit_shares) *shares, SPRINGLS__W(fit_sample) sample)\n",
+    "{\n",
+    "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
+    "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
+    "}\n",
+    "#line 11106 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34365,57 +34461,60 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11108 \"springls.h\"\n",
+    "#line 11121 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
-    "/* Weighted sums over particles, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
+    "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
     "typedef struct SPRINGLS__W(correspondence_fit) {\n",
     "    SPRINGLS__NUM3 origin, n;\n",
     "    SPRINGLS__NUM3 e1, e2;     /* tangents, of length 1 / radius */\n",
-    "    SPRINGLS__NUM3 a0;         /* correspondences are summed relative to it */\n",
     "    SPRINGLS__NUM moments[15]; /* of 1, u, v, uu, uv, vv, uuu, uuv, uvv, vvv, uuuu, uuuv, uuvv, uvvv, vvvv */\n",
-    "    SPRINGLS__NUM3 right[6];   /* of a - a0 times vv, uv, uu, v, u, 1 */\n",
     "} SPRINGLS__W(correspondence_fit);\n",
+    "\n",
+    "/* A particle as a fit takes it; weight 0: not at all. */\n",
+    "typedef struct SPRINGLS__W(fit_sample) { SPRINGLS__NUM weight, u, v; } SPRINGLS__W(fit_sample);\n",
+    "\n",
+    "/* A polynomial with the terms vv, uv, uu, v, u, 1. Times a particle's weight, it is the share of the particle's correspondence in\n",
+    "   that of the origin. */\n",
+    "typedef struct SPRINGLS__W(fit_shares) { SPRINGLS__NUM factor[6]; } SPRINGLS__W(fit_shares);\n",
     "\n",
     "/* Begins a fit over no particles at `origin`; n, tangent: unit vectors, perpendicular to each other. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__W(correspondence_fit) SPRINGLS__W(correspondence_fit_begin)(SPRINGLS__NUM3 origin, SPRINGLS__NUM3 n,\n",
-    "                                                                                        SPRINGLS__NUM3 tangent, SPRINGLS__NUM3 a0)\n",
+    "                                                                                        SPRINGLS__NUM3 tangent)\n",
     "{\n",
-    "    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f);\n",
     "    SPRINGLS__W(correspondence_fit) fit;\n",
     "    int i;\n",
     "    fit.origin = origin;\n",
     "    fit.n = n;\n",
-    "    fit.e1 = SPRINGLS__W(scale)(tangent, SPRINGLS__W(broadcast)(1.0f / SPRINGLS__FIT_RADIUS));\n",
+    "    fit.e1 = SPRINGLS__W(scale)(tangent, SPRINGLS__W(broadcast)(1.0f / SPRINGLS__CORRESPONDENCE_RADIUS));\n",
     "    fit.e2 = SPRINGLS__W(cross)(n, fit.e1);\n",
-    "    fit.a0 = a0;\n",
-    "    for (i = 0; i < 15; i++) fit.moments[i] = zero;\n",
-    "    for (i = 0; i < 6; i++) fit.right[i] = SPRINGLS__W(v3_make)(zero, zero, zero);\n",
+    "    for (i = 0; i < 15; i++) fit.moments[i] = SPRINGLS__W(broadcast)(0.0f);\n",
     "    return fit;\n",
     "}\n",
     "\n",
-    "/* Adds a particle with its normal and correspondence, unless it is too far, faces elsewhere, or lies on another sheet. */\n",
-    "SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_add)(SPRINGLS__W(correspondence_fit) *fit, SPRINGLS__NUM3 p,\n",
-    "                                                           SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)\n",
+    "/* Returns a particle with its normal as the fit takes it: not at all if it is too far, faces elsewhere, or lies on another sheet. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit_sample) SPRINGLS__W(fit_sample_of)(const SPRINGLS__W(correspondence_fit) *fit, SPRINGLS__NUM3 p,\n",
+    "                                                                    SPRINGLS__NUM3 normal)\n",
     "{\n",
-    "    const float r = SPRINGLS__FIT_RADIUS;\n",
+    "    const float r = SPRINGLS__CORRESPONDENCE_RADIUS;\n",
     "    const SPRINGLS__NUM3 d = SPRINGLS__W(sub)(p, fit->origin);\n",
     "    const SPRINGLS__NUM r2 = SPRINGLS__W(length2)(d) * (1.0f / (r * r));\n",
     "    const SPRINGLS__NUM height = SPRINGLS__W(fabs)(SPRINGLS__W(dot)(d, fit->n)), facing = SPRINGLS__W(dot)(normal, fit->n);\n",
     "    const SPRINGLS__COND counts = (r2 < 1.0f) & (height <= SPRINGLS__FIT_SHEET_HEIGHT * r)\n",
     "                                & (facing >= SPRINGLS__FIT_SHEET_FACING);\n",
-    "    SPRINGLS__NUM w, u, v, wu, wv, wuu, wuv, wvv, wuuu, wvvv, *m = fit->moments;\n",
-    "    if (!SPRINGLS__W(any)(counts)) return;\n",
-    "    w = SPRINGLS__W(select)(counts, SPRINGLS__FIT_WEIGHT(r2), SPRINGLS__W(broadcast)(0.0f));\n",
-    "    u = SPRINGLS__W(dot)(d, fit->e1);\n",
-    "    v = SPRINGLS__W(dot)(d, fit->e2);\n",
-    "    wu = w * u;\n",
-    "    wv = w * v;\n",
-    "    wuu = wu * u;\n",
-    "    wuv = wu * v;\n",
-    "    wvv = wv * v;\n",
-    "    wuuu = wuu * u;\n",
-    "    wvvv = wvv * v;\n",
+    "    SPRINGLS__W(fit_sample) sample;\n",
+    "    sample.weight = SPRINGLS__W(select)(counts, SPRINGLS__FIT_WEIGHT(r2), SPRINGLS__W(broadcast)(0.0f));\n",
+    "    sample.u = SPRINGLS__W(dot)(d, fit->e1);\n",
+    "    sample.v = SPRINGLS__W(dot)(d, fit->e2);\n",
+    "    return sample;\n",
+    "}\n",
+    "\n",
+    "/* Adds a particle to the sums. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_add)(SPRINGLS__W(correspondence_fit) *fit, SPRINGLS__W(fit_sample) sample)\n",
+    "{\n",
+    "    const SPRINGLS__NUM w = sample.weight, u = sample.u, v = sample.v, wu = w * u, wv = w * v;\n",
+    "    const SPRINGLS__NUM wuu = wu * u, wuv = wu * v, wvv = wv * v, wuuu = wuu * u, wvvv = wvv * v;\n",
+    "    SPRINGLS__NUM *m = fit->moments;\n",
     "    m[0] += w;\n",
     "    m[1] += wu;\n",
     "    m[2] += wv;\n",
@@ -34431,21 +34530,14 @@ static const char *const springls__kernel_lines[] = {
     "    m[12] += wuv * u * v;\n",
     "    m[13] += wvvv * u;\n",
     "    m[14] += wvvv * v;\n",
-    "    a = SPRINGLS__W(sub)(a, fit->a0);\n",
-    "    fit->right[0] = SPRINGLS__W(mad)(fit->right[0], a, wvv);\n",
-    "    fit->right[1] = SPRINGLS__W(mad)(fit->right[1], a, wuv);\n",
-    "    fit->right[2] = SPRINGLS__W(mad)(fit->right[2], a, wuu);\n",
-    "    fit->right[3] = SPRINGLS__W(mad)(fit->right[3], a, wv);\n",
-    "    fit->right[4] = SPRINGLS__W(mad)(fit->right[4], a, wu);\n",
-    "    fit->right[5] = SPRINGLS__W(mad)(fit->right[5], a, w);\n",
     "}\n",
     "\n",
-    "/* Replaces the correspondence at the origin, where it is not known yet, by that of a fit with the terms vv, uv, uu, v, u, 1 from\n",
-    "   number `first` on: eliminates all but the constant one. It stays where particles lie badly around the origin, which would make\n",
-    "   large errors of small ones: the value is a sum of the particles' correspondences whose factors are together, without their\n",
-    "   signs, at most the root of moments[0] / last pivot (Cauchy-Schwarz), and that is bounded. */\n",
-    "SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_solve)(const SPRINGLS__W(correspondence_fit) *fit, int first,\n",
-    "                                                             SPRINGLS__NUM3 *a, SPRINGLS__COND *known)\n",
+    "/* Finds the shares, where they are not known yet, of a fit with the terms from number `first` on: those whose sums of shares times\n",
+    "   the terms are 0, and 1 for the constant one. They stay unknown where particles lie badly around the origin, which would make\n",
+    "   large errors of small ones: without their signs the shares are together at most the root of moments[0] / last pivot\n",
+    "   (Cauchy-Schwarz), and that is bounded. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(fit_shares_solve)(const SPRINGLS__W(correspondence_fit) *fit, int first,\n",
+    "                                                     SPRINGLS__W(fit_shares) *shares, SPRINGLS__COND *known)\n",
     "{\n",
     "    const SPRINGLS__NUM *m = fit->moments;\n",
     "    const SPRINGLS__NUM row[6][6] = { { m[14] },\n",
@@ -34456,46 +34548,50 @@ static const char *const springls__kernel_lines[] = {
     "                                      { m[5], m[4], m[3], m[2], m[1], m[0] } };\n",
     "    const float most = 8.0f; /* times the errors of correspondences */\n",
     "    SPRINGLS__NUM left[6][6]; /* the lower triangle */\n",
-    "    SPRINGLS__NUM3 right[6], found;\n",
+    "    SPRINGLS__NUM inverse[6], found[6];\n",
     "    SPRINGLS__COND good;\n",
     "    int i, j, k;\n",
-    "    for (i = first; i < 6; i++) {\n",
+    "    for (i = first; i < 6; i++)\n",
     "        for (j = first; j <= i; j++) left[i][j] = row[i][j];\n",
-    "        right[i] = fit->right[i];\n",
-    "    }\n",
     "    good = m[0] > 0.0f;\n",
     "    for (k = first; k < 5; k++) {\n",
-    "        const SPRINGLS__NUM inverse = 1.0f / left[k][k];\n",
+    "        inverse[k] = 1.0f / left[k][k];\n",
     "        good = good & (left[k][k] > SPRINGLS__FIT_SINGULAR * m[0]);\n",
     "        for (i = k + 1; i < 6; i++) {\n",
-    "            const SPRINGLS__NUM factor = left[i][k] * inverse;\n",
+    "            const SPRINGLS__NUM factor = left[i][k] * inverse[k];\n",
     "            for (j = k + 1; j <= i; j++) left[i][j] -= factor * left[j][k];\n",
-    "            right[i] = SPRINGLS__W(mad)(right[i], right[k], -factor);\n",
     "        }\n",
     "    }\n",
     "    good = good & (left[5][5] > m[0] / (most * most)) & SPRINGLS__W(not)(*known);\n",
-    "    found = SPRINGLS__W(add)(fit->a0, SPRINGLS__W(scale)(right[5], 1.0f / left[5][5]));\n",
-    "    a->x = SPRINGLS__W(select)(good, found.x, a->x);\n",
-    "    a->y = SPRINGLS__W(select)(good, found.y, a->y);\n",
-    "    a->z = SPRINGLS__W(select)(good, found.z, a->z);\n",
+    "    found[5] = 1.0f / left[5][5];\n",
+    "    for (k = 4; k >= first; k--) {\n",
+    "        SPRINGLS__NUM sum = left[5][k] * found[5];\n",
+    "        for (i = k + 1; i < 5; i++) sum += left[i][k] * found[i];\n",
+    "        found[k] = -sum * inverse[k];\n",
+    "    }\n",
+    "    for (k = first; k < 6; k++) shares->factor[k] = SPRINGLS__W(select)(good, found[k], shares->factor[k]);\n",
     "    *known = *known | good;\n",
     "}\n",
     "\n",
-    "/* Returns the correspondence at the origin: by a quadratic, by a plane where too few neighbors lie around it for one, else a0. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(correspondence_fit_end)(const SPRINGLS__W(correspondence_fit) *fit)\n",
+    "/* Returns the shares: of a quadratic, of a plane where too few neighbors lie around the origin for one, else 0. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit_shares) SPRINGLS__W(fit_shares_of)(const SPRINGLS__W(correspondence_fit) *fit)\n",
     "{\n",
     "    SPRINGLS__COND known = fit->moments[0] < 0.0f; /* nowhere */\n",
-    "    SPRINGLS__NUM3 a = fit->a0;\n",
-    "    SPRINGLS__W(correspondence_fit_solve)(fit, 0, &a, &known);\n",
-    "    if (SPRINGLS__W(any)(SPRINGLS__W(not)(known))) SPRINGLS__W(correspondence_fit_solve)(fit, 3, &a, &known);\n",
-    "    return a;\n",
+    "    SPRINGLS__W(fit_shares) shares;\n",
+    "    int k;\n",
+    "    for (k = 0; k < 6; k++) shares.factor[k] = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    SPRINGLS__W(fit_shares_solve)(fit, 0, &shares, &known);\n",
+    "    if (SPRINGLS__W(any)(SPRINGLS__W(not)(known))) SPRINGLS__W(fit_shares_solve)(fit, 3, &shares, &known);\n",
+    "    return shares;\n",
     "}\n",
-    "#line 11234 \"springls.h\"\n",
-    "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
-    "   level need. Only its value at the origin counts: so the constant term comes last in an elimination, which leaves its value\n",
-    "   without square roots and without substituting back; and the normal matrix is kept as the 15 moments of the weights in it. */\n",
     "\n",
-    "#line 11240 \"springls.h\"\n",
+    "/* Returns the share of a particle. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(fit_share)(const SPRINGLS__W(fit_shares) *shares, SPRINGLS__W(fit_sample) sample)\n",
+    "{\n",
+    "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
+    "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
+    "}\n",
+    "#line 11252 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -34728,23 +34824,38 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "#define SPRINGLS__MATERIAL_RADIUS 1.0f /* voxels: how far from a vertex its springl may be */\n",
     "\n",
+    "/* Returns springl i as a fit around x takes it; it has springl `center` for a neighbor. */\n",
+    "SPRINGLS__MATHS springls__fit_sample springls__sample_around(const springls__model *model, const springls__correspondence_fit *fit,\n",
+    "                                                             int center, int i)\n",
+    "{\n",
+    "    const springls__springl s = model->set.s[i];\n",
+    "    springls__fit_sample sample = springls__fit_sample_of(fit, s.p, springls__springl_normal(s));\n",
+    "    if (springls__of_two_contact_bodies(model, center, i)) sample.weight = 0.0f;\n",
+    "    return sample;\n",
+    "}\n",
+    "\n",
     "/* Returns the correspondence of a point near a springl: by the fit around it, or else the springl's own. */\n",
     "SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *model, int springl, springls__v3 x)\n",
     "{\n",
-    "    const float r = SPRINGLS__FIT_RADIUS;\n",
+    "    const float r = 1.01f * SPRINGLS__CORRESPONDENCE_RADIUS; /* none further counts, whatever is rounded */\n",
     "    const springls__v3 a = model->set.a[springl], n = springls__springl_normal(model->set.s[springl]);\n",
-    "    springls__correspondence_fit fit = springls__correspondence_fit_begin(x, n, springls__any_tangent(n), a);\n",
+    "    springls__correspondence_fit fit = springls__correspondence_fit_begin(x, n, springls__any_tangent(n));\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
+    "    springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "    springls__fit_shares shares;\n",
     "    springls__fit_result edge;\n",
     "    int i;\n",
     "    if (model->params.keep_edges && springls__place_at_edge(model, x, n, a, model->set.count, &edge)) return edge.ok ? edge.a : a;\n",
-    "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
-    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
-    "        if (springls__length2(springls__sub(s->p, x)) > 1.01f * r * r) continue; /* none of those counts, whatever is rounded */\n",
-    "        if (springls__of_two_contact_bodies(model, springl, i)) continue;\n",
-    "        springls__correspondence_fit_add(&fit, s->p, springls__springl_normal(*s), model->set.a[i]);\n",
-    "    }\n",
-    "    return springls__correspondence_fit_end(&fit);\n",
+    "    while ((i = springls__cell_walk_next(&walk)) >= 0)\n",
+    "        if (springls__length2(springls__sub(model->set.s[i].p, x)) <= r * r)\n",
+    "            springls__correspondence_fit_add(&fit, springls__sample_around(model, &fit, springl, i));\n",
+    "    shares = springls__fit_shares_of(&fit);\n",
+    "    walk = springls__cell_walk_near(model, x, r);\n",
+    "    while ((i = springls__cell_walk_next(&walk)) >= 0)\n",
+    "        if (springls__length2(springls__sub(model->set.s[i].p, x)) <= r * r)\n",
+    "            sum = springls__mad(sum, springls__sub(model->set.a[i], a),\n",
+    "                                springls__fit_share(&shares, springls__sample_around(model, &fit, springl, i)));\n",
+    "    return springls__add(a, sum);\n",
     "}\n",
     "\n",
     "/* Finds the gradient of phi, the correspondence and the nearest springl at vertex i. */\n",
@@ -34757,7 +34868,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11503 \"springls.h\"\n",
+    "#line 11530 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -34857,7 +34968,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 34861 \"springls.h\"\n",
+    "#line 34972 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

@@ -240,23 +240,38 @@ SPRINGLS__MATHS void springls__surface_element(const springls__model *model, spr
 
 #define SPRINGLS__MATERIAL_RADIUS 1.0f /* voxels: how far from a vertex its springl may be */
 
+/* Returns springl i as a fit around x takes it; it has springl `center` for a neighbor. */
+SPRINGLS__MATHS springls__fit_sample springls__sample_around(const springls__model *model, const springls__correspondence_fit *fit,
+                                                             int center, int i)
+{
+    const springls__springl s = model->set.s[i];
+    springls__fit_sample sample = springls__fit_sample_of(fit, s.p, springls__springl_normal(s));
+    if (springls__of_two_contact_bodies(model, center, i)) sample.weight = 0.0f;
+    return sample;
+}
+
 /* Returns the correspondence of a point near a springl: by the fit around it, or else the springl's own. */
 SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *model, int springl, springls__v3 x)
 {
-    const float r = SPRINGLS__FIT_RADIUS;
+    const float r = 1.01f * SPRINGLS__CORRESPONDENCE_RADIUS; /* none further counts, whatever is rounded */
     const springls__v3 a = model->set.a[springl], n = springls__springl_normal(model->set.s[springl]);
-    springls__correspondence_fit fit = springls__correspondence_fit_begin(x, n, springls__any_tangent(n), a);
+    springls__correspondence_fit fit = springls__correspondence_fit_begin(x, n, springls__any_tangent(n));
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
+    springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);
+    springls__fit_shares shares;
     springls__fit_result edge;
     int i;
     if (model->params.keep_edges && springls__place_at_edge(model, x, n, a, model->set.count, &edge)) return edge.ok ? edge.a : a;
-    while ((i = springls__cell_walk_next(&walk)) >= 0) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
-        if (springls__length2(springls__sub(s->p, x)) > 1.01f * r * r) continue; /* none of those counts, whatever is rounded */
-        if (springls__of_two_contact_bodies(model, springl, i)) continue;
-        springls__correspondence_fit_add(&fit, s->p, springls__springl_normal(*s), model->set.a[i]);
-    }
-    return springls__correspondence_fit_end(&fit);
+    while ((i = springls__cell_walk_next(&walk)) >= 0)
+        if (springls__length2(springls__sub(model->set.s[i].p, x)) <= r * r)
+            springls__correspondence_fit_add(&fit, springls__sample_around(model, &fit, springl, i));
+    shares = springls__fit_shares_of(&fit);
+    walk = springls__cell_walk_near(model, x, r);
+    while ((i = springls__cell_walk_next(&walk)) >= 0)
+        if (springls__length2(springls__sub(model->set.s[i].p, x)) <= r * r)
+            sum = springls__mad(sum, springls__sub(model->set.a[i], a),
+                                springls__fit_share(&shares, springls__sample_around(model, &fit, springl, i)));
+    return springls__add(a, sum);
 }
 
 /* Finds the gradient of phi, the correspondence and the nearest springl at vertex i. */
