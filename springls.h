@@ -11481,37 +11481,48 @@ SPRINGLS__MATHS void springls__surface_element(const springls__model *model, spr
 
 #define SPRINGLS__MATERIAL_RADIUS 1.0f /* voxels: how far from a vertex its springl may be */
 
-/* Returns springl i as a fit around x takes it; it has springl `center` for a neighbor. */
-SPRINGLS__MATHS springls__fit_sample springls__sample_around(const springls__model *model, const springls__correspondence_fit *fit,
-                                                             int center, int i)
+/* Finds the next springl of a walk that counts for a fit around springl `center`; -1: none is left. */
+SPRINGLS__MATHS int springls__next_sample(const springls__model *model, const springls__correspondence_fit *fit, int center,
+                                          springls__cell_walk *walk, springls__fit_sample *sample)
 {
-    const springls__springl s = model->set.s[i];
-    springls__fit_sample sample = springls__fit_sample_of(fit, s.p, springls__springl_normal(s));
-    if (springls__of_two_contact_bodies(model, center, i)) sample.weight = 0.0f;
-    return sample;
+    const float r = 1.01f * SPRINGLS__CORRESPONDENCE_RADIUS; /* none further counts, whatever is rounded */
+    int i;
+    while ((i = springls__cell_walk_next(walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+        if (springls__length2(springls__sub(s->p, fit->origin)) > r * r) continue;
+        if (springls__of_two_contact_bodies(model, center, i)) continue;
+        *sample = springls__fit_sample_of(fit, s->p, springls__springl_normal(*s));
+        if (sample->weight > 0.0f) break;
+    }
+    return i;
 }
+
+#define SPRINGLS__KEPT_SAMPLES 32 /* most fits have fewer; what is left is sampled twice */
 
 /* Returns the correspondence of a point near a springl: by the fit around it, or else the springl's own. */
 SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *model, int springl, springls__v3 x)
 {
-    const float r = 1.01f * SPRINGLS__CORRESPONDENCE_RADIUS; /* none further counts, whatever is rounded */
     const springls__v3 a = model->set.a[springl], n = springls__springl_normal(model->set.s[springl]);
     springls__correspondence_fit fit = springls__correspondence_fit_begin(x, n, springls__any_tangent(n));
-    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
+    springls__cell_walk walk = springls__cell_walk_near(model, x, 1.01f * SPRINGLS__CORRESPONDENCE_RADIUS), rest = walk;
     springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);
+    springls__fit_sample sample, kept[SPRINGLS__KEPT_SAMPLES];
     springls__fit_shares shares;
     springls__fit_result edge;
-    int i;
+    int i, k, count = 0, index[SPRINGLS__KEPT_SAMPLES];
     if (model->params.keep_edges && springls__place_at_edge(model, x, n, a, model->set.count, &edge)) return edge.ok ? edge.a : a;
-    while ((i = springls__cell_walk_next(&walk)) >= 0)
-        if (springls__length2(springls__sub(model->set.s[i].p, x)) <= r * r)
-            springls__correspondence_fit_add(&fit, springls__sample_around(model, &fit, springl, i));
+    while ((i = springls__next_sample(model, &fit, springl, &walk, &sample)) >= 0) {
+        springls__correspondence_fit_add(&fit, sample);
+        if (count == SPRINGLS__KEPT_SAMPLES) continue;
+        kept[count] = sample;
+        index[count++] = i;
+        rest = walk;
+    }
     shares = springls__fit_shares_of(&fit);
-    walk = springls__cell_walk_near(model, x, r);
-    while ((i = springls__cell_walk_next(&walk)) >= 0)
-        if (springls__length2(springls__sub(model->set.s[i].p, x)) <= r * r)
-            sum = springls__mad(sum, springls__sub(model->set.a[i], a),
-                                springls__fit_share(&shares, springls__sample_around(model, &fit, springl, i)));
+    for (k = 0; k < count; k++)
+        sum = springls__mad(sum, springls__sub(model->set.a[index[k]], a), springls__fit_share(&shares, kept[k]));
+    while ((i = springls__next_sample(model, &fit, springl, &rest, &sample)) >= 0)
+        sum = springls__mad(sum, springls__sub(model->set.a[i], a), springls__fit_share(&shares, sample));
     return springls__add(a, sum);
 }
 
@@ -34824,37 +34835,48 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "#define SPRINGLS__MATERIAL_RADIUS 1.0f /* voxels: how far from a vertex its springl may be */\n",
     "\n",
-    "/* Returns springl i as a fit around x takes it; it has springl `center` for a neighbor. */\n",
-    "SPRINGLS__MATHS springls__fit_sample springls__sample_around(const springls__model *model, const springls__correspondence_fit *fit,\n",
-    "                                                             int center, int i)\n",
+    "/* Finds the next springl of a walk that counts for a fit around springl `center`; -1: none is left. */\n",
+    "SPRINGLS__MATHS int springls__next_sample(const springls__model *model, const springls__correspondence_fit *fit, int center,\n",
+    "                                          springls__cell_walk *walk, springls__fit_sample *sample)\n",
     "{\n",
-    "    const springls__springl s = model->set.s[i];\n",
-    "    springls__fit_sample sample = springls__fit_sample_of(fit, s.p, springls__springl_normal(s));\n",
-    "    if (springls__of_two_contact_bodies(model, center, i)) sample.weight = 0.0f;\n",
-    "    return sample;\n",
+    "    const float r = 1.01f * SPRINGLS__CORRESPONDENCE_RADIUS; /* none further counts, whatever is rounded */\n",
+    "    int i;\n",
+    "    while ((i = springls__cell_walk_next(walk)) >= 0) {\n",
+    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
+    "        if (springls__length2(springls__sub(s->p, fit->origin)) > r * r) continue;\n",
+    "        if (springls__of_two_contact_bodies(model, center, i)) continue;\n",
+    "        *sample = springls__fit_sample_of(fit, s->p, springls__springl_normal(*s));\n",
+    "        if (sample->weight > 0.0f) break;\n",
+    "    }\n",
+    "    return i;\n",
     "}\n",
+    "\n",
+    "#define SPRINGLS__KEPT_SAMPLES 32 /* most fits have fewer; what is left is sampled twice */\n",
     "\n",
     "/* Returns the correspondence of a point near a springl: by the fit around it, or else the springl's own. */\n",
     "SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *model, int springl, springls__v3 x)\n",
     "{\n",
-    "    const float r = 1.01f * SPRINGLS__CORRESPONDENCE_RADIUS; /* none further counts, whatever is rounded */\n",
     "    const springls__v3 a = model->set.a[springl], n = springls__springl_normal(model->set.s[springl]);\n",
     "    springls__correspondence_fit fit = springls__correspondence_fit_begin(x, n, springls__any_tangent(n));\n",
-    "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, x, 1.01f * SPRINGLS__CORRESPONDENCE_RADIUS), rest = walk;\n",
     "    springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "    springls__fit_sample sample, kept[SPRINGLS__KEPT_SAMPLES];\n",
     "    springls__fit_shares shares;\n",
     "    springls__fit_result edge;\n",
-    "    int i;\n",
+    "    int i, k, count = 0, index[SPRINGLS__KEPT_SAMPLES];\n",
     "    if (model->params.keep_edges && springls__place_at_edge(model, x, n, a, model->set.count, &edge)) return edge.ok ? edge.a : a;\n",
-    "    while ((i = springls__cell_walk_next(&walk)) >= 0)\n",
-    "        if (springls__length2(springls__sub(model->set.s[i].p, x)) <= r * r)\n",
-    "            springls__correspondence_fit_add(&fit, springls__sample_around(model, &fit, springl, i));\n",
+    "    while ((i = springls__next_sample(model, &fit, springl, &walk, &sample)) >= 0) {\n",
+    "        springls__correspondence_fit_add(&fit, sample);\n",
+    "        if (count == SPRINGLS__KEPT_SAMPLES) continue;\n",
+    "        kept[count] = sample;\n",
+    "        index[count++] = i;\n",
+    "        rest = walk;\n",
+    "    }\n",
     "    shares = springls__fit_shares_of(&fit);\n",
-    "    walk = springls__cell_walk_near(model, x, r);\n",
-    "    while ((i = springls__cell_walk_next(&walk)) >= 0)\n",
-    "        if (springls__length2(springls__sub(model->set.s[i].p, x)) <= r * r)\n",
-    "            sum = springls__mad(sum, springls__sub(model->set.a[i], a),\n",
-    "                                springls__fit_share(&shares, springls__sample_around(model, &fit, springl, i)));\n",
+    "    for (k = 0; k < count; k++)\n",
+    "        sum = springls__mad(sum, springls__sub(model->set.a[index[k]], a), springls__fit_share(&shares, kept[k]));\n",
+    "    while ((i = springls__next_sample(model, &fit, springl, &rest, &sample)) >= 0)\n",
+    "        sum = springls__mad(sum, springls__sub(model->set.a[i], a), springls__fit_share(&shares, sample));\n",
     "    return springls__add(a, sum);\n",
     "}\n",
     "\n",
@@ -34868,7 +34890,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11530 \"springls.h\"\n",
+    "#line 11541 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -34968,7 +34990,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 34972 \"springls.h\"\n",
+    "#line 34994 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
