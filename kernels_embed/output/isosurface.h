@@ -240,23 +240,49 @@ SPRINGLS__MATHS void springls__surface_element(const springls__model *model, spr
 
 #define SPRINGLS__MATERIAL_RADIUS 1.0f /* voxels: how far from a vertex its springl may be */
 
+/* Finds the next springl of a walk that counts for a fit around springl `center`; -1: none is left. */
+SPRINGLS__MATHS int springls__next_sample(const springls__model *model, const springls__correspondence_fit *fit, int center,
+                                          springls__cell_walk *walk, springls__fit_sample *sample)
+{
+    const float r = 1.01f * SPRINGLS__CORRESPONDENCE_RADIUS; /* none further counts, whatever is rounded */
+    int i;
+    while ((i = springls__cell_walk_next(walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+        if (springls__length2(springls__sub(s->p, fit->origin)) > r * r) continue;
+        if (springls__of_two_contact_bodies(model, center, i)) continue;
+        *sample = springls__fit_sample_of(fit, s->p, springls__springl_normal(*s));
+        if (sample->weight > 0.0f) break;
+    }
+    return i;
+}
+
+#define SPRINGLS__KEPT_SAMPLES 32 /* most fits have fewer; what is left is sampled twice */
+
 /* Returns the correspondence of a point near a springl: by the fit around it, or else the springl's own. */
 SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *model, int springl, springls__v3 x)
 {
-    const float r = SPRINGLS__FIT_RADIUS;
     const springls__v3 a = model->set.a[springl], n = springls__springl_normal(model->set.s[springl]);
-    springls__correspondence_fit fit = springls__correspondence_fit_begin(x, n, springls__any_tangent(n), a);
-    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
+    springls__correspondence_fit fit = springls__correspondence_fit_begin(x, n, springls__any_tangent(n));
+    springls__cell_walk walk = springls__cell_walk_near(model, x, 1.01f * SPRINGLS__CORRESPONDENCE_RADIUS), rest = walk;
+    springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);
+    springls__fit_sample sample, kept[SPRINGLS__KEPT_SAMPLES];
+    springls__fit_shares shares;
     springls__fit_result edge;
-    int i;
+    int i, k, count = 0, index[SPRINGLS__KEPT_SAMPLES];
     if (model->params.keep_edges && springls__place_at_edge(model, x, n, a, model->set.count, &edge)) return edge.ok ? edge.a : a;
-    while ((i = springls__cell_walk_next(&walk)) >= 0) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
-        if (springls__length2(springls__sub(s->p, x)) > 1.01f * r * r) continue; /* none of those counts, whatever is rounded */
-        if (springls__of_two_contact_bodies(model, springl, i)) continue;
-        springls__correspondence_fit_add(&fit, s->p, springls__springl_normal(*s), model->set.a[i]);
+    while ((i = springls__next_sample(model, &fit, springl, &walk, &sample)) >= 0) {
+        springls__correspondence_fit_add(&fit, sample);
+        if (count == SPRINGLS__KEPT_SAMPLES) continue;
+        kept[count] = sample;
+        index[count++] = i;
+        rest = walk;
     }
-    return springls__correspondence_fit_end(&fit);
+    shares = springls__fit_shares_of(&fit);
+    for (k = 0; k < count; k++)
+        sum = springls__mad(sum, springls__sub(model->set.a[index[k]], a), springls__fit_share(&shares, kept[k]));
+    while ((i = springls__next_sample(model, &fit, springl, &rest, &sample)) >= 0)
+        sum = springls__mad(sum, springls__sub(model->set.a[i], a), springls__fit_share(&shares, sample));
+    return springls__add(a, sum);
 }
 
 /* Finds the gradient of phi, the correspondence and the nearest springl at vertex i. */

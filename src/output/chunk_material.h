@@ -13,9 +13,11 @@ enum { SPRINGLS__CHUNK_CANDIDATES = 1024 }; /* a multiple of SPRINGLS__LANES */
 typedef struct springls__candidates {
     float x[SPRINGLS__CHUNK_CANDIDATES], y[SPRINGLS__CHUNK_CANDIDATES], z[SPRINGLS__CHUNK_CANDIDATES]; /* particles */
     float reach[SPRINGLS__CHUNK_CANDIDATES], bounding_radius[SPRINGLS__CHUNK_CANDIDATES];
+    float height[SPRINGLS__CHUNK_CANDIDATES]; /* of the triangle's plane above the particle */
     springls__v3 n[SPRINGLS__CHUNK_CANDIDATES], a[SPRINGLS__CHUNK_CANDIDATES];
     int springl[SPRINGLS__CHUNK_CANDIDATES], list[SPRINGLS__CHUNK_CANDIDATES];
     int count, listed;
+    float sample[3 * SPRINGLS__LANES * SPRINGLS__CHUNK_CANDIDATES]; /* of those that are listed, as the fits take them */
     uint16_t order[3 * SPRINGLS__TILE_VOXELS]; /* numbers of the vertices, group by group: those of a group lie close together */
 } springls__candidates;
 
@@ -29,7 +31,7 @@ typedef struct springls__vertex_group {
 /* Returns the distance from its particle within which a springl may be nearest to a vertex, or take part in a fit. */
 SPRINGLS__FN float springls__reach_of(float bounding_radius)
 {
-    return springls__max(SPRINGLS__FIT_RADIUS, SPRINGLS__MATERIAL_RADIUS + bounding_radius);
+    return springls__max(SPRINGLS__CORRESPONDENCE_RADIUS, SPRINGLS__MATERIAL_RADIUS + bounding_radius);
 }
 
 /* Returns true when a place is within r of a box, by each coordinate. */
@@ -61,6 +63,7 @@ SPRINGLS__FN bool springls__find_candidates(const springls__model *model, spring
         c->n[c->count] = springls__springl_normal(*s);
         c->a[c->count] = model->set.a[i];
         c->bounding_radius[c->count] = s->bounding_radius;
+        c->height[c->count] = springls__dot(c->n[c->count], springls__sub(springls__springl_tri(*s).a, s->p));
         c->springl[c->count++] = i;
     }
     return true;
@@ -183,6 +186,12 @@ SPRINGLS__FN springls__vec springls__nearest_particles(const springls__candidate
     return nearest;
 }
 
+/* Returns where a vertex, at d from the particle of candidate k, is within the limit of the plane of its triangle. */
+SPRINGLS__FN springls__vmask springls__reaches_plane(const springls__candidates *c, int k, springls__vec3 d, springls__vec limit)
+{
+    return springls__vec_fabs(springls__vec_dot(d, springls__vec_broadcast3(c->n[k])) - c->height[k]) <= limit;
+}
+
 /* Finds the candidates nearest to the vertices. Those whose particles are nearest come first: after them few others can be
    nearer. */
 SPRINGLS__FN void springls__find_nearest(const springls__model *model, const springls__candidates *c, springls__vertex_group *group)
@@ -203,9 +212,11 @@ SPRINGLS__FN void springls__find_nearest(const springls__model *model, const spr
             springls__try_candidate(model, c, (int)first[i], group, &search);
     for (i = 0; i < c->listed; i++) {
         const int k = c->list[i];
-        const springls__vec within = springls__vec_load(search.limit) + c->bounding_radius[k];
-        const springls__vec d2 = springls__vec_length2(springls__vec_sub(springls__particle_of(c, k), group->x));
-        if (springls__vec_any(d2 <= within * within) && !springls__vec_any(guess == (float)k))
+        const springls__vec limit = springls__vec_load(search.limit), within = limit + c->bounding_radius[k];
+        const springls__vec3 d = springls__vec_sub(group->x, springls__particle_of(c, k));
+        const springls__vmask near = springls__vec_length2(d) <= within * within;
+        if (springls__vec_any(near) && springls__vec_any(near & springls__reaches_plane(c, k, d, limit))
+            && !springls__vec_any(guess == (float)k))
             springls__try_candidate(model, c, k, group, &search);
     }
 }
@@ -230,19 +241,46 @@ SPRINGLS__FN springls__vec3 springls__tangents_of(const springls__candidates *c,
     return springls__vectors_of(v);
 }
 
-/* Returns the correspondences of the vertices: by the fits around them, or else those of their springls. */
-SPRINGLS__FN springls__vec3 springls__group_correspondences(const springls__candidates *c, const springls__vertex_group *group)
+/* Begins the fits of a group, lists the candidates that count for one of them, instead of all, and adds them. */
+SPRINGLS__FN springls__vec_correspondence_fit springls__fit_group(springls__candidates *c, const springls__vertex_group *group)
 {
     springls__vec_correspondence_fit fit = springls__vec_correspondence_fit_begin(
-        group->x, springls__vectors_at(c->n, group->nearest), springls__tangents_of(c, group->nearest),
-        springls__vectors_at(c->a, group->nearest));
-    int i;
+        group->x, springls__vectors_at(c->n, group->nearest), springls__tangents_of(c, group->nearest));
+    int i, count = 0;
     for (i = 0; i < c->listed; i++) {
         const int k = c->list[i];
-        springls__vec_correspondence_fit_add(&fit, springls__particle_of(c, k), springls__vec_broadcast3(c->n[k]),
-                                             springls__vec_broadcast3(c->a[k]));
+        float *to = c->sample + 3 * SPRINGLS__LANES * count;
+        const springls__vec_fit_sample sample = springls__vec_fit_sample_of(&fit, springls__particle_of(c, k),
+                                                                            springls__vec_broadcast3(c->n[k]));
+        if (!springls__vec_any(sample.weight > 0.0f)) continue;
+        springls__vec_correspondence_fit_add(&fit, sample);
+        springls__vec_store(to, sample.weight);
+        springls__vec_store(to + SPRINGLS__LANES, sample.u);
+        springls__vec_store(to + 2 * SPRINGLS__LANES, sample.v);
+        c->list[count++] = k;
     }
-    return springls__vec_correspondence_fit_end(&fit);
+    c->listed = count;
+    return fit;
+}
+
+/* Returns the correspondences of the vertices: by the fits around them, or else those of their springls. */
+SPRINGLS__FN springls__vec3 springls__group_correspondences(springls__candidates *c, const springls__vertex_group *group)
+{
+    const springls__vec_correspondence_fit fit = springls__fit_group(c, group);
+    const springls__vec_fit_shares shares = springls__vec_fit_shares_of(&fit);
+    const springls__vec3 a = springls__vectors_at(c->a, group->nearest);
+    springls__vec3 sum = springls__vec_broadcast3(springls__v3_make(0.0f, 0.0f, 0.0f));
+    int i;
+    for (i = 0; i < c->listed; i++) {
+        const float *from = c->sample + 3 * SPRINGLS__LANES * i;
+        springls__vec_fit_sample sample;
+        sample.weight = springls__vec_load(from);
+        sample.u = springls__vec_load(from + SPRINGLS__LANES);
+        sample.v = springls__vec_load(from + 2 * SPRINGLS__LANES);
+        sum = springls__vec_mad(sum, springls__vec_sub(springls__vec_broadcast3(c->a[c->list[i]]), a),
+                                springls__vec_fit_share(&shares, sample));
+    }
+    return springls__vec_add(a, sum);
 }
 
 /* Finds the springls nearest to up to LANES vertices, -1: none, and the correspondences of those that have one. */

@@ -519,17 +519,36 @@ SPRINGLS__FN void springls__fill_chunk_material(const springls_context *ctx, spr
     }
 }
 
-/* Returns what springls__grid_gradient does at vertex x of the tile's brick. */
+/* Interpolates from t on, first by u to t[s], then by v to what lies r further. */
+SPRINGLS__FN float springls__square_sample(const float *t, int s, float u, int r, float v)
+{
+    const float near = t[0] + (t[s] - t[0]) * u, far = t[r] + (t[r + s] - t[r]) * u;
+    return near + (far - near) * v;
+}
+
+/* Returns what springls__grid_gradient does at vertex x of the tile's brick. It lies on an edge of the voxel grid, so that of the
+   trilinear samples half a voxel from it two are linear and four bilinear. */
 SPRINGLS__FN springls__v3 springls__tile_gradient(const springls__wide_tile *tile, springls__v3 x)
 {
-    const springls__v3 origin = springls__v3_make((float)tile->origin[0], (float)tile->origin[1], (float)tile->origin[2]);
-    float side[6];
-    int d;
+    static const int stride[3] = { 1, SPRINGLS__WIDE, SPRINGLS__WIDE * SPRINGLS__WIDE };
+    const float at[3] = { x.x, x.y, x.z };
+    const float *voxel = tile->value;
+    float u, side[6];
+    int d, axis, edge = 0, first[3];
+    for (axis = 0; axis < 3; axis++) {
+        const float whole = springls__floor(at[axis]);
+        if (whole != at[axis]) edge = axis;
+        first[axis] = (int)whole - tile->origin[axis];
+        voxel += stride[axis] * (first[axis] + SPRINGLS__WIDE_MARGIN);
+    }
+    u = at[edge] - (float)(first[edge] + tile->origin[edge]);
     for (d = 0; d < 6; d++) {
-        const float h = d & 1 ? 0.5f : -0.5f;
-        const springls__v3 at = springls__v3_make(d >> 1 == 0 ? x.x + h : x.x, d >> 1 == 1 ? x.y + h : x.y,
-                                                  d >> 1 == 2 ? x.z + h : x.z);
-        side[d] = springls__wide_tile_sample(tile, springls__sub(at, origin));
+        const float p = at[d >> 1] + (d & 1 ? 0.5f : -0.5f) - (float)tile->origin[d >> 1], whole = springls__floor(p);
+        const float *t = voxel + stride[d >> 1] * ((int)whole - first[d >> 1]);
+        axis = d >> 1;
+        if (axis == edge) side[d] = t[0] + (t[stride[edge]] - t[0]) * (p - whole);
+        else if (axis < edge) side[d] = springls__square_sample(t, stride[axis], p - whole, stride[edge], u);
+        else side[d] = springls__square_sample(t, stride[edge], u, stride[axis], p - whole);
     }
     return springls__v3_make(side[1] - side[0], side[3] - side[2], side[5] - side[4]);
 }
