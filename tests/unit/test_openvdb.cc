@@ -7,7 +7,7 @@ GREATEST_MAIN_DEFS();
 
 #if !__has_include(<openvdb/openvdb.h>)
 
-TEST openvdb_is_not_installed(void) { SKIP(); }
+TEST openvdb_is_not_installed(void) { SKIPm("there is no OpenVDB"); }
 
 int main(int argc, char **argv)
 {
@@ -165,6 +165,10 @@ struct Difference {
         }
         mean /= voxels;
     }
+    void print() const
+    {
+        if (GREATEST_IS_VERBOSE()) printf("%d voxels, mean %.4f, largest %.3f\n", voxels, mean, largest);
+    }
 };
 
 /* Samples a shape of the library within three voxels of its zero. */
@@ -208,7 +212,7 @@ TEST booleans_agree(springls_operation operation)
     else if (operation == SPRINGLS_OPERATION_INTERSECTION) openvdb::tools::csgIntersection(*theirs, *cut);
     else openvdb::tools::csgDifference(*theirs, *cut);
     const Difference difference(ctx, *theirs);
-    if (GREATEST_IS_VERBOSE()) printf("%d voxels, mean %.4f, largest %.3f\n", difference.voxels, difference.mean, difference.largest);
+    difference.print();
     ASSERT_GT(difference.voxels, 500);
     ASSERT_LT(difference.mean, 0.005);
     ASSERT_LT(difference.largest, 0.2);
@@ -250,7 +254,7 @@ TEST advection_agrees(void)
     step.dt = 1.0f;
     ASSERT_EQ(SPRINGLS_OK, springls_step(ctx, &step));
     const Difference difference(ctx, *theirs);
-    if (GREATEST_IS_VERBOSE()) printf("%d voxels, mean %.4f, largest %.3f\n", difference.voxels, difference.mean, difference.largest);
+    difference.print();
     ASSERT_GT(difference.voxels, 5000);
     ASSERT_LT(difference.mean, 0.01);
     ASSERT_LT(difference.largest, 0.2);

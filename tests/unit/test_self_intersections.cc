@@ -1,6 +1,6 @@
 /* test_self_intersections.cc - CGAL looks for triangles that cross each other in the meshes of lives of models: a flow and random
-   edits (LONG_STEPS, LONG_EDITS: make long); and it finds the places of a mesh that are closest to others, as springls_closest does.
-   Skipped where CGAL is not installed. */
+   edits (LONG_STEPS, LONG_EDITS: make long); and it finds the places of a mesh that are closest to points, as springls_closest
+   does. Skipped where CGAL is not installed. */
 #include "greatest.h"
 #include "springls.h"
 
@@ -8,7 +8,7 @@ GREATEST_MAIN_DEFS();
 
 #if !__has_include(<CGAL/Polygon_mesh_processing/self_intersections.h>)
 
-TEST cgal_is_not_installed(void) { SKIP(); }
+TEST cgal_is_not_installed(void) { SKIPm("there is no CGAL"); }
 
 int main(int argc, char **argv)
 {
@@ -98,7 +98,8 @@ TEST closest_places_agree(void)
         largest = std::fmax(largest, double(hit.distance));
     }
     ASSERT_GT(largest, 5.0);
-    ASSERT_IN_RANGE(CGAL::Polygon_mesh_processing::max_distance_to_triangle_mesh<CGAL::Sequential_tag>(points, judged), largest, 1e-4);
+    ASSERT_IN_RANGE(CGAL::Polygon_mesh_processing::max_distance_to_triangle_mesh<CGAL::Sequential_tag>(points, judged), largest,
+                    1e-4);
     springls_mesh_free(l.ctx, &before);
     springls_mesh_free(moved.ctx, &after);
     life_end(&moved);
