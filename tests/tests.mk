@@ -229,7 +229,8 @@ FUZZ_BUILD = clang -std=c99 -O2 -g $(EXACT) -fno-sanitize-recover=all -I. -Itest
 fuzz: deps-fuzz springls.h   ## random inputs for MINUTES=10 each, by libFuzzer (some: FUZZ="calls snapshot"); findings in build/fuzz
 	@mkdir -p build/fuzz
 	$(SAY)$(FUZZ_BUILD) -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-coverage=trace-cmp -c -o build/fuzz/library.o tests/library.c
-	@$(foreach f,$(or $(FUZZ),$(FUZZERS)),$(MAKE) --no-print-directory build/fuzz/$(f) && tests/fuzz/fuzz.sh $(f) $(or $(MINUTES),10) &&) true
+	@failed=0; $(foreach f,$(or $(FUZZ),$(FUZZERS)), \
+	  { $(MAKE) --no-print-directory build/fuzz/$(f) && tests/fuzz/fuzz.sh $(f) $(or $(MINUTES),10); } || failed=1;) exit $$failed
 $(foreach f,$(FUZZERS),$(eval build/fuzz/$(f): $(wildcard tests/fuzz/*.h) $(call folder_sources,$(fuzz_$(f)_USES))))
 build/fuzz/%: tests/fuzz/fuzz_%.c springls.h
 	$(SAY)$(FUZZ_BUILD) -fsanitize=fuzzer,address,undefined -o $@ $< build/fuzz/library.o \
