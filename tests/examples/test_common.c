@@ -514,6 +514,10 @@ TEST broken_surfaces_are_refused(void)
         ASSERT_FALSE(mesh_read(scratch(files[i].name), &mesh, error));
         ASSERTm(error, strstr(error, files[i].reason) && !strchr(error, '\n'));
     }
+    char error[MESH_TEXT];
+    struct mesh mesh;
+    ASSERT_FALSE(mesh_read("tests", &mesh, error));
+    ASSERTm(error, strstr(error, "a folder"));
     PASS();
 }
 
