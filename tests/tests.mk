@@ -98,6 +98,7 @@ FUZZERS           = $(patsubst tests/fuzz/fuzz_%.c,%,$(sort $(wildcard tests/fuz
 fuzz_volume_USES  = imaging
 fuzz_surface_USES = character
 fuzz_command_USES = base
+fuzz_files_USES   = character registration
 define fuzz_rule
 $(TEST_DIR)/fuzz/fuzz_$(1): tests/fuzz/fuzz_$(1).c tests/fuzz/replay.c $(call test_objects,fuzz_$(1)) $(TEST_DIR)/library.o $(TEST_DIR)/settings
 	@mkdir -p $$(@D)
@@ -105,7 +106,7 @@ $(TEST_DIR)/fuzz/fuzz_$(1): tests/fuzz/fuzz_$(1).c tests/fuzz/replay.c $(call te
 	  $(call folder_libs,$(fuzz_$(1)_USES))
 endef
 # Those that read files want the libraries of the examples.
-FUZZ_TESTS = $(patsubst %,fuzz/fuzz_%,$(if $(filter 1,$(WITH_LIBRARIES)),$(FUZZERS),$(filter-out volume surface,$(FUZZERS))))
+FUZZ_TESTS = $(patsubst %,fuzz/fuzz_%,$(if $(filter 1,$(WITH_LIBRARIES)),$(FUZZERS),$(filter-out files volume surface,$(FUZZERS))))
 $(foreach f,$(FUZZERS),$(eval $(call fuzz_rule,$(f))))
 
 # C++: the engine's game loop with the code of docs/engine.md, and the program in OGRE, which have the library as their own; and OpenVDB
@@ -228,7 +229,8 @@ FUZZ_BUILD = clang -std=c99 -O2 -g $(EXACT) -fno-sanitize-recover=all -I. -Itest
 fuzz: deps-fuzz springls.h   ## random inputs for MINUTES=10 each, by libFuzzer (some: FUZZ="calls snapshot"); findings in build/fuzz
 	@mkdir -p build/fuzz
 	$(SAY)$(FUZZ_BUILD) -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-coverage=trace-cmp -c -o build/fuzz/library.o tests/library.c
-	@$(foreach f,$(or $(FUZZ),$(FUZZERS)),$(MAKE) --no-print-directory build/fuzz/$(f) && tests/fuzz/fuzz.sh $(f) $(or $(MINUTES),10) &&) true
+	@failed=0; $(foreach f,$(or $(FUZZ),$(FUZZERS)), \
+	  { $(MAKE) --no-print-directory build/fuzz/$(f) && tests/fuzz/fuzz.sh $(f) $(or $(MINUTES),10); } || failed=1;) exit $$failed
 $(foreach f,$(FUZZERS),$(eval build/fuzz/$(f): $(wildcard tests/fuzz/*.h) $(call folder_sources,$(fuzz_$(f)_USES))))
 build/fuzz/%: tests/fuzz/fuzz_%.c springls.h
 	$(SAY)$(FUZZ_BUILD) -fsanitize=fuzzer,address,undefined -o $@ $< build/fuzz/library.o \

@@ -848,8 +848,7 @@ SPRINGLS_API springls_status springls_chunks_continue(springls_context *ctx, spr
         return springls__fail_null(ctx, "chunks_continue",
                                    !chunks ? "chunks" : !changed ? "changed" : !count ? "count" : "done");
     if (!(seconds >= 0.0))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_continue: seconds is %s",
-                              seconds < 0.0 ? "negative" : "not a number");
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_continue: %g seconds, not 0 or more", seconds);
     if (chunks->state == SPRINGLS__CHUNKS_IDLE)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_continue: no update has begun");
     until = springls__now(ctx) + seconds;

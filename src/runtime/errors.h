@@ -42,8 +42,7 @@ SPRINGLS__FN springls_status springls__fail_null(springls_context *ctx, const ch
 SPRINGLS__FN springls_status springls__check_amount(springls_context *ctx, const char *call, const char *argument, double x)
 {
     if (x >= 0.0 && x <= (double)FLT_MAX) return SPRINGLS_OK;
-    return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: %s is %s", call, argument,
-                          x < 0.0 && x >= -(double)FLT_MAX ? "negative" : "not finite");
+    return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: %s is %g, not 0 or more and finite", call, argument, x);
 }
 
 /* Reports the progress of a long call, a fraction in [0,1]; returns true when the caller cancels it. */

@@ -36,12 +36,20 @@ SPRINGLS__FN springls_status springls__run_stage_call(springls_context *ctx, spr
     return springls__report_device_failure(ctx, status);
 }
 
+/* Fails when a time that callbacks are to get is not finite. */
+SPRINGLS__FN springls_status springls__check_time(springls_context *ctx, const char *call, float time)
+{
+    if (time >= -FLT_MAX && time <= FLT_MAX) return SPRINGLS_OK;
+    return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: the time is %g, not finite", call, (double)time);
+}
+
 SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed)
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!speed) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: speed is NULL");
     *speed = 0.0f;
     if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: forces is NULL");
+    SPRINGLS__TRY(springls__check_time(ctx, "max_speed", time));
     SPRINGLS__TRY(forces->curvature_weight != 0.0f ? springls__begin_reading(ctx) : springls__finish_step(ctx));
     return springls__max_speed(ctx, "max_speed", forces, time, speed);
 }
@@ -49,6 +57,7 @@ SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const spr
 SPRINGLS_API springls_status springls_advect(springls_context *ctx, const springls_forces *forces, float time, float dt)
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__check_time(ctx, "advect", time));
     SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__motion_begin(ctx, forces, time, dt));
     return springls__run_stage_call(ctx, SPRINGLS_STAGE_ADVECT, springls__advect);

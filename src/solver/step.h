@@ -109,8 +109,7 @@ SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, doubl
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!done) return springls__fail_null(ctx, "step_continue", "done");
     if (!(seconds >= 0.0))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step_continue: seconds is %s",
-                              seconds < 0.0 ? "negative" : "not a number");
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step_continue: %g seconds, not 0 or more", seconds);
     if (!springls_step_in_progress(ctx)) return SPRINGLS_OK;
     until = springls__now(ctx) + seconds;
     status = springls__resume_step(ctx, &until);

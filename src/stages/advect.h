@@ -356,10 +356,10 @@ SPRINGLS__FN springls_status springls__region_prepare(springls_context *ctx, con
     int k;
     for (k = 0; k < 3; k++) {
         motion->has_region = motion->has_region || lower[k] != 0.0f || upper[k] != 0.0f;
-        if (!(lower[k] >= -FLT_MAX && lower[k] <= FLT_MAX && upper[k] >= -FLT_MAX && upper[k] <= FLT_MAX))
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "region_lower or region_upper of the forces is not finite");
-        if (lower[k] > upper[k])
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "region_lower of the forces exceeds region_upper");
+        if (!(lower[k] >= -FLT_MAX && lower[k] <= upper[k] && upper[k] <= FLT_MAX))
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
+                                  "advect: the region of the forces is from %g to %g along axis %d, not ascending and finite",
+                                  (double)lower[k], (double)upper[k], k);
     }
     motion->rule.window = springls__to_lattice(&ctx->window, springls__v3_make(0.0f, 0.0f, 0.0f));
     motion->rule.region_lower = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
@@ -401,7 +401,7 @@ SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
     int k;
     float spread = motion->ctx->model.params.half_time_sampling ? 0.5f * motion->dt : motion->dt;
     if (!(motion->dt >= -FLT_MAX && motion->dt <= FLT_MAX))
-        return springls__fail(motion->ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is not finite");
+        return springls__fail(motion->ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is %g, not finite", (double)motion->dt);
     motion->rule.dt = motion->dt;
     motion->rule.stage_time[0] = motion->time;
     motion->rule.stage_time[1] = motion->rule.stage_time[2] = motion->time + 0.5f * spread;

@@ -196,7 +196,7 @@ static const struct part parts[] = {
     {"fig6", "physical and normalized torque", "0", NULL, paper_fig6},
     {"fig8", "threshold and weight functions", "0", NULL, paper_fig8},
     {"fig9", "film of Zalesak's test, 128^3", "1", "256^3: 10 minutes", paper_fig9},
-    {"fig10", "film of LeVeque's test, 128^3", "1", "256^3: 5 minutes", paper_fig10},
+    {"fig10", "film of LeVeque's test, 128^3", "1", "256^3: 2 minutes", paper_fig10},
     {"fig11", "choice of parameters, with Fig. 12: 160 runs", "4", "128^3 and T = 2.5: 40 minutes", paper_fig11},
     {"fig13", "time per iteration: 64^3 to 256^3", "4", "384^3 and 512^3: 60 minutes", paper_fig13},
     {"fig14", "errors against deformation and turns", "3", "more periods, ten turns: 12 minutes", paper_fig14},

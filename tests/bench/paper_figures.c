@@ -240,8 +240,8 @@ void paper_fig15(struct paper *paper)
     int ours[2];
     for (int s = 0; s < 2; ++s) {
         char options[240];
-        snprintf(options, sizeof options, "--topology preserved --every-step --frames 5 --out %s/fig15_%s", paper_folder,
-                 paper_sets[s]);
+        snprintf(options, sizeof options, "--topology preserved --every-step --frames 5 --out %s/fig15_%s_%d", paper_folder,
+                 paper_sets[s], grid);
         ours[s] = paper_leveque(paper, grid, 3.0, paper_sets[s], "_preserved", options);
     }
     paper_do(paper, "Fig. 15");
@@ -261,7 +261,7 @@ void paper_fig15(struct paper *paper)
             ++paper->failures;
         }
         char path[PAPER_PATH], name[60];
-        snprintf(name, sizeof name, "fig15_%s/leveque.png", paper_sets[s]);
+        snprintf(name, sizeof name, "fig15_%s_%d/leveque.png", paper_sets[s], grid);
         paper_path(path, name);
         image_read_file(path, &films[s]);
     }

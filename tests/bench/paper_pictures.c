@@ -7,11 +7,17 @@
 
 /* ---- Figs. 9 and 10: the tests as films ---- */
 
-static void film(struct paper *paper, const char *name, const char *program, const char *caption)
+/* Writes the options of a film into a folder of its grid: with KEEP=1 another grid's may be there. */
+static void film_options(char options[PAPER_PATH], const char *name, int grid)
+{
+    snprintf(options, PAPER_PATH, "--frames 5 --out %s/%s_%d", paper_folder, name, grid);
+}
+
+static void film(struct paper *paper, const char *name, int grid, const char *program, const char *caption)
 {
     char path[PAPER_PATH], file[RUN_NAME];
     struct image image;
-    snprintf(file, sizeof file, "%s/%s.png", name, program);
+    snprintf(file, sizeof file, "%s_%d/%s.png", name, grid, program);
     paper_path(path, file);
     image_read_file(path, &image);
     snprintf(file, sizeof file, "%s.png", name);
@@ -22,19 +28,19 @@ void paper_fig9(struct paper *paper)
 {
     char options[PAPER_PATH];
     const int grid = paper_grid(paper, paper->full ? 256 : 128);
-    snprintf(options, sizeof options, "--frames 5 --out %s/fig09", paper_folder);
+    film_options(options, "fig09", grid);
     const int run = paper_zalesak(paper, grid, "default", "_film", options);
     paper_do(paper, "Fig. 9");
     paper_say(paper, "%d^3 voxels, default parameters; %s springls in the mean.\n", grid,
               run_cell(&paper->runs[run], "%.0f", "springls_mean"));
-    film(paper, "fig09", "zalesak", "Fig. 9: Zalesak's sphere makes one turn; the zero level, below it the springls");
+    film(paper, "fig09", grid, "zalesak", "Fig. 9: Zalesak's sphere makes one turn; the zero level, below it the springls");
 }
 
 void paper_fig10(struct paper *paper)
 {
     char options[PAPER_PATH];
     const int grid = paper_grid(paper, paper->full ? 256 : 128);
-    snprintf(options, sizeof options, "--frames 5 --out %s/fig10", paper_folder);
+    film_options(options, "fig10", grid);
     const int run = paper_leveque(paper, grid, 3.0, "default", "_film", options);
     struct csv series;
     char name[RUN_NAME + 16], path[PAPER_PATH];
@@ -50,7 +56,7 @@ void paper_fig10(struct paper *paper)
     }
     csv_free(&series);
     paper_say(paper, "%d^3 voxels, T = 3, default parameters; %.0f to %.0f springls.\n", grid, least, most);
-    film(paper, "fig10", "leveque", "Fig. 10: LeVeque's test; the zero level, below it the springls");
+    film(paper, "fig10", grid, "leveque", "Fig. 10: LeVeque's test; the zero level, below it the springls");
 }
 
 /* ---- what the imaging programs make of the packaged head ---- */

@@ -1,7 +1,7 @@
 """gltf_check.py FILE.glb ...: what Khronos' glTF-Validator would complain of in binary glTF 2.0 files, and this program's own
 demand that nothing is unused. Asks the validator itself where build/npm has it (.ci/deps.sh judges). Prints one line a problem and
-ends with 1; with 77 where numpy is missing."""
-import json, os, struct, subprocess, sys
+ends with 1; with 77 where numpy is missing, or without files where the validator is."""
+import json, os, shutil, struct, subprocess, sys
 try:
     import numpy as np
 except ImportError:
@@ -191,8 +191,12 @@ def check(path):
     return f.problems
 
 
+def has_validator():
+    return shutil.which('node') is not None and os.path.isdir(os.path.join(NPM, 'gltf-validator'))
+
+
 def validate(path):
-    if not os.path.isdir(os.path.join(NPM, 'gltf-validator')):
+    if not has_validator():
         return []
     run = subprocess.run(['node', '-e', VALIDATE, NPM, path], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, universal_newlines=True)
     return run.stdout.splitlines() + (["Khronos' validator ended with %d" % run.returncode] if run.returncode else [])
@@ -207,4 +211,4 @@ for name in sys.argv[1:]:
     for problem in problems[:20]:
         print('%s: %s' % (os.path.basename(name), problem))
     failed = failed or bool(problems)
-sys.exit(failed)
+sys.exit(failed if len(sys.argv) > 1 or has_validator() else 77)

@@ -163,7 +163,7 @@ TEST a_full_disk_is_a_failure(void)
     struct parsed p;
     const char *const argv[] = {"probe", "x", NULL};
     int status = 0;
-    if (access("/dev/full", W_OK) != 0) SKIP();
+    if (access("/dev/full", W_OK) != 0) SKIPm("there is no /dev/full");
     ASSERT_EQ(CLI_CONTINUE, parse(&p, 2, argv));
     const pid_t program = fork();
     if (program == 0) {
@@ -514,6 +514,10 @@ TEST broken_surfaces_are_refused(void)
         ASSERT_FALSE(mesh_read(scratch(files[i].name), &mesh, error));
         ASSERTm(error, strstr(error, files[i].reason) && !strchr(error, '\n'));
     }
+    char error[MESH_TEXT];
+    struct mesh mesh;
+    ASSERT_FALSE(mesh_read("tests", &mesh, error));
+    ASSERTm(error, strstr(error, "a folder"));
     PASS();
 }
 
@@ -649,7 +653,7 @@ TEST bad_files_end_in_one_line(void)
     char error[VOLUME_TEXT];
     struct volume little, big;
     int good = 0, bad = 0;
-    if (!data) { SKIP(); }
+    if (!data) { SKIPm("SPRINGLS_DATA is not set"); }
     ASSERT(read_folder(data, "bad/volumes_generated", true, &good, &bad));
     ASSERT(good >= 15 && bad >= 15);
     ASSERT(read_folder(data, "bad/nibabel", true, &good, &bad));

@@ -334,7 +334,7 @@ TEST beating_heart_is_tracked(void)
     static char names[3][1024], error[VOLUME_TEXT];
     struct track track = {.settings = {.label = -1, .steps = 1, .frame = -1}};
     struct track_motion motion, read;
-    if (!data) SKIP();
+    if (!data) SKIPm("SPRINGLS_DATA is not set");
     for (int i = 0; i < 3; ++i) {
         static const char *const ends[3] = {".nii.gz", "_label.nii.gz", "_landmarks.csv"};
         snprintf(names[i], sizeof names[i], "%s/4d/ct4d_synthbeat_A%s", data, ends[i]);

@@ -269,7 +269,7 @@ TEST pictures_show_what_there_is(void)
 {
     static pixels whole, dent, springls, texture, wires, masked, help;
     char script[2048];
-    if (!display) SKIP();
+    if (!display) SKIPm("there is no Xvfb");
     snprintf(script, sizeof script,
              "screenshot %s/whole.png\nkey 2\nmove 240 180\nscroll 5 ctrl\npress left\nframes 20\nrelease left\nmove 5 355\nrest\n"
              "screenshot %s/dent.png\nkey V\nscreenshot %s/springls.png\nkey V\nscreenshot %s/texture.png\n"
@@ -283,7 +283,7 @@ TEST pictures_show_what_there_is(void)
     const char *const arguments[] = {"viewer", "--grid",   "40",   "--width",      "480", "--height",
                                      "360",    "--script", events, "--screenshot", last,  NULL};
     const int status = run_viewer(arguments);
-    if (status == CLI_EXIT_FAILURE && strstr(trouble, "GL")) SKIP(); /* a display without OpenGL 3.3 */
+    if (status == CLI_EXIT_FAILURE && strstr(trouble, "GL")) SKIPm("the display has no OpenGL 3.3");
     ASSERT_EQ(CLI_EXIT_OK, status);
     ASSERT(read_picture("whole.png", whole) && read_picture("dent.png", dent) && read_picture("springls.png", springls));
     ASSERT(read_picture("texture.png", texture) && read_picture("wires.png", wires) && read_picture("help.png", help));

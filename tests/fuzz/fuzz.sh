@@ -1,11 +1,13 @@
 #!/bin/sh
 # fuzz.sh NAME MINUTES: runs build/fuzz/NAME on its seeds and on what it makes of them. Prints runs and coverage, and fails when it
-# has found something: then build/fuzz/NAME-* are the inputs. A finding ends a run, and the next one begins, up to MOST_RUNS.
+# has found something: then build/fuzz/NAME-* are the inputs; those of before are in build/fuzz/found. A finding ends a run, and the
+# next one begins, up to MOST_RUNS.
 set -u
 name=$1 minutes=$2 most_runs=20
 log=build/fuzz/$name.log
-mkdir -p "build/fuzz/corpus/$name"
-rm -f build/fuzz/"$name"-* "$log"
+mkdir -p "build/fuzz/corpus/$name" build/fuzz/found
+mv -f build/fuzz/"$name"-* build/fuzz/found 2> /dev/null
+rm -f "$log"
 end=$(($(date +%s) + 60 * minutes))
 while left=$((end - $(date +%s))) && [ "$left" -gt 0 ] && [ "$most_runs" -gt 0 ]; do
     "build/fuzz/$name" -print_final_stats=1 -len_control=0 -max_len=1500 -timeout=100 -report_slow_units=100 -rss_limit_mb=3000 \

@@ -378,6 +378,53 @@ static springls_status read_out(bench *t)
     return status;
 }
 
+/* Neighbours of the original surface's triangles: any, one of which may be out of range. */
+static void any_neighbors(bench *t, int *neighbors, int given)
+{
+    int i, stride = 1 + fuzz_choice(&t->b, 200);
+    for (i = 0; i < 3 * given; i++) neighbors[i] = i % 5 == 0 ? -1 : (int)((int64_t)i * stride % given);
+    if (given == 0 || fuzz_choice(&t->b, 8)) return;
+    i = (int)(fuzz_word(&t->b) % (3u * (uint32_t)given));
+    neighbors[i] = fuzz_choice(&t->b, 2) ? given : -2;
+}
+
+/* Seams of the mesh, whose corners have values that repeat; then the corners' places on the original surface, and values there. */
+static springls_status seams(bench *t)
+{
+    int i, given = springls_material_triangle_count(t->ctx), corners, channels = fuzz_choice(&t->b, 3), repeat;
+    size_t room;
+    springls_mesh mesh;
+    springls_material *places;
+    float *values;
+    int *neighbors;
+    springls_status status = springls_extract_mesh(t->ctx, &mesh);
+    if (status != SPRINGLS_OK) return status;
+    corners = 3 * mesh.triangle_count;
+    room = 3 * (size_t)given + (size_t)corners + 1;
+    neighbors = (int *)malloc(room * sizeof *neighbors);
+    values = (float *)malloc(2 * room * sizeof *values);
+    places = (springls_material *)malloc(room * sizeof *places);
+    repeat = 1 + fuzz_choice(&t->b, 64);
+    for (i = 0; i < 2 * (int)room; i++) values[i] = (float)(i % repeat);
+    status = springls_find_seams(t->ctx, mesh.positions, mesh.vertex_count - fuzz_choice(&t->b, 2), 0, mesh.triangles,
+                                 mesh.triangle_count, channels ? values : NULL, channels, neighbors);
+    for (i = 0; status == SPRINGLS_OK && i < corners; i++) FUZZ_CHECK(neighbors[i] >= -1 && neighbors[i] < mesh.triangle_count);
+    if (status == SPRINGLS_OK) {
+        any_neighbors(t, neighbors, given);
+        status = springls_corner_materials(t->ctx, &mesh, neighbors, places);
+    }
+    if (status == SPRINGLS_OK) {
+        float *out = values + room;
+        FUZZ_CHECK(springls_interpolate_material(places, corners, values, 1, NULL, given, out) == SPRINGLS_OK);
+        for (i = 0; i < corners; i++) FUZZ_CHECK(out[i] > -1.0f && out[i] < (float)repeat);
+    }
+    springls_mesh_free(t->ctx, &mesh);
+    free(neighbors);
+    free(values);
+    free(places);
+    return status;
+}
+
 static springls_status set_time(bench *t)
 {
     springls_set_time(t->ctx, (double)fuzz_float(&t->b, -10.0f, 10.0f));
@@ -414,12 +461,19 @@ static bool begin(bench *t)
     return true;
 }
 
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+/* Seeds are of nineteen calls: the last bytes stand for one that has come since. */
+static springls_status any_call(bench *t)
 {
     static springls_status (*const calls[])(bench *) = {
         set_shape, set_volume, set_springls, write_springls, set_reference, move, move, stage, set_params, set_keep_mask, attribute,
         combine, remodel, restore, query, chunks, events, read_out, set_time
     };
+    const unsigned count = sizeof calls / sizeof *calls, byte = fuzz_byte(&t->b);
+    return byte < 255u / count * count ? calls[byte % count](t) : seams(t);
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
     static bench t;
     int call;
     memset(&t, 0, sizeof t);
@@ -431,7 +485,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         t.reports_left = fuzz_choice(&t.b, 8) ? 1 << 20 : fuzz_choice(&t.b, 4);
         t.memory_fails = fuzz_choice(&t.b, 8) == 0;
         t.heap.fail_at = t.memory_fails ? t.heap.calls + fuzz_choice(&t.b, 64) : -1;
-        status = calls[fuzz_choice(&t.b, (int)(sizeof calls / sizeof *calls))](&t);
+        status = any_call(&t);
         fuzz_check_status(t.ctx, status);
         FUZZ_CHECK(t.memory_fails || status != SPRINGLS_OUT_OF_MEMORY || strstr(springls_last_error(t.ctx), "more than"));
         t.heap.fail_at = -1;

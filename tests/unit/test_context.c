@@ -720,10 +720,10 @@ TEST defaults_are_those_of_zeros(void)
 TEST steps_have_reasons(void)
 {
     static const char *const expected[] = {"description is NULL",
-                                           "dt is negative",
-                                           "dt is not finite",
-                                           "max_displacement is negative",
-                                           "max_displacement is not finite",
+                                           "dt is -1, not 0 or more",
+                                           "dt is inf, not 0 or more and finite",
+                                           "max_displacement is -1,",
+                                           "not 0 or more and finite",
                                            "thousandth",
                                            "no mode"};
     springls_context *ctx = fixture_sphere(16, NULL, 8.0f, 8.0f, 8.0f, 4.0f);

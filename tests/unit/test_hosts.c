@@ -577,6 +577,8 @@ TEST refusals_give_the_range(void)
     springls_chunks *chunks;
     springls_hit hit;
     size_t size;
+    float speed;
+    bool done;
     int neighbors[3];
     uint64_t before = springls_state_hash(ctx);
     CHECK_CALL(gives_range(ctx, springls_set_mesh(ctx, x, -3, 0, triangle, 1, NULL), "-3", "0 to"));
@@ -609,7 +611,15 @@ TEST refusals_give_the_range(void)
     forces.integrator = (springls_integrator)4;
     CHECK_CALL(gives_range(ctx, springls_advect(ctx, &forces, 0.0f, 1.0f), "4", "springls_integrator"));
     forces.integrator = SPRINGLS_INTEGRATOR_RK4;
-    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_advect(ctx, &forces, 0.0f, NAN));
+    CHECK_CALL(gives_range(ctx, springls_advect(ctx, &forces, 0.0f, NAN), "dt is", "not finite"));
+    CHECK_CALL(gives_range(ctx, springls_advect(ctx, &forces, (float)HUGE_VAL, 1.0f), "time is inf", "not finite"));
+    CHECK_CALL(gives_range(ctx, springls_max_speed(ctx, &forces, NAN, &speed), "time is", "not finite"));
+    forces.region_lower[1] = 8.0f;
+    CHECK_CALL(gives_range(ctx, springls_advect(ctx, &forces, 0.0f, 1.0f), "from 8 to 0 along axis 1", "ascending and finite"));
+    CHECK_CALL(gives_range(ctx, springls_step_continue(ctx, -5.0, &done), "-5 seconds", "0 or more"));
+    step.dt = -2.0f;
+    CHECK_CALL(gives_range(ctx, springls_step(ctx, &step), "dt is -2", "0 or more and finite"));
+    step.dt = 1.0f;
     CHECK_CALL(gives_range(ctx, springls_run(ctx, &step, -1), "-1", "0 or more"));
     ASSERT(before == springls_state_hash(ctx));
     springls_destroy(ctx);

@@ -1,5 +1,6 @@
 /* test_self_intersections.cc - CGAL looks for triangles that cross each other in the meshes of lives of models: a flow and random
-   edits (LONG_STEPS, LONG_EDITS: make long). Skipped where CGAL is not installed. */
+   edits (LONG_STEPS, LONG_EDITS: make long); and it finds the places of a mesh that are closest to points, as springls_closest
+   does. Skipped where CGAL is not installed. */
 #include "greatest.h"
 #include "springls.h"
 
@@ -7,7 +8,7 @@ GREATEST_MAIN_DEFS();
 
 #if !__has_include(<CGAL/Polygon_mesh_processing/self_intersections.h>)
 
-TEST cgal_is_not_installed(void) { SKIP(); }
+TEST cgal_is_not_installed(void) { SKIPm("there is no CGAL"); }
 
 int main(int argc, char **argv)
 {
@@ -20,7 +21,11 @@ int main(int argc, char **argv)
 
 #include "long_lives.h"
 
+#include <CGAL/AABB_face_graph_triangle_primitive.h>
+#include <CGAL/AABB_traits.h>
+#include <CGAL/AABB_tree.h>
 #include <CGAL/Exact_predicates_inexact_constructions_kernel.h>
+#include <CGAL/Polygon_mesh_processing/distance.h>
 #include <CGAL/Polygon_mesh_processing/measure.h>
 #include <CGAL/Polygon_mesh_processing/self_intersections.h>
 #include <CGAL/Surface_mesh.h>
@@ -68,8 +73,43 @@ TEST no_triangles_cross(int kind, const char *variable, int usual)
     PASS();
 }
 
+/* From every vertex of the mesh after half a flow to the mesh of before, and the largest of these, half a Hausdorff distance. */
+TEST closest_places_agree(void)
+{
+    typedef CGAL::AABB_tree<CGAL::AABB_traits<Kernel, CGAL::AABB_face_graph_triangle_primitive<Mesh>>> Tree;
+    springls_mesh before, after;
+    double largest = 0.0;
+    Mesh judged;
+    life l, moved;
+    ASSERT_EQ(SPRINGLS_OK, life_begin(&l, LIFE_FLOW));
+    ASSERT_EQ(SPRINGLS_OK, life_begin(&moved, LIFE_FLOW));
+    ASSERT_EQ(SPRINGLS_OK, life_go(&moved, 50));
+    ASSERT_EQ(SPRINGLS_OK, springls_extract_mesh(l.ctx, &before));
+    ASSERT_EQ(SPRINGLS_OK, springls_extract_mesh(moved.ctx, &after));
+    ASSERT(to_cgal(before, judged));
+    Tree tree(faces(judged).first, faces(judged).second, judged);
+    std::vector<Kernel::Point_3> points;
+    for (int i = 0; i < after.vertex_count; ++i) {
+        const float *x = after.positions + 3 * i;
+        springls_hit hit;
+        points.emplace_back(double(x[0]), double(x[1]), double(x[2]));
+        ASSERT_EQ(SPRINGLS_OK, springls_closest(l.ctx, SPRINGLS_SURFACE_WATERTIGHT, x, 1, &hit));
+        ASSERT_IN_RANGE(std::sqrt(tree.squared_distance(points.back())), double(hit.distance), 1e-4);
+        largest = std::fmax(largest, double(hit.distance));
+    }
+    ASSERT_GT(largest, 5.0);
+    ASSERT_IN_RANGE(CGAL::Polygon_mesh_processing::max_distance_to_triangle_mesh<CGAL::Sequential_tag>(points, judged), largest,
+                    1e-4);
+    springls_mesh_free(l.ctx, &before);
+    springls_mesh_free(moved.ctx, &after);
+    life_end(&moved);
+    life_end(&l);
+    PASS();
+}
+
 SUITE(self_intersections)
 {
+    RUN_TEST(closest_places_agree);
     RUN_TESTp(no_triangles_cross, LIFE_FLOW, "LONG_STEPS", 200);
     RUN_TESTp(no_triangles_cross, LIFE_EDITS, "LONG_EDITS", 30);
 }

@@ -23,6 +23,9 @@ static bool fail(const struct reader *r, const char *format, ...)
     va_start(arguments, format);
     vsnprintf(r->error + used, CHARACTER_TEXT - (size_t)used, format, arguments);
     va_end(arguments);
+    for (char *c = r->error; *c; ++c) { /* names may have line ends */
+        *c = *c == '\n' || *c == '\r' ? ' ' : *c;
+    }
     return false;
 }
 

@@ -4,6 +4,7 @@
 
 #include "base/cli.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -38,15 +39,15 @@ static const char *read_set(FILE *file, const struct volume *image, float **poin
         if (fscanf(file, "%f %f %f", &x[0], &x[1], &x[2]) != 3) {
             return "cut off: there are fewer points than it promises";
         }
-        if (!isfinite(x[0]) || !isfinite(x[1]) || !isfinite(x[2])) {
-            return "a coordinate is not finite";
-        }
         if (word[0] == 'i') {
             volume_index_to_world(image, x, out);
         } else { /* LPS+ to RAS+ */
             out[0] = -x[0];
             out[1] = -x[1];
             out[2] = x[2];
+        }
+        if (!isfinite(out[0]) || !isfinite(out[1]) || !isfinite(out[2])) {
+            return "a coordinate is not finite";
         }
     }
     *count = (size_t)number;
@@ -144,7 +145,7 @@ static bool read_row(char *line, const struct table *table, struct row *row)
                 continue;
             }
             if (c == 0 ? !cli_read_int(item, &row->landmark) : c == 1 ? !cli_read_int(item, &row->frame)
-                : !cli_read_double(item, &value)) {
+                : !cli_read_double(item, &value) || fabs(value) > (double)FLT_MAX) {
                 return false;
             }
             if (c >= 2) {

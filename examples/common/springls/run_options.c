@@ -120,7 +120,7 @@ int run_set_members(const char *program, const char *set, springls_params *param
     for (const char *item = set; item && *item;) {
         const size_t length = strcspn(item, ",");
         if (!set_member(params, item, length)) {
-            return cli_fail(program, CLI_EXIT_USAGE, "--set %.*s: expected name=value with a member of springls_params",
+            return cli_fail(program, CLI_EXIT_USAGE, "--set %.*s: expected name=number with a member of springls_params",
                             (int)length, item);
         }
         item += length + (item[length] == ',' ? 1 : 0);

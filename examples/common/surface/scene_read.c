@@ -133,7 +133,8 @@ static bool header_is_good(struct header *h)
     }
     const bool is_off = ends_with(h->path, ".off");
     if (is_off ? !next_line(h) : !fgets(h->line, LONGEST_LINE, h->file)) {
-        return true; /* assimp reports what is missing */
+        /* assimp reports what is missing */
+        return !ferror(h->file) || scene_fail(h->error, h->path, "a folder, or a file that cannot be read");
     }
     /* assimp takes the word in capitals too */
     if (tolower((unsigned char)h->line[0]) == 'p' && tolower((unsigned char)h->line[1]) == 'l'
