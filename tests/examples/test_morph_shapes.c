@@ -98,7 +98,7 @@ TEST a_contour_leaves_one_piece(void)
         springls_mesh_free(morph.ctx, &mesh);
         fill_room(morph.shape, which);
         ASSERT(solid_is_whole(&grid, morph.shape, &whole) && whole);
-        ASSERT(morph_contour(&morph));
+        ASSERT(morph_contour(&morph, false));
         ASSERT_EQ(SPRINGLS_OK, springls_extract_mesh(morph.ctx, &mesh));
         ASSERT(mesh_check(mesh.positions, mesh.vertex_count, mesh.triangles, mesh.triangle_count, &check));
         ASSERT_EQ(1, check.components);
