@@ -129,18 +129,13 @@ static bool approach_shape(struct morph *morph, float *model, bool last)
 static bool is_in_parts(struct morph *morph, float *model, bool *parts)
 {
     const struct solid_grid voxels = morph_voxels(&morph->grid);
-    springls_mesh mesh = {0};
-    bool whole = false;
-    int components = 1;
-    bool good = morph_check(morph->ctx, springls_copy_level_set(morph->ctx, model), "level set")
-        && (solid_is_whole(&voxels, model, &whole) || morph_no_memory());
-    if (good && !whole) {
-        good = morph_check(morph->ctx, springls_extract_mesh(morph->ctx, &mesh), "mesh");
-        components = good ? mesh_components(mesh.vertex_count, mesh.triangles, mesh.triangle_count) : -1;
-        springls_mesh_free(morph->ctx, &mesh);
-    }
-    *parts = components > 1;
-    return good && (components >= 0 || morph_no_memory());
+    springls_measures measures;
+    bool whole = true;
+    const bool good = morph_check(morph->ctx, springls_copy_level_set(morph->ctx, model), "level set")
+        && (solid_is_whole(&voxels, model, &whole) || morph_no_memory())
+        && (whole || morph_check(morph->ctx, springls_measure(morph->ctx, &measures), "components"));
+    *parts = good && !whole && measures.components > 1;
+    return good;
 }
 
 /* Sets the pressure to a voxel a step where the model's side is to change, and beside, elsewhere to 0. */
