@@ -1,7 +1,8 @@
 /* contour.c - active contours push the model to the shape of a frame (run.c), and keep it in one piece.
  *
  * The pressure is minus the shape's signed distance, at most `pace`. In a crevice or at the tip of a thin limb that is little, so
- * where the model lags behind the pressure is the full pace. What is thinner than a voxel tears, and where bodies part drops stay.
+ * where the model lags behind, and on all ways there, the pressure is the full pace. What is thinner than a voxel tears, and where
+ * bodies part drops stay.
  * The shape is one body without hollows, but a contour only moves surfaces: it joins nothing. So where the model is in parts its
  * level set is repaired as that of a character is (solid_voxels.h), and where the repair has changed its side the contour moves the
  * model there: drops and hollows shrink until they vanish, and a larger part grows along the shortest bridge until it meets the
@@ -19,7 +20,9 @@
 #define OUTSIDE 0.5f /* voxel: parts of the model that are this far outside the shape are not joined to the rest, but given up */
 #define BARELY 1e-3f /* voxel: phi of what is given up, just outside */
 
-enum { MEND = 30 }; /* steps that mend parts, at most: a voxel each */
+enum { STEPS = 10, LAST_STEPS = 30 }; /* towards the shape of a frame, and of the last one, at most */
+enum { PATIENCE = 4 };                /* the last frame's steps in a row by which nothing is gained */
+enum { MEND = 30 };                   /* steps that mend parts, at most: a voxel each */
 
 static bool contour_step(struct morph *morph)
 {
@@ -50,37 +53,71 @@ static int voxels_around(const int size[3], size_t voxel, size_t around[27])
 
 /* ---- towards the shape ---- */
 
-/* Sets the pressure; counts the voxels where the model lags: lags[0] outside the shape, lags[1] inside. */
-static void press_to_shape(struct morph *morph, const float *model, int lags[2])
+/* Return true when a voxel is inside the shape, or outside, and the model's surface still far from it. */
+static bool lags_inside(float shape, float model) { return shape < -SURE && model > LAG; }
+static bool lags_outside(float shape, float model) { return shape > SURE && model < -LAG; }
+
+/* Sets the pressure of all voxels; counts those where the model lags. */
+static int press_everywhere(struct morph *morph, const float *model)
 {
-    const size_t count = morph_voxel_count(morph);
+    const int count = (int)morph_voxel_count(morph);
     const float pace = morph->settings.pace, *shape = morph->shape;
-    float *pressure = morph->pressure;
-    size_t around[27];
-    lags[0] = lags[1] = 0;
-    for (size_t n = 0; n < count; ++n) { pressure[n] = fmaxf(-pace, fminf(pace, -shape[n])); }
-    for (size_t n = 0; n < count; ++n) {
-        const bool grow = shape[n] < -SURE && model[n] > LAG, shrink = shape[n] > SURE && model[n] < -LAG;
-        if (!grow && !shrink) { continue; }
-        ++lags[grow];
-        for (int k = voxels_around(morph->grid.size, n, around) - 1; k >= 0; --k) {
-            if ((shape[around[k]] < 0.0f) == grow) { pressure[around[k]] = grow ? pace : -pace; }
-        }
+    int lags = 0;
+#if defined(_OPENMP)
+    #pragma omp parallel for reduction(+ : lags)
+#endif
+    for (int n = 0; n < count; ++n) {
+        morph->pressure[n] = shape[n] > pace ? -pace : shape[n] < -pace ? pace : -shape[n];
+        lags += lags_inside(shape[n], model[n]) || lags_outside(shape[n], model[n]);
     }
+    return lags;
 }
 
-/* Steps `iterations` times, and up to five times as many while limbs have to grow, or crevices to deepen. Those that are thinner
- * than a voxel never end: crevices count for as long as what is left of them does not grow. */
-static bool approach_shape(struct morph *morph, float *model)
+/* Sets the full pace where the model lags and on all ways there: through voxels of the shape's side that the model has not
+ * reached. Returns false if memory is short. */
+static bool press_where_it_lags(struct morph *morph, const float *model)
 {
-    const int iterations = morph->settings.iterations;
+    const int count = (int)morph_voxel_count(morph);
+    const float pace = morph->settings.pace, *shape = morph->shape;
+    unsigned char *found = calloc((size_t)count, 1);
+    int *queue = malloc((size_t)count * sizeof *queue), end = 0;
+    for (int n = 0; found && queue && n < count; ++n) {
+        found[n] = lags_inside(shape[n], model[n]) || lags_outside(shape[n], model[n]);
+        if (found[n]) { queue[end++] = n; }
+    }
+    for (int done = 0; done < end; ++done) {
+        const bool grow = shape[queue[done]] < 0.0f;
+        size_t around[27];
+        for (int k = voxels_around(morph->grid.size, (size_t)queue[done], around) - 1; k >= 0; --k) {
+            const size_t next = around[k];
+            if ((shape[next] < 0.0f) != grow) { continue; }
+            morph->pressure[next] = grow ? pace : -pace;
+            if (!found[next] && (model[next] < 0.0f) != grow) {
+                found[next] = 1;
+                queue[end++] = (int)next;
+            }
+        }
+    }
+    const bool good = found && queue;
+    free(found);
+    free(queue);
+    return good;
+}
+
+/* Steps `iterations` times, and more for as long as the model lags in fewer voxels than a step before: limbs have to grow, or
+ * crevices to deepen. Those that are thinner than a voxel never end. The last frame is to be the target: there steps go on
+ * until some in a row have gained nothing. */
+static bool approach_shape(struct morph *morph, float *model, bool last)
+{
+    const int most = last ? LAST_STEPS : STEPS, patience = last ? PATIENCE : 1;
     bool good = true;
-    for (int step = 0, lags[2], before = 0; good && step < 5 * iterations; ++step) {
+    for (int step = 0, before = 0, vain = 0; good && (step < most || step < morph->settings.iterations); ++step) {
         good = morph_check(morph->ctx, springls_copy_level_set(morph->ctx, model), "level set");
-        if (good) { press_to_shape(morph, model, lags); }
-        if (good && step >= iterations && lags[1] == 0 && (lags[0] == 0 || lags[0] > before)) { break; }
-        before = good ? lags[0] : 0;
-        good = good && contour_step(morph);
+        const int lags = good ? press_everywhere(morph, model) : 0;
+        vain = lags < before ? 0 : vain + 1;
+        before = lags;
+        if (step >= morph->settings.iterations && (lags == 0 || vain >= patience)) { break; }
+        good = good && (lags == 0 || press_where_it_lags(morph, model) || morph_no_memory()) && contour_step(morph);
     }
     return good;
 }
@@ -92,18 +129,13 @@ static bool approach_shape(struct morph *morph, float *model)
 static bool is_in_parts(struct morph *morph, float *model, bool *parts)
 {
     const struct solid_grid voxels = morph_voxels(&morph->grid);
-    springls_mesh mesh = {0};
-    bool whole = false;
-    int components = 1;
-    bool good = morph_check(morph->ctx, springls_copy_level_set(morph->ctx, model), "level set")
-        && (solid_is_whole(&voxels, model, &whole) || morph_no_memory());
-    if (good && !whole) {
-        good = morph_check(morph->ctx, springls_extract_mesh(morph->ctx, &mesh), "mesh");
-        components = good ? mesh_components(mesh.vertex_count, mesh.triangles, mesh.triangle_count) : -1;
-        springls_mesh_free(morph->ctx, &mesh);
-    }
-    *parts = components > 1;
-    return good && (components >= 0 || morph_no_memory());
+    springls_measures measures;
+    bool whole = true;
+    const bool good = morph_check(morph->ctx, springls_copy_level_set(morph->ctx, model), "level set")
+        && (solid_is_whole(&voxels, model, &whole) || morph_no_memory())
+        && (whole || morph_check(morph->ctx, springls_measure(morph->ctx, &measures), "components"));
+    *parts = good && !whole && measures.components > 1;
+    return good;
 }
 
 /* Sets the pressure to a voxel a step where the model's side is to change, and beside, elsewhere to 0. */
@@ -149,10 +181,10 @@ static bool make_whole(struct morph *morph, float *model)
     return good;
 }
 
-bool morph_contour(struct morph *morph)
+bool morph_contour(struct morph *morph, bool last)
 {
     float *model = malloc(morph_voxel_count(morph) * sizeof *model);
-    const bool good = (model || morph_no_memory()) && approach_shape(morph, model)
+    const bool good = (model || morph_no_memory()) && approach_shape(morph, model, last)
         && (morph->settings.preserve || make_whole(morph, model));
     free(model);
     return good;

@@ -26,7 +26,7 @@ struct morph_settings {
     const char *source, *target, *animation, *map, *props, *donor, *overrides;
     int frames;      /* at most */
     int fps;
-    int iterations;  /* of the active contour a frame */
+    int iterations;  /* of the active contour a frame, at least */
     float pace;      /* maximum motion of the contour in an iteration, voxels */
     int blend;       /* frames in which the source becomes the target */
     float thicken;   /* voxels: sheets become solids of this thickness; 0: they are left out; negative: 1, with a note */
@@ -35,6 +35,7 @@ struct morph_settings {
     int texture;     /* texels of a frame's texture a side; 0: colors at vertices */
     float view[3];   /* from the body to the eye */
     bool list, preserve, weights;
+    bool channel;    /* bone weights are an attribute channel too, to compare it with their look-up */
 };
 
 /* Figures of making a closed body from a character's triangles. */
@@ -55,6 +56,7 @@ struct morph_body {
     struct influences *influences; /* one a vertex of it */
     float *pulls;                  /* of the character's vertices: where limbs shrink that the other lacks */
     float *mesh_pulls;             /* of the mesh's vertices */
+    bool has_alone;                /* it has limbs that the other lacks */
     float *posed;                  /* its vertices in the present pose */
 };
 
@@ -73,7 +75,7 @@ struct morph_frame {
     double worst;         /* largest of these, voxels; at most the narrow band */
     double far;           /* share of the target's vertices that are more than a voxel from the model */
     double seconds, seconds_skinning, seconds_contour, seconds_target;
-    int springls;
+    int springls, steps; /* steps: of the model, sub-steps counted */
     int64_t split, added, removed;
 };
 
@@ -141,8 +143,8 @@ bool morph_weights(const struct morph *morph); /* runs --weights: computes them 
 bool morph_prepare(struct morph *morph);
 bool morph_run(struct morph *morph);
 size_t morph_voxel_count(const struct morph *morph);
-/* Pushes the model to morph->shape by active contours, and joins its parts. */
-bool morph_contour(struct morph *morph);
+/* Pushes the model to morph->shape by active contours, and joins its parts. last: as long as that gains anything. */
+bool morph_contour(struct morph *morph, bool last);
 /* Checks the sums of bone weights; for --out computes colors and places of a frame's mesh, whose pose the target has. */
 bool morph_look(const struct morph *morph, struct morph_frame *frame);
 struct influences morph_mixed_influences(const struct morph *morph, const struct morph_frame *frame, int vertex);

@@ -124,7 +124,7 @@ static void report_body(struct json_writer *json, const char *name, const char *
 
 struct summary {
     int watertight, intersections, min_components, max_components, specks;
-    double weight_error, off_monotone, seconds, skinning, contour, target;
+    double weight_error, off_monotone, seconds, skinning, contour, target, steps;
 };
 
 /* Returns by how much the volume goes back on its way from the first frame's to the last one's, percent of the larger. */
@@ -159,6 +159,7 @@ static struct summary summarize(const struct morph *morph)
             s.skinning += frame->seconds_skinning / (morph->frame_count - 1);
             s.contour += frame->seconds_contour / (morph->frame_count - 1);
             s.target += frame->seconds_target / (morph->frame_count - 1);
+            s.steps += (double)frame->steps / (morph->frame_count - 1);
         }
     }
     return s;
@@ -214,12 +215,15 @@ static void report_totals(struct json_writer *json, const struct morph *morph)
     json_number(json, "distance_max_voxels", morph->end.max / voxel);
     json_number(json, "volume_off_monotone_percent", s.off_monotone);
     json_number(json, "weights_from_targets_own_mean_l1", morph->weight_difference);
-    json_number(json, "channel_weight_sum_error_max", morph->channel_sum_error);
-    json_number(json, "channel_weights_from_looked_up_mean_l1", morph->channel_difference);
+    if (morph->settings.channel) {
+        json_number(json, "channel_weight_sum_error_max", morph->channel_sum_error);
+        json_number(json, "channel_weights_from_looked_up_mean_l1", morph->channel_difference);
+    }
     json_number(json, "seconds_a_frame", s.seconds);
     json_number(json, "seconds_a_frame_skinning", s.skinning);
     json_number(json, "seconds_a_frame_contour", s.contour);
     json_number(json, "seconds_a_frame_target", s.target);
+    json_number(json, "steps_a_frame", s.steps);
     json_number(json, "peak_rss_mib", peak_rss_mib());
 }
 
@@ -227,6 +231,7 @@ static void report_frame(struct json_writer *json, const struct morph_frame *fra
 {
     json_object_begin(json, NULL);
     json_integer(json, "springls", frame->springls);
+    json_integer(json, "steps", frame->steps);
     json_integer(json, "split", frame->split);
     json_integer(json, "added", frame->added);
     json_integer(json, "removed", frame->removed);

@@ -153,6 +153,12 @@ static bool make_grid(struct morph *morph)
     return true;
 }
 
+/* Returns true if a triangle of a body belongs to a limb that the other lacks. */
+static bool is_alone(const struct morph *morph, const struct morph_body *body, int triangle)
+{
+    return vec3_length(body->mesh_pulls + 3 * body->mesh.triangles[3 * triangle]) > (float)morph->grid.spacing[0];
+}
+
 static bool make_body(springls_context *ctx, const struct morph *morph, struct morph_body *body)
 {
     const struct morph_settings *set = &morph->settings;
@@ -183,6 +189,7 @@ static bool make_body(springls_context *ctx, const struct morph *morph, struct m
             vec3_add_scaled(body->mesh_pulls + 3 * v, place.weight[k], body->pulls + 3 * corner, body->mesh_pulls + 3 * v);
         }
     }
+    for (int t = 0; t < body->mesh.triangle_count; ++t) { body->has_alone = body->has_alone || is_alone(morph, body, t); }
     return true;
 }
 
@@ -216,16 +223,22 @@ static struct known_weights *known_weights(const struct morph *morph, const floa
     return &morph->known[at];
 }
 
-/* Remembers the weights of all springls. Few are new in a frame, and a step asks for each several times. */
+/* Remembers the weights of all springls. Few are new in a frame, and a step looks each up several times. */
 static bool learn_weights(struct morph *morph)
 {
     const springls_view places = springls_view_correspondences(morph->ctx);
+    struct known_weights **fresh = malloc(((size_t)places.count + 1) * sizeof *fresh);
+    int fresh_count = 0;
+    if (!fresh) {
+        return morph_no_memory();
+    }
     if (morph->known_room < 4 * ((size_t)places.count + (size_t)morph->known_count)) {
         free(morph->known);
         morph->known_room = 16 * ((size_t)places.count + 1);
         morph->known_count = 0;
         morph->known = calloc(morph->known_room, sizeof *morph->known);
         if (!morph->known) {
+            free(fresh);
             return morph_no_memory();
         }
     }
@@ -234,11 +247,16 @@ static bool learn_weights(struct morph *morph)
         struct known_weights *known = known_weights(morph, correspondence);
         if (!known->used) {
             memcpy(known->correspondence, correspondence, sizeof known->correspondence);
-            known->influences = weights_at(morph, correspondence);
             known->used = true;
-            ++morph->known_count;
+            fresh[fresh_count++] = known;
         }
     }
+    morph->known_count += fresh_count;
+#if defined(_OPENMP)
+    #pragma omp parallel for schedule(dynamic, 16)
+#endif
+    for (int i = 0; i < fresh_count; ++i) { fresh[i]->influences = weights_at(morph, fresh[i]->correspondence); }
+    free(fresh);
     return true;
 }
 
@@ -257,8 +275,7 @@ static float *channel_values(const struct morph *morph)
     return values;
 }
 
-/* Adds the same weights as an attribute channel, which is blended where springls split and fill, to compare it with the
- * look-up. */
+/* Adds the same weights as an attribute channel, which is blended where springls split and fill, to compare it with the look-up. */
 static bool add_channels(struct morph *morph)
 {
     const springls_attribute_desc desc = {"bone weights", morph->target.character.joint_count, SPRINGLS_POLICY_BLEND,
@@ -328,7 +345,8 @@ bool morph_prepare(struct morph *morph)
         return morph_no_memory();
     }
     return run_create("morph", &desc, &morph->ctx) == CLI_CONTINUE && run_create("morph", &desc, &morph->other) == CLI_CONTINUE
-        && make_body(morph->other, morph, &morph->target) && make_body(morph->ctx, morph, &morph->source) && add_channels(morph);
+        && make_body(morph->other, morph, &morph->target) && make_body(morph->ctx, morph, &morph->source)
+        && (!morph->settings.channel || add_channels(morph));
 }
 
 /* ---- skinning: the affine force of eq. 1 ---- */
@@ -436,7 +454,7 @@ static bool skin_step(struct morph *morph, float part)
     forces.integrator = SPRINGLS_INTEGRATOR_EULER;
     step.forces = &forces;
     step.mode = SPRINGLS_MODE_FLUID;
-    step.max_displacement = 2.0f;
+    step.max_displacement = 3.0f;
     step.dt = 1.0f;
     return learn_weights(morph) && morph_check(morph->ctx, springls_step(morph->ctx, &step), "skinning");
 }
@@ -474,30 +492,39 @@ static bool pose_body(struct morph *morph, struct morph_body *body, float size, 
 {
     const struct solid_grid grid = morph_voxels(&morph->grid);
     float *voxels = malloc(3 * ((size_t)body->mesh.vertex_count + 1) * sizeof *voxels);
-    for (int v = 0; voxels && v < body->mesh.vertex_count; ++v) {
+#if defined(_OPENMP)
+    #pragma omp parallel for
+#endif
+    for (int v = 0; v < (voxels ? body->mesh.vertex_count : 0); ++v) {
         const struct affine blend = influences_blend(&body->influences[v], morph->skin);
         float place[3];
         vec3_add_scaled(body->mesh.positions + 3 * v, 1.0f - size, body->mesh_pulls + 3 * v, place);
         affine_apply(&blend, place, body->posed + 3 * v);
         morph_to_voxel(&morph->grid, body->posed + 3 * v, voxels + 3 * v);
     }
+    const bool continued = body == &morph->target || body->has_alone; /* else nothing reads it beyond the band */
     const bool good = voxels && mesh_voxels(&grid, voxels, body->mesh.triangles, body->mesh.triangle_count, BAND, phi, nearest)
-        && continue_nearest(morph, phi, nearest);
+        && (!continued || continue_nearest(morph, phi, nearest));
     free(voxels);
     return good;
 }
 
-/* Returns the volume of a level set, voxels, and in *area roughly that of its surface. */
-static double volume_of(const float *phi, size_t count, float shift, double *area)
+/* Returns the volume of a level set, voxels, and in *area roughly that of its surface. What is summed are integers: their order,
+ * and so the number of threads, changes no bit. */
+static double volume_of(const struct morph *morph, const float *phi, float shift, double *area)
 {
-    double volume = 0.0;
-    *area = 0.0;
-    for (size_t n = 0; n < count; ++n) {
+    const int count = (int)morph_voxel_count(morph), unit = 1 << 20;
+    int64_t volume = 0, near = 0;
+#if defined(_OPENMP)
+    #pragma omp parallel for reduction(+ : volume, near)
+#endif
+    for (int n = 0; n < count; ++n) {
         const float x = phi[n] + shift;
-        volume += x < -0.5f ? 1.0 : x < 0.5f ? 0.5 - (double)x : 0.0;
-        *area += fabsf(x) < 0.5f;
+        volume += x <= -0.5f ? unit : x < 0.5f ? (int)((0.5f - x) * (float)unit) : 0;
+        near += fabsf(x) < 0.5f;
     }
-    return volume;
+    *area = (double)near;
+    return (double)volume / unit;
 }
 
 /* Adds a rod of `radius` voxels to a level set. */
@@ -549,19 +576,24 @@ static void add_rods(const struct morph *morph, float radius, float grown, float
     }
 }
 
-/* Returns true if a triangle of a body belongs to a limb that the other lacks. */
-static bool is_alone(const struct morph *morph, const struct morph_body *body, int triangle)
+/* Unites a voxel of a level set with those limbs of a body that the other lacks. */
+static float unite_alone(const struct morph *morph, const struct morph_body *body, float body_phi, int nearest, float phi)
 {
-    return vec3_length(body->mesh_pulls + 3 * body->mesh.triangles[3 * triangle]) > (float)morph->grid.spacing[0];
+    return body_phi < phi && body->has_alone && nearest >= 0 && is_alone(morph, body, nearest) ? body_phi : phi;
 }
 
-/* Unites a level set with those limbs of a body that the other lacks. */
-static void unite_alone(const struct morph *morph, const struct morph_body *body, const float *body_phi, const int *nearest,
-                        float *phi)
+/* Blends the level sets of source and target, and unites limbs that only one has with them. */
+static void blend_bodies(struct morph *morph, float part)
 {
-    const size_t count = morph_voxel_count(morph);
-    for (size_t n = 0; n < count; ++n) {
-        if (nearest[n] >= 0 && body_phi[n] < phi[n] && is_alone(morph, body, nearest[n])) { phi[n] = body_phi[n]; }
+    const int count = (int)morph_voxel_count(morph);
+    const float *source = morph->source_phi, *target = morph->target_phi;
+#if defined(_OPENMP)
+    #pragma omp parallel for
+#endif
+    for (int n = 0; n < count; ++n) {
+        float phi = (1.0f - part) * source[n] + part * target[n];
+        phi = unite_alone(morph, &morph->source, source[n], morph->source_nearest[n], phi);
+        morph->shape[n] = unite_alone(morph, &morph->target, target[n], morph->target_nearest[n], phi);
     }
 }
 
@@ -595,40 +627,29 @@ static double volume_left(const struct morph_body *body, float size)
  * limbs that only one has are united with it, it is moved so that the volume is between theirs, and what falls apart is bridged. */
 static bool pose_between(struct morph *morph, float part)
 {
-    const size_t count = morph_voxel_count(morph);
     const struct solid_grid voxels = morph_voxels(&morph->grid);
+    const int count = (int)morph_voxel_count(morph);
     float *phi = morph->shape, *source = morph->source_phi, *target = morph->target_phi;
     double area, volumes[2] = {0.0, 0.0};
     struct solid_repair repair;
     const float sizes[2] = {fmaxf(0.05f, 1.0f - part), fmaxf(0.05f, part)}; /* of limbs that the other lacks */
-    bool good[2] = {true, true};
-#if defined(_OPENMP)
-    #pragma omp parallel for num_threads(2) if (part < 1.0f)
-#endif
-    for (int body = 0; body < 2; ++body) {
-        if (body == 1) {
-            good[1] = pose_body(morph, &morph->target, sizes[1], target, morph->target_nearest);
-        } else if (part < 1.0f) {
-            good[0] = pose_body(morph, &morph->source, sizes[0], source, morph->source_nearest);
-        }
-    }
-    if (!good[0] || !good[1]) {
+    if (!pose_body(morph, &morph->target, sizes[1], target, morph->target_nearest)
+        || (part < 1.0f && !pose_body(morph, &morph->source, sizes[0], source, morph->source_nearest))) {
         return morph_no_memory();
     }
-    memcpy(phi, target, count * sizeof *phi);
     if (part < 1.0f) {
-        volumes[0] = volume_of(source, count, 0.0f, &area) / volume_left(&morph->source, sizes[0]);
-        volumes[1] = volume_of(target, count, 0.0f, &area) / volume_left(&morph->target, sizes[1]);
-        for (size_t n = 0; n < count; ++n) { phi[n] = (1.0f - part) * source[n] + part * target[n]; }
-        unite_alone(morph, &morph->source, source, morph->source_nearest, phi);
-        unite_alone(morph, &morph->target, target, morph->target_nearest, phi);
+        volumes[0] = volume_of(morph, source, 0.0f, &area) / volume_left(&morph->source, sizes[0]);
+        volumes[1] = volume_of(morph, target, 0.0f, &area) / volume_left(&morph->target, sizes[1]);
+        blend_bodies(morph, part);
         const double wanted = (1.0 - (double)part) * volumes[0] + (double)part * volumes[1];
         float shift = 0.0f;
         for (int step = 0; step < 3; ++step) { /* Newton */
-            const double volume = volume_of(phi, count, shift, &area);
+            const double volume = volume_of(morph, phi, shift, &area);
             shift += area > 0.0 ? (float)fmax(-1.0, fmin(1.0, (volume - wanted) / area)) : 0.0f;
         }
-        for (size_t n = 0; n < count; ++n) { phi[n] += shift; }
+        for (int n = 0; n < count; ++n) { phi[n] += shift; }
+    } else {
+        memcpy(phi, target, (size_t)count * sizeof *phi);
     }
     const float least = morph->target.solid.joined > 0 ? BRIDGE : 0.0f,
                 rod = ROD * fmaxf(least, fminf(1.0f, 5.0f * (1.0f - part)));
@@ -745,19 +766,21 @@ static float part_of(const struct morph *morph, int frame)
 static bool run_frame(struct morph *morph, int f)
 {
     struct morph_frame *frame = &morph->frames[f];
+    const int steps_before = springls_get_stats(morph->ctx).steps;
     double clock[4];
     clock[0] = elapsed_seconds();
     bool good = skin_step(morph, part_of(morph, f - 1));
     clock[1] = elapsed_seconds();
     good = good && pose_between(morph, part_of(morph, f));
     clock[2] = elapsed_seconds();
-    good = good && morph_contour(morph);
+    good = good && morph_contour(morph, f == morph->settings.frames - 1);
     clock[3] = elapsed_seconds();
     frame->share = part_of(morph, f);
     frame->seconds = clock[3] - clock[0];
     frame->seconds_skinning = clock[1] - clock[0];
     frame->seconds_target = clock[2] - clock[1];
     frame->seconds_contour = clock[3] - clock[2];
+    frame->steps = springls_get_stats(morph->ctx).steps - steps_before;
     return good && measure(morph, frame);
 }
 
@@ -826,7 +849,8 @@ static bool rest_pose(struct morph *morph)
     bool good = true;
     for (int s = LEAD_OUT - 1; good && s >= 0; --s) {
         next_pose(morph, last, (double)s / LEAD_OUT);
-        good = skin_step(morph, part_of(morph, last)) && pose_between(morph, part_of(morph, last)) && morph_contour(morph);
+        good = skin_step(morph, part_of(morph, last)) && pose_between(morph, part_of(morph, last))
+            && morph_contour(morph, s == 0);
     }
     morph->rest.share = part_of(morph, last);
     return good && measure(morph, &morph->rest);
@@ -840,7 +864,7 @@ bool morph_run(struct morph *morph)
     pose(morph, 0, 0.0);
     for (int s = 1; good && s < LEAD_IN; ++s) {
         next_pose(morph, 0, (double)s / LEAD_IN);
-        good = skin_step(morph, 0.0f) && pose_between(morph, 0.0f) && morph_contour(morph);
+        good = skin_step(morph, 0.0f) && pose_between(morph, 0.0f) && morph_contour(morph, false);
     }
     progress_begin(&bar, "morph", (size_t)morph->settings.frames, morph->settings.common.quiet);
     for (int f = 0; good && f < morph->settings.frames && morph->coincided < 0; ++f) {
@@ -855,7 +879,7 @@ bool morph_run(struct morph *morph)
         progress_update(&bar, (size_t)f + 1, NULL);
     }
     progress_end(&bar);
-    good = good && compare_ends(morph) && compare_channels(morph);
+    good = good && compare_ends(morph) && (!morph->settings.channel || compare_channels(morph));
     if (good) {
         compare_weights(morph);
     }

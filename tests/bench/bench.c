@@ -343,7 +343,7 @@ static void budget_row(struct bench *bench, int grid, int threads, struct table 
     }
 }
 
-/* The first frames of build/morph's own pair: skinning, the target in its pose, ten iterations of the contour. */
+/* The first frames of build/morph's own pair: skinning, the target in its pose, steps of the contour. */
 static void morph_row(struct bench *bench, int grid, int threads, struct table *table)
 {
     struct run *run = new_run(bench, "morph", 10 * grid + threads);

@@ -84,8 +84,8 @@ static void cut_off(struct character *c, const char *word)
 
 TEST a_morph_from_nothing(void)
 {
-    const char *const line[] = {"--grid", "48", "--frames", "6", "--blend", "4", "--size", "64", "--quiet", "--out", folder,
-                                "--json", scratch("morph.json"), NULL};
+    const char *const line[] = {"--grid", "48", "--frames", "6", "--blend", "4", "--size", "64", "--channel", "--quiet", "--out",
+                                folder, "--json", scratch("morph.json"), NULL};
     ASSERT_EQ(0, run_program(line));
     CHECK_CALL(check_report(scratch("morph.json"), 6, 0.4));
     const struct aiScene *scene = aiImportFile(scratch("morph.glb"), 0);
@@ -321,7 +321,7 @@ TEST characters_of_the_collection(void)
     character_free(&c);
     const char *const line[] = {
         knight,    mage,     "--animation",          "Walking_A", "--grid", "40", "--frames", "3", "--blend", "2",
-        "--quiet", "--json", scratch("knight.json"), NULL};
+        "--channel", "--quiet", "--json", scratch("knight.json"), NULL};
     ASSERT_EQ(0, run_program(line));
     CHECK_CALL(check_report(scratch("knight.json"), 3, 0.6));
     PASS();

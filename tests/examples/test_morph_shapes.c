@@ -98,7 +98,7 @@ TEST a_contour_leaves_one_piece(void)
         springls_mesh_free(morph.ctx, &mesh);
         fill_room(morph.shape, which);
         ASSERT(solid_is_whole(&grid, morph.shape, &whole) && whole);
-        ASSERT(morph_contour(&morph));
+        ASSERT(morph_contour(&morph, false));
         ASSERT_EQ(SPRINGLS_OK, springls_extract_mesh(morph.ctx, &mesh));
         ASSERT(mesh_check(mesh.positions, mesh.vertex_count, mesh.triangles, mesh.triangle_count, &check));
         ASSERT_EQ(1, check.components);
@@ -109,6 +109,43 @@ TEST a_contour_leaves_one_piece(void)
         springls_destroy(morph.ctx);
     }
     free(phi);
+    PASS();
+}
+
+/* Fills the grid with a block, into which `width` voxels of crevice go from above; width 0: none. */
+static void fill_block(float *phi, float width)
+{
+    for (int n = 0; n < ROOM * ROOM * ROOM; ++n) {
+        const float x = (float)(n % ROOM), y = (float)(n / ROOM % ROOM), z = (float)(n / (ROOM * ROOM));
+        const float block = fmaxf(fmaxf(fabsf(x - 20), fabsf(y - 20)), fabsf(z - 20)) - 11.5f;
+        const float crevice = fmaxf(fabsf(x - 20) - 0.5f * width, 15.5f - y);
+        phi[n] = width > 0.0f ? fmaxf(block, -crevice) : block;
+    }
+}
+
+/* A crevice deepens along its narrow mouth, until a frame's steps gain nothing. */
+TEST a_contour_opens_a_crevice(void)
+{
+    struct morph morph = {.settings = {.iterations = 1, .pace = 1.0f, .reach = 60}};
+    springls_desc desc = springls_default_desc();
+    float *phi = malloc(ROOM * ROOM * ROOM * sizeof *phi);
+    int left = 0;
+    for (int k = 0; k < 3; ++k) desc.grid.size[k] = ROOM, desc.grid.spacing[k] = 1.0;
+    morph.grid = desc.grid;
+    ASSERT_EQ(SPRINGLS_OK, springls_create(&desc, &morph.ctx));
+    morph.pressure = malloc(ROOM * ROOM * ROOM * sizeof(float));
+    morph.shape = malloc(ROOM * ROOM * ROOM * sizeof(float));
+    fill_block(phi, 0.0f);
+    ASSERT_EQ(SPRINGLS_OK, springls_set_level_set(morph.ctx, phi));
+    fill_block(morph.shape, 2.0f);
+    ASSERT(morph_contour(&morph, true));
+    ASSERT_EQ(SPRINGLS_OK, springls_copy_level_set(morph.ctx, phi));
+    for (int n = 0; n < ROOM * ROOM * ROOM; ++n) left += morph.shape[n] > 0.1f && phi[n] < -1.0f;
+    ASSERT_EQ(0, left);
+    free(morph.pressure);
+    free(morph.shape);
+    free(phi);
+    springls_destroy(morph.ctx);
     PASS();
 }
 
@@ -257,6 +294,7 @@ int main(int argc, char **argv)
     if (!make_folder()) return 1;
     RUN_TEST(a_mesh_that_overlaps_itself_has_one_distance);
     RUN_TEST(a_contour_leaves_one_piece);
+    RUN_TEST(a_contour_opens_a_crevice);
     RUN_TEST(heat_weights_of_a_tube_are_symmetric_and_sum_to_one);
     RUN_TEST(an_atlas_has_a_texel_for_every_place);
     RUN_TEST(meshes_that_cut_themselves_are_found_out);

@@ -8,7 +8,7 @@
 
 /* Computes the signed distance, voxels, negative inside: exact up to `band` voxels from the surface, within a voxel beyond.
  * positions: voxel coordinates, 3 a vertex; triangles: 3 indices each, counter-clockwise from outside. nearest: the triangle
- * nearest to each voxel, -1 beyond the band; may be NULL. Returns false if memory is short. */
+ * nearest to each voxel, -1 beyond the band. Returns false if memory is short. */
 bool mesh_voxels(const struct solid_grid *grid, const float *positions, const int *triangles, int triangle_count, float band,
                  float *phi, int *nearest);
 

@@ -6,13 +6,99 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* ---- what is connected ---- */
+
+/* Runs of voxels of one side along x, row by row, and which of them are connected. */
+struct runs {
+    int *end;    /* of each run: its last voxel's x + 1 */
+    int *parent; /* a forest, one tree for what is connected */
+    int *row;    /* of each row: its first run; rows + 1 */
+    int parts;
+};
+
+static int root_of(int *parent, int run)
+{
+    while (parent[run] != run) { run = parent[run] = parent[parent[run]]; }
+    return run;
+}
+
+/* Connects runs of two rows that touch by faces. Sides alternate along a row: `same` when both begin on the same side. */
+static void connect_rows(struct runs *r, int row_a, int row_b, bool same)
+{
+    int a = r->row[row_a], b = r->row[row_b];
+    while (a < r->row[row_a + 1] && b < r->row[row_b + 1]) {
+        if ((((a - r->row[row_a]) ^ (b - r->row[row_b])) & 1) == !same) {
+            const int root_a = root_of(r->parent, a), root_b = root_of(r->parent, b);
+            r->parent[root_b] = root_a;
+            r->parts -= root_a != root_b;
+        }
+        const int ends[2] = {r->end[a], r->end[b]};
+        a += ends[0] <= ends[1];
+        b += ends[1] <= ends[0];
+    }
+}
+
+/* Lists the runs of all rows. Returns false if memory is short. */
+static bool find_runs(const int size[3], const float *phi, struct runs *r)
+{
+    const int rows = size[1] * size[2];
+    size_t room = (size_t)rows;
+    for (size_t n = 1; n < (size_t)rows * (size_t)size[0]; ++n) { room += (phi[n] < 0.0f) != (phi[n - 1] < 0.0f); }
+    r->end = malloc(room * sizeof *r->end);
+    r->parent = malloc(room * sizeof *r->parent);
+    r->row = malloc(((size_t)rows + 1) * sizeof *r->row);
+    r->parts = 0;
+    if (!r->end || !r->parent || !r->row) { return false; }
+    for (int j = 0; j < rows; ++j) {
+        const float *line = phi + (size_t)j * (size_t)size[0];
+        r->row[j] = r->parts;
+        for (int x = 1; x <= size[0]; ++x) {
+            if (x < size[0] && (line[x] < 0.0f) == (line[x - 1] < 0.0f)) { continue; }
+            r->parent[r->parts] = r->parts;
+            r->end[r->parts++] = x;
+        }
+    }
+    r->row[rows] = r->parts;
+    return true;
+}
+
+static void free_runs(struct runs *r)
+{
+    free(r->end);
+    free(r->parent);
+    free(r->row);
+}
+
+/* Finds what is connected by faces. Call free_runs afterwards. Returns false if memory is short. */
+static bool connect_runs(const int size[3], const float *phi, struct runs *r)
+{
+    const bool good = find_runs(size, phi, r);
+    for (int j = 1; good && j < size[1] * size[2]; ++j) {
+        const int before[2] = {j % size[1] > 0 ? j - 1 : -1, j - size[1]};
+        const bool inside = phi[(size_t)j * (size_t)size[0]] < 0.0f;
+        for (int k = 0; k < 2; ++k) {
+            if (before[k] >= 0) { connect_rows(r, before[k], j, (phi[(size_t)before[k] * (size_t)size[0]] < 0.0f) == inside); }
+        }
+    }
+    return good;
+}
+
+bool solid_is_whole(const struct solid_grid *grid, const float *phi, bool *whole)
+{
+    struct runs runs;
+    const bool good = connect_runs(grid->size, phi, &runs);
+    *whole = good && runs.parts == 2;
+    free_runs(&runs);
+    return good;
+}
+
 /* ---- one body of a level set ---- */
 
 struct repair {
     const struct solid_grid *grid;
     size_t count;
     float *phi;
-    int *label; /* 0: not labeled yet */
+    int *label; /* of voxels inside: their part's, from 1; outside 0, in a hollow -1 */
     int *queue, *before;
 };
 
@@ -31,37 +117,42 @@ static int face_neighbors(const int size[3], int at, int neighbors[6])
     return count;
 }
 
-/* Labels all voxels on the side of voxel `first` that are connected with it by faces; returns how many. */
-static int flood(struct repair *r, int first, int label)
+/* Labels all voxels; returns how many parts there are inside, -1 if memory is short. The grid's border is outside. */
+static int label_parts(struct repair *r)
 {
-    const bool inside = r->phi[first] < 0.0f;
-    int done = 0, end = 0, neighbors[6];
-    r->queue[end++] = first;
-    r->label[first] = label;
-    while (done < end) {
-        const int around = face_neighbors(r->grid->size, r->queue[done++], neighbors);
-        for (int k = 0; k < around; ++k) {
-            const int next = neighbors[k];
-            if (r->label[next] == 0 && (r->phi[next] < 0.0f) == inside) {
-                r->label[next] = label;
-                r->queue[end++] = next;
+    const int *size = r->grid->size;
+    struct runs runs;
+    int parts = 0;
+    bool good = connect_runs(size, r->phi, &runs);
+    int *labels = good ? malloc((size_t)runs.row[size[1] * size[2]] * sizeof *labels) : NULL; /* by root */
+    for (int run = 0; labels && run < runs.row[size[1] * size[2]]; ++run) { labels[run] = 0; }
+    for (int j = 0; labels && j < size[1] * size[2]; ++j) {
+        const size_t row = (size_t)j * (size_t)size[0];
+        for (int run = runs.row[j], x = 0; run < runs.row[j + 1]; ++run) {
+            const int root = root_of(runs.parent, run);
+            if (r->phi[row + (size_t)x] >= 0.0f) {
+                labels[root] = root == root_of(runs.parent, 0) ? 0 : -1;
+            } else if (labels[root] == 0) {
+                labels[root] = ++parts;
             }
+            for (; x < runs.end[run]; ++x) { r->label[row + (size_t)x] = labels[root]; }
         }
     }
-    return end;
+    good = labels != NULL;
+    free(labels);
+    free_runs(&runs);
+    return good ? parts : -1;
 }
 
-/* Fills what is not connected with voxel 0: the grid's border is outside. */
+/* Fills what is not connected with voxel 0. */
 static void fill_hollows(struct repair *r, struct solid_repair *report)
 {
-    flood(r, 0, 1);
     for (size_t n = 0; n < r->count; ++n) {
-        if (r->phi[n] >= 0.0f && r->label[n] == 0) {
+        if (r->label[n] < 0) {
             r->phi[n] = -fmaxf(r->phi[n], 1e-3f);
             ++report->filled;
         }
     }
-    memset(r->label, 0, r->count * sizeof *r->label);
 }
 
 /* Makes a ball of 1.5 voxels inside. */
@@ -117,28 +208,14 @@ static int bridge(struct repair *r, const bool *kept, int reach)
 static bool join_parts(struct repair *r, int reach, struct solid_repair *report)
 {
     size_t inside = 0;
-    int largest = 0, most = 0, room = 0;
-    int *voxels = NULL;
+    int largest = 0, apart = 0;
+    int *voxels = calloc((size_t)report->parts + 2, sizeof *voxels);
+    if (!voxels) { return false; }
     for (size_t n = 0; n < r->count; ++n) {
-        if (r->phi[n] < 0.0f && r->label[n] == 0) {
-            if (report->parts + 2 >= room) {
-                room = 2 * room + 64;
-                int *grown = realloc(voxels, (size_t)room * sizeof *voxels);
-                if (!grown) {
-                    free(voxels);
-                    return false;
-                }
-                voxels = grown;
-            }
-            const int label = ++report->parts, size = flood(r, (int)n, label);
-            voxels[label] = size;
-            inside += (size_t)size;
-            if (size > most) {
-                most = size;
-                largest = label;
-            }
-        }
+        ++voxels[r->label[n]];
+        inside += r->label[n] > 0;
     }
+    for (int p = report->parts; p > 0; --p) { largest = largest == 0 || voxels[p] >= voxels[largest] ? p : largest; }
     bool *kept = calloc((size_t)report->parts + 2, sizeof *kept);
     if (!kept) {
         free(voxels);
@@ -149,8 +226,9 @@ static bool join_parts(struct repair *r, int reach, struct solid_repair *report)
     }
     for (int p = 1; p <= report->parts; ++p) {
         kept[p == 1 ? largest : p == largest ? 1 : p] = 1000 * (size_t)voxels[p] >= inside;
+        apart += p != largest && 1000 * (size_t)voxels[p] >= inside;
     }
-    for (int other; report->parts > 1 && (other = bridge(r, kept, reach)) > 0; ++report->joined) {
+    for (int other; report->joined < apart && (other = bridge(r, kept, reach)) > 0; ++report->joined) {
         for (size_t n = 0; n < r->count; ++n) { r->label[n] = r->label[n] == other ? 1 : r->label[n]; }
     }
     for (size_t n = 0; n < r->count; ++n) {
@@ -172,32 +250,23 @@ bool solid_repair(const struct solid_grid *grid, float *phi, int reach, struct s
 {
     struct repair r = {grid, (size_t)grid->size[0] * (size_t)grid->size[1] * (size_t)grid->size[2], phi, NULL, NULL,
                        NULL};
+    bool whole;
     memset(report, 0, sizeof *report);
-    r.label = calloc(r.count, sizeof *r.label);
+    report->parts = 1;
+    if (!solid_is_whole(grid, phi, &whole)) { return false; }
+    if (whole) { return true; }
+    r.label = malloc(r.count * sizeof *r.label);
     r.queue = malloc(r.count * sizeof *r.queue);
     r.before = malloc(r.count * sizeof *r.before);
-    bool good = r.label && r.queue && r.before;
+    bool good = r.label && r.queue && r.before && label_parts(&r) >= 0;
     if (good) {
         fill_hollows(&r, report);
-        good = join_parts(&r, reach, report);
+        report->parts = label_parts(&r);
+        good = report->parts >= 0 && join_parts(&r, reach, report);
     }
     free(r.label);
     free(r.queue);
     free(r.before);
-    return good;
-}
-
-bool solid_is_whole(const struct solid_grid *grid, float *phi, bool *whole)
-{
-    struct repair r = {grid, (size_t)grid->size[0] * (size_t)grid->size[1] * (size_t)grid->size[2], phi, NULL, NULL, NULL};
-    size_t first = 0;
-    r.label = calloc(r.count, sizeof *r.label);
-    r.queue = malloc(r.count * sizeof *r.queue);
-    const bool good = r.label && r.queue;
-    while (good && first < r.count && phi[first] >= 0.0f) { ++first; }
-    *whole = good && first < r.count && (size_t)flood(&r, 0, 1) + (size_t)flood(&r, (int)first, 2) == r.count;
-    free(r.label);
-    free(r.queue);
     return good;
 }
 
@@ -239,14 +308,19 @@ static bool square_distances(const struct solid_grid *grid, float *square)
     const int *size = grid->size, longest = size[0] > size[1] ? size[0] : size[1];
     const size_t room = (size_t)(longest > size[2] ? longest : size[2]) + 1,
                  step[3] = {1, (size_t)size[0], (size_t)size[0] * (size_t)size[1]};
-    float *f = malloc(room * sizeof *f), *from = malloc(room * sizeof *from);
-    int *vertex = malloc(room * sizeof *vertex);
+    float *f = malloc(room * room * sizeof *f), *from = malloc(room * room * sizeof *from); /* a row for each plane of lines */
+    int *vertex = malloc(room * room * sizeof *vertex);
     const bool good = f && from && vertex;
     for (int axis = 0; good && axis < 3; ++axis) {
         const int u = axis == 0, v = axis == 2 ? 1 : 2; /* the other axes */
+#if defined(_OPENMP)
+        #pragma omp parallel for
+#endif
         for (int j = 0; j < size[v]; ++j) {
+            const size_t own = (size_t)j * room;
             for (int i = 0; i < size[u]; ++i) {
-                envelope(square + (size_t)i * step[u] + (size_t)j * step[v], step[axis], size[axis], f, vertex, from);
+                envelope(square + (size_t)i * step[u] + (size_t)j * step[v], step[axis], size[axis], f + own, vertex + own,
+                         from + own);
             }
         }
     }
@@ -256,27 +330,51 @@ static bool square_distances(const struct solid_grid *grid, float *square)
     return good;
 }
 
+/* Marks the voxels of a row that have a neighbor on the other side: 0, else FAR. The grid's border is outside. */
+static void mark_row(const int size[3], const float *phi, int y, int z, float *square)
+{
+    const size_t width = (size_t)size[0], layer = width * (size_t)size[1];
+    const size_t beside[2][2] = {{y > 0 ? width : 0, y < size[1] - 1 ? width : 0},
+                                 {z > 0 ? layer : 0, z < size[2] - 1 ? layer : 0}};
+    for (size_t x = 0; x < width; ++x) {
+        const bool inside = phi[x] < 0.0f;
+        const bool across = inside != (phi[x - (x > 0)] < 0.0f) || inside != (phi[x + (x + 1 < width)] < 0.0f)
+            || inside != (phi[x - beside[0][0]] < 0.0f) || inside != (phi[x + beside[0][1]] < 0.0f)
+            || inside != (phi[x - beside[1][0]] < 0.0f) || inside != (phi[x + beside[1][1]] < 0.0f);
+        square[x] = across ? 0.0f : FAR;
+    }
+}
+
+/* Returns what phi becomes; square: of the distance to voxels beside the surface. */
+static float extended(float phi, float square, float band)
+{
+    const float far = sqrtf(square) + 0.5f, near = fabsf(phi);
+    const float distance = near >= band ? (far > band ? far : band)
+        : far > near + 1.2f ? far : near; /* near a wall inside, where the surface overlaps itself */
+    return copysignf(distance, phi);
+}
+
 bool solid_extend(const struct solid_grid *grid, float *phi, float band)
 {
-    const int *size = grid->size, step[3] = {1, size[0], size[0] * size[1]};
-    const size_t count = (size_t)size[0] * (size_t)size[1] * (size_t)size[2];
-    float *square = malloc(count * sizeof *square);
-    for (size_t n = 0; square && n < count; ++n) { square[n] = FAR; }
-    for (int axis = 0; square && axis < 3; ++axis) { /* voxels with neighbors on the other side */
-        for (size_t n = (size_t)step[axis]; n < count; ++n) {
-            if ((phi[n] < 0.0f) != (phi[n - (size_t)step[axis]] < 0.0f)) {
-                square[n] = square[n - (size_t)step[axis]] = 0.0f;
-            }
+    const int *size = grid->size;
+    const size_t width = (size_t)size[0], layer = width * (size_t)size[1];
+    float *square = malloc(layer * (size_t)size[2] * sizeof *square);
+    if (!square) { return false; }
+#if defined(_OPENMP)
+    #pragma omp parallel for
+#endif
+    for (int z = 0; z < size[2]; ++z) {
+        for (int y = 0; y < size[1]; ++y) {
+            const size_t row = (size_t)z * layer + (size_t)y * width;
+            mark_row(size, phi + row, y, z, square + row);
         }
     }
-    const bool good = square && square_distances(grid, square);
-    for (size_t n = 0; good && n < count; ++n) {
-        const float far = sqrtf(square[n]) + 0.5f;
-        if (fabsf(phi[n]) >= band) {
-            phi[n] = copysignf(fmaxf(band, far), phi[n]);
-        } else if (far > fabsf(phi[n]) + 1.2f) { /* near a wall inside, where the surface overlaps itself */
-            phi[n] = copysignf(far, phi[n]);
-        }
+    const bool good = square_distances(grid, square);
+#if defined(_OPENMP)
+    #pragma omp parallel for if (good)
+#endif
+    for (int z = 0; z < (good ? size[2] : 0); ++z) {
+        for (size_t n = (size_t)z * layer; n < (size_t)(z + 1) * layer; ++n) { phi[n] = extended(phi[n], square[n], band); }
     }
     free(square);
     return good;

@@ -32,9 +32,8 @@ struct solid_repair {
  * the volume by the shortest bridges, if these are at most `reach` voxels long. Returns false if memory is short. */
 bool solid_repair(const struct solid_grid *grid, float *phi, int reach, struct solid_repair *report);
 
-/* Finds whether the inside is one body without hollows, connected by faces of voxels, and so is its surface. The grid's border is
- * outside. Returns false if memory is short. */
-bool solid_is_whole(const struct solid_grid *grid, float *phi, bool *whole);
+/* Finds whether the inside is one body, connected by faces of voxels, and so is the outside. Returns false if memory is short. */
+bool solid_is_whole(const struct solid_grid *grid, const float *phi, bool *whole);
 
 /* Continues a level set that is clamped at `band` voxels: farther away, and where it is the distance to something inside, |phi|
  * becomes the distance to where the sign changes, within a voxel. Returns false if memory is short. */
