@@ -14,7 +14,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { CELLS = 32, MAX_CELLS = 64, CENTERS = 200, WARP_STEPS = 12, SETTLE_STEPS = 40 };
+enum { CELLS = 32, MAX_CELLS = 64, CENTERS = 200, WARP_STEPS = 12, LEARNING_STEPS = 20, SETTLE_STEPS = 40 };
 
 /* ---- template ---- */
 
@@ -178,6 +178,7 @@ struct motion {
     const struct similarity *pose;
     const float *landmarks;
     struct warp warp;
+    int steps; /* of the warp */
     float voxel;
 };
 
@@ -244,7 +245,7 @@ static bool move_like_a_mesh(struct atlas_template *template, struct motion *mot
     float *now = malloc(2 * count * sizeof *now), *corners = copy_corners(template->ctx);
     float *moved = malloc(9 * (size_t)springls_count(template->ctx) * sizeof *moved);
     bool good = (now && corners && moved) || atlas_no_memory();
-    for (int s = 0; good && s < WARP_STEPS; ++s) {
+    for (int s = 0; good && s < motion->steps; ++s) {
         look_at_centers(template, now, now + count);
         good = (warp_fit(&motion->warp, motion->target, motion->pose, now, now + count, motion->landmarks)
                 || atlas_fail("the displacement's equations cannot be solved"))
@@ -346,11 +347,10 @@ bool atlas_correspond(struct atlas_template *template, struct atlas_subject *sub
     const struct fit_source source = {template->center_points, template->center_normals, template->landmarks,
                                       template->center_count, template->landmark_count, template->size};
     struct motion motion = {.ctx = template->ctx, .target = &subject->target, .pose = &subject->pose,
-                            .landmarks = subject->landmarks, .voxel = (float)template->voxel};
+                            .landmarks = subject->landmarks, .steps = WARP_STEPS, .voxel = (float)template->voxel};
     const size_t vertices = (size_t)template->mesh.vertex_count;
     free(subject->shape);
     subject->shape = malloc(3 * vertices * sizeof *subject->shape);
-    subject->steps = WARP_STEPS;
     if (!subject->shape) {
         return atlas_no_memory();
     }
@@ -359,6 +359,11 @@ bool atlas_correspond(struct atlas_template *template, struct atlas_subject *sub
     }
     bool good = warp_create(source.points, source.count, source.landmarks, source.landmark_count, source.size, &motion.warp)
              || atlas_no_memory();
+    if (!subject->labels.data && !template->open) { /* beyond a rim nothing stops an open surface that slides */
+        motion.warp.prior = warp_prior_exact;
+        motion.steps = LEARNING_STEPS;
+    }
+    subject->steps = motion.steps;
     good = good && set_template(template) && move_like_a_mesh(template, &motion)
         && (template->open || run_to_rest(template, &motion, &subject->steps)) && weld(template, subject->shape)
         && copy_particles(template, subject);

@@ -201,6 +201,55 @@ TEST targets_know_sides_and_rims(void)
     PASS();
 }
 
+/* Lays the points of an ellipsoid on a target and returns the noise that was learned, NaN if that failed. */
+static double noise_learned_on(const float *points, const float *normals, const float *on, const uint32_t *triangles)
+{
+    enum { CENTERS = 100, STEPS = 12 };
+    const struct similarity identity = similarity_identity();
+    float at[3 * CENTERS], facing[3 * CENTERS], now[3 * CENTERS];
+    int chosen[CENTERS];
+    struct target target;
+    struct warp warp;
+    bool fine = points_spread(points, BALL, CENTERS, chosen) == CENTERS
+             && target_create(on, BALL, (const int *)(const void *)triangles, BALL_TRIANGLES, &target);
+    for (int i = 0; fine && i < CENTERS; ++i) {
+        memcpy(at + 3 * i, points + 3 * chosen[i], 3 * sizeof *at);
+        memcpy(facing + 3 * i, normals + 3 * chosen[i], 3 * sizeof *facing);
+    }
+    memcpy(now, at, sizeof now);
+    fine = fine && warp_create(at, CENTERS, NULL, 0, target.radius, &warp);
+    if (!fine) return (double)NAN;
+    warp.prior = warp_prior_exact;
+    for (int step = 0; fine && step < STEPS; ++step) {
+        fine = warp_fit(&warp, &target, &identity, now, facing, NULL);
+        for (int i = 0; i < CENTERS; ++i) warp_apply(&warp, at + 3 * i, now + 3 * i, NULL);
+    }
+    const double noise = fine ? warp.prior.noise : (double)NAN;
+    warp_free(&warp);
+    target_free(&target);
+    return noise;
+}
+
+/* What a smooth displacement explains leaves a small noise, and what it does not a large one. */
+TEST noise_is_learned_from_the_target(void)
+{
+    static float points[3 * BALL], normals[3 * BALL], smooth[3 * BALL], rough[3 * BALL];
+    static uint32_t triangles[3 * BALL_TRIANGLES];
+    make_ellipsoid((const float[3]){24.0f, 17.0f, 11.0f}, points);
+    make_ball_triangles(triangles);
+    mesh_normals(points, BALL, (const int *)(const void *)triangles, BALL_TRIANGLES, normals);
+    for (int v = 0; v < BALL; ++v) {
+        const float away = v % 2 ? 1.0f : -1.0f;
+        for (int k = 0; k < 3; ++k) {
+            smooth[3 * v + k] = points[3 * v + k] * (k == 0 ? 1.1f : 1.0f);
+            rough[3 * v + k] = smooth[3 * v + k] + away * normals[3 * v + k];
+        }
+    }
+    ASSERT(noise_learned_on(points, normals, smooth, triangles) < 0.5 * warp_prior_exact.noise);
+    ASSERT(noise_learned_on(points, normals, rough, triangles) > warp_prior_exact.noise);
+    PASS();
+}
+
 /* ---- from meshes to an atlas ---- */
 
 enum { SUBJECTS = 5 };
@@ -962,7 +1011,7 @@ static bool write_landmarks(const struct mesh *tori, int count, int landmarks)
 }
 
 /* Six deformed tori. Three landmarks say how each is turned, which a torus of revolution does not. */
-TEST tori_correspond_within_a_voxel(void)
+TEST tori_correspond_within_four_fifths_of_a_voxel(void)
 {
     enum { COUNT = 6 };
     const char *data = getenv("SPRINGLS_DATA");
@@ -981,8 +1030,8 @@ TEST tori_correspond_within_a_voxel(void)
     build.settings.landmarks = folder;
     ASSERT(atlas_build_run(&build));
     ASSERT(build.truth.known);
-    ASSERT(build.truth.mean < build.atlas.voxel);
-    ASSERT(build.truth.mean < 0.5 * build.truth.rigid_mean);
+    ASSERT(build.truth.mean < 0.8 * build.atlas.voxel);
+    ASSERT(build.truth.mean < 0.4 * build.truth.rigid_mean);
     for (int s = 0; s < COUNT; ++s) ASSERT(build.subjects[s].mean_distance < 0.05 * build.atlas.voxel);
     atlas_build_free(&build);
     PASS();
@@ -1019,6 +1068,7 @@ int main(int argc, char **argv)
     RUN_TEST(alignment_takes_pose_and_size_away);
     RUN_TEST(modes_that_were_put_in_come_out);
     RUN_TEST(targets_know_sides_and_rims);
+    RUN_TEST(noise_is_learned_from_the_target);
     RUN_TEST(springls_find_the_correspondence_of_ellipsoids);
     RUN_TEST(a_run_without_atlas_is_read_from_its_report);
     RUN_TEST(atlases_survive_their_files);
@@ -1035,7 +1085,7 @@ int main(int argc, char **argv)
     RUN_TEST(mirrored_subjects_lie_on_the_other_side);
     RUN_TEST(landmarks_are_mirrored_with_their_subject);
     RUN_TEST(repeated_arguments_are_collected);
-    RUN_TEST(tori_correspond_within_a_voxel);
+    RUN_TEST(tori_correspond_within_four_fifths_of_a_voxel);
     RUN_TEST(tori_images_are_read);
     snprintf(command, sizeof command, "rm -rf '%s'", folder);
     if (system(command) != 0) perror(folder);

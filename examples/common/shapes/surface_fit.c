@@ -8,12 +8,12 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Lengths and deviation of the two kernels in sizes of the template (root mean square distance of its surface from its
- * center): two scales make long and short displacements probable. noise: deviation of a center from its place on the target. */
-static const double kernel_length[2] = {0.6, 0.3}, kernel_deviation = 0.07, noise = 0.02;
-/* Weight of a center's present place along the target's surface: it limits how far a step slides, and vanishes as the steps
- * become small. */
-static const double slide = 0.05;
+/* Lengths and deviation of the two kernels in sizes of the template: two scales make long and short displacements probable. */
+static const double kernel_length[2] = {0.6, 0.3}, kernel_deviation = 0.07;
+/* Deviation of a landmark, and bounds of a noise that is learned. */
+static const double landmark_noise = 0.02, least_noise = 0.002, most_noise = 0.04;
+
+const struct warp_prior warp_prior_rough = {0.02, 0.0894427191, false}, warp_prior_exact = {0.02, 0.3, true};
 
 /* ---- targets ---- */
 
@@ -218,6 +218,7 @@ bool warp_create(const float *centers, int count, const float *landmarks, int la
     warp->count = count + landmark_count;
     warp->pinned = landmark_count;
     warp->size = size;
+    warp->prior = warp_prior_rough;
     warp->centers = malloc((all + 1) * sizeof *warp->centers);
     warp->weights = calloc(all + 1, sizeof *warp->weights);
     if (!warp->centers || !warp->weights) {
@@ -282,60 +283,103 @@ static double center_kernel(const struct warp *warp, int a, int b)
     return kernel(warp, d2, &slope);
 }
 
-struct warp_constraint warp_constraint_along(const double displacement[3], const float normal[3], double sigma)
+/* A measured displacement of a center from the template, and its covariance; normal: where the warp's noise lies along it, else
+ * zero. */
+struct constraint {
+    double displacement[3], covariance[3][3], normal[3];
+};
+
+/* Makes a constraint with the warp's noise along `normal` and a weak one across it. */
+static struct constraint constraint_along(const struct warp *warp, const double displacement[3], const float normal[3])
 {
-    struct warp_constraint constraint;
+    const double along2 = pow(warp->prior.noise * warp->size, 2.0), across2 = pow(warp->prior.slide * warp->size, 2.0);
+    struct constraint constraint;
     for (int r = 0; r < 3; ++r) {
         constraint.displacement[r] = displacement[r];
+        constraint.normal[r] = (double)normal[r];
         for (int c = 0; c < 3; ++c) {
             const double both = (double)normal[r] * (double)normal[c], across = (r == c ? 1.0 : 0.0) - both;
-            constraint.covariance[r][c] = sigma * sigma * (both + across / slide);
+            constraint.covariance[r][c] = along2 * both + across2 * across;
         }
     }
     return constraint;
 }
 
-static struct warp_constraint isotropic_constraint(const double displacement[3], double sigma)
+static struct constraint isotropic_constraint(const double displacement[3], double sigma)
 {
-    struct warp_constraint constraint;
+    struct constraint constraint;
+    memset(&constraint, 0, sizeof constraint);
     for (int r = 0; r < 3; ++r) {
         constraint.displacement[r] = displacement[r];
-        for (int c = 0; c < 3; ++c) {
-            constraint.covariance[r][c] = r == c ? sigma * sigma : 0.0;
-        }
+        constraint.covariance[r][r] = sigma * sigma;
     }
     return constraint;
 }
 
-bool warp_solve(struct warp *warp, const struct warp_constraint *constraints)
+/* Fills the lower half of the symmetric matrix K + covariance, n x n for 3 rows a center. */
+static void fill_matrix(const struct warp *warp, const struct constraint *constraints, size_t n, double *matrix)
 {
-    const int n = 3 * warp->count;
-    double *matrix = calloc((size_t)n * (size_t)n + 1, sizeof *matrix);
-    if (!matrix) {
-        return false;
-    }
-    /* Build the lower half of (K + covariance) weights = wanted displacements. */
     for (int a = 0; a < warp->count; ++a) {
         for (int r = 0; r < 3; ++r) {
-            double *row = matrix + (size_t)(3 * a + r) * (size_t)n;
+            double *row = matrix + (size_t)(3 * a + r) * n;
             for (int b = 0; b <= a; ++b) {
                 row[3 * b + r] = center_kernel(warp, a, b);
             }
             for (int c = 0; c <= r; ++c) {
                 row[3 * a + c] += constraints[a].covariance[r][c];
             }
-            warp->weights[3 * a + r] = constraints[a].displacement[r];
         }
     }
-    const bool good = LAPACKE_dposv(LAPACK_ROW_MAJOR, 'L', n, 1, matrix, n, warp->weights, 1) == 0;
+}
+
+/* Sets the warp's noise to one under which the constraints are more probable, by a step of MacKay's fixed-point iteration (1992):
+ * their derivative by the noise vanishes where the squares of the weights along the normals are the inverse matrix there.
+ * inverse: its lower half. */
+static void learn_noise(struct warp *warp, const struct constraint *constraints, size_t n, const double *inverse)
+{
+    double found = 0.0, expected = 0.0;
+    for (int a = 0; a < warp->count; ++a) {
+        const double *m = constraints[a].normal, *w = warp->weights + 3 * a;
+        const double along = m[0] * w[0] + m[1] * w[1] + m[2] * w[2];
+        found += along * along;
+        for (int r = 0; r < 3; ++r) {
+            const double *row = inverse + (size_t)(3 * a + r) * n + 3 * a;
+            for (int c = 0; c <= r; ++c) {
+                expected += (c < r ? 2.0 : 1.0) * m[r] * m[c] * row[c];
+            }
+        }
+    }
+    if (expected > 0.0) {
+        warp->prior.noise = fmin(most_noise, fmax(least_noise, warp->prior.noise * sqrt(found / expected)));
+    }
+}
+
+/* Finds the most probable displacement under one constraint a center, and learns the noise if the prior does. Returns false if
+ * LAPACK fails or memory is short. */
+static bool solve(struct warp *warp, const struct constraint *constraints)
+{
+    const int n = 3 * warp->count;
+    double *matrix = calloc((size_t)n * (size_t)n + 1, sizeof *matrix);
+    if (!matrix) {
+        return false;
+    }
+    fill_matrix(warp, constraints, (size_t)n, matrix);
+    for (int i = 0; i < n; ++i) {
+        warp->weights[i] = constraints[i / 3].displacement[i % 3];
+    }
+    bool good = LAPACKE_dposv(LAPACK_ROW_MAJOR, 'L', n, 1, matrix, n, warp->weights, 1) == 0;
+    if (good && warp->prior.learns) {
+        good = LAPACKE_dpotri(LAPACK_ROW_MAJOR, 'L', n, matrix, n) == 0;
+        learn_noise(warp, constraints, (size_t)n, matrix);
+    }
     free(matrix);
     return good;
 }
 
-static struct warp_constraint follow_surface(const struct warp *warp, int a, const struct target *target,
-                                             const struct similarity *pose, const float at[3], const float normal[3])
+static struct constraint follow_surface(const struct warp *warp, int a, const struct target *target, const struct similarity *pose,
+                                        const float at[3], const float normal[3])
 {
-    const double sigma = noise * warp->size, loose = 1e3 * sigma;
+    const double loose = 20.0 * warp->size;
     struct target_hit hit;
     double displacement[3];
     float offset[3];
@@ -346,10 +390,10 @@ static struct warp_constraint follow_surface(const struct warp *warp, int a, con
     for (int r = 0; r < 3; ++r) {
         displacement[r] = (double)at[r] - (double)warp->centers[3 * a + r] + along * (double)hit.normal[r];
     }
-    return known ? warp_constraint_along(displacement, hit.normal, sigma) : isotropic_constraint(displacement, loose);
+    return known ? constraint_along(warp, displacement, hit.normal) : isotropic_constraint(displacement, loose);
 }
 
-static struct warp_constraint follow_landmark(const struct warp *warp, int a, const struct similarity *back,
+static struct constraint follow_landmark(const struct warp *warp, int a, const struct similarity *back,
                                               const float landmark[3])
 {
     double displacement[3];
@@ -358,7 +402,7 @@ static struct warp_constraint follow_landmark(const struct warp *warp, int a, co
     for (int r = 0; r < 3; ++r) {
         displacement[r] = (double)to[r] - (double)warp->centers[3 * a + r];
     }
-    return isotropic_constraint(displacement, noise * warp->size);
+    return isotropic_constraint(displacement, landmark_noise * warp->size);
 }
 
 bool warp_fit(struct warp *warp, const struct target *target, const struct similarity *pose, const float *now,
@@ -366,19 +410,19 @@ bool warp_fit(struct warp *warp, const struct target *target, const struct simil
 {
     const struct similarity back = similarity_inverse(pose);
     const int free_centers = warp->count - warp->pinned;
-    struct warp_constraint *constraints = malloc(((size_t)warp->count + 1) * sizeof *constraints);
+    struct constraint *constraints = malloc(((size_t)warp->count + 1) * sizeof *constraints);
     for (int a = 0; constraints && a < warp->count; ++a) {
         constraints[a] = a < free_centers ? follow_surface(warp, a, target, pose, now + 3 * a, normals + 3 * a)
                                      : follow_landmark(warp, a, &back, landmarks + 3 * (a - free_centers));
     }
-    const bool good = constraints && warp_solve(warp, constraints);
+    const bool good = constraints && solve(warp, constraints);
     free(constraints);
     return good;
 }
 
 double warp_cost(const struct warp *warp, const struct target *target, const struct similarity *pose)
 {
-    const double sigma2 = noise * noise * warp->size * warp->size;
+    const double sigma2 = warp->prior.noise * warp->prior.noise * warp->size * warp->size;
     double cost = 0.0;
     for (int a = 0; a < warp->count; ++a) {
         struct target_hit hit;

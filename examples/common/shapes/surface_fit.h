@@ -41,6 +41,20 @@ void mesh_barycentric(const float *a, const float *b, const float *c, const floa
 /* Chooses up to `wanted` of the points evenly, each the farthest from those before. Returns how many. */
 int points_spread(const float *points, int count, int wanted, int *chosen);
 
+/* What a warp expects, in sizes of the template (root mean square distance of its surface from its center).
+ *   noise   deviation of a center from its place on the target, along the normal
+ *   slide   the same from its present place along the surface: limits how far a step slides, and does not matter any more as
+ *           the steps become small
+ *   learns  each fit makes the noise one under which what it saw is more probable */
+struct warp_prior {
+    double noise, slide;
+    bool learns;
+};
+
+/* For targets whose surface voxels have made rough, and for exact ones, such as closed meshes. Exact ones show by their shape where
+ * along the surface a place went, and only with a small noise is this used. */
+extern const struct warp_prior warp_prior_rough, warp_prior_exact;
+
 /* A smooth displacement u(x) = sum over centers of kernel(|x - c|) weight, with two Gaussian kernels (surface_fit.c). As a
  * Gaussian process (Luethi et al. 2018) it expects displacements of a certain size that are similar at near places. */
 struct warp {
@@ -48,6 +62,7 @@ struct warp {
     float *centers;    /* 3 each, template coordinates */
     double *weights; /* 3 each */
     double size;     /* of the template: shape_size */
+    struct warp_prior prior; /* warp_prior_rough unless changed */
 };
 
 /* Makes a zero displacement. landmarks (3 floats each) become the last centers. */
@@ -64,17 +79,6 @@ void warp_apply(const struct warp *warp, const float point[3], float place[3], f
  * face away from `normals`. Returns false if LAPACK fails or memory is short. */
 bool warp_fit(struct warp *warp, const struct target *target, const struct similarity *pose, const float *now,
               const float *normals, const float *landmarks);
-
-/* A measured displacement of a center from the template, and its covariance. */
-struct warp_constraint {
-    double displacement[3], covariance[3][3];
-};
-
-/* Makes a constraint with deviation `sigma` along `normal` and a weak one across it. */
-struct warp_constraint warp_constraint_along(const double displacement[3], const float normal[3], double sigma);
-
-/* Finds the most probable displacement under one constraint a center. Returns false if LAPACK fails or memory is short. */
-bool warp_solve(struct warp *warp, const struct warp_constraint *constraints);
 
 /* Returns the cost of a fit: how improbable the displacement is, and the remaining distances. */
 double warp_cost(const struct warp *warp, const struct target *target, const struct similarity *pose);
