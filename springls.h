@@ -5991,8 +5991,7 @@ SPRINGLS__FN springls_status springls__fail_null(springls_context *ctx, const ch
 SPRINGLS__FN springls_status springls__check_amount(springls_context *ctx, const char *call, const char *argument, double x)
 {
     if (x >= 0.0 && x <= (double)FLT_MAX) return SPRINGLS_OK;
-    return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: %s is %s", call, argument,
-                          x < 0.0 && x >= -(double)FLT_MAX ? "negative" : "not finite");
+    return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: %s is %g, not 0 or more and finite", call, argument, x);
 }
 
 /* Reports the progress of a long call, a fraction in [0,1]; returns true when the caller cancels it. */
@@ -11043,6 +11042,14 @@ SPRINGLS__MATHS void springls__write_element(const springls__model *model, sprin
         for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));
     model->set.s[n] = springls__springl_finished(s);
 }
+
+/* ======== >>correspondence_fit:kernel  (kernels_embed/model/correspondence_fit.h) ============================== */
+/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero
+   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,
+   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */
+
+#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */
+
 /* -------- again: kernels_embed/language/width_float.h -------- */
 /* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard
    because it is included before every body. */
@@ -11062,54 +11069,57 @@ SPRINGLS__MATHS void springls__write_element(const springls__model *model, sprin
 /* ======== >>correspondence_fit_body:kernel  (kernels_embed/model/correspondence_fit_body.h) ==================== */
 /* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */
 
-/* Weighted sums over particles, in two tangent coordinates u and v that are 1 at the fit's radius. */
+/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */
 typedef struct SPRINGLS__W(correspondence_fit) {
     SPRINGLS__NUM3 origin, n;
     SPRINGLS__NUM3 e1, e2;     /* tangents, of length 1 / radius */
-    SPRINGLS__NUM3 a0;         /* correspondences are summed relative to it */
     SPRINGLS__NUM moments[15]; /* of 1, u, v, uu, uv, vv, uuu, uuv, uvv, vvv, uuuu, uuuv, uuvv, uvvv, vvvv */
-    SPRINGLS__NUM3 right[6];   /* of a - a0 times vv, uv, uu, v, u, 1 */
 } SPRINGLS__W(correspondence_fit);
+
+/* A particle as a fit takes it; weight 0: not at all. */
+typedef struct SPRINGLS__W(fit_sample) { SPRINGLS__NUM weight, u, v; } SPRINGLS__W(fit_sample);
+
+/* A polynomial with the terms vv, uv, uu, v, u, 1. Times a particle's weight, it is the share of the particle's correspondence in
+   that of the origin. */
+typedef struct SPRINGLS__W(fit_shares) { SPRINGLS__NUM factor[6]; } SPRINGLS__W(fit_shares);
 
 /* Begins a fit over no particles at `origin`; n, tangent: unit vectors, perpendicular to each other. */
 SPRINGLS__W_MATHS SPRINGLS__W(correspondence_fit) SPRINGLS__W(correspondence_fit_begin)(SPRINGLS__NUM3 origin, SPRINGLS__NUM3 n,
-                                                                                        SPRINGLS__NUM3 tangent, SPRINGLS__NUM3 a0)
+                                                                                        SPRINGLS__NUM3 tangent)
 {
-    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f);
     SPRINGLS__W(correspondence_fit) fit;
     int i;
     fit.origin = origin;
     fit.n = n;
-    fit.e1 = SPRINGLS__W(scale)(tangent, SPRINGLS__W(broadcast)(1.0f / SPRINGLS__FIT_RADIUS));
+    fit.e1 = SPRINGLS__W(scale)(tangent, SPRINGLS__W(broadcast)(1.0f / SPRINGLS__CORRESPONDENCE_RADIUS));
     fit.e2 = SPRINGLS__W(cross)(n, fit.e1);
-    fit.a0 = a0;
-    for (i = 0; i < 15; i++) fit.moments[i] = zero;
-    for (i = 0; i < 6; i++) fit.right[i] = SPRINGLS__W(v3_make)(zero, zero, zero);
+    for (i = 0; i < 15; i++) fit.moments[i] = SPRINGLS__W(broadcast)(0.0f);
     return fit;
 }
 
-/* Adds a particle with its normal and correspondence, unless it is too far, faces elsewhere, or lies on another sheet. */
-SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_add)(SPRINGLS__W(correspondence_fit) *fit, SPRINGLS__NUM3 p,
-                                                           SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)
+/* Returns a particle with its normal as the fit takes it: not at all if it is too far, faces elsewhere, or lies on another sheet. */
+SPRINGLS__W_MATHS SPRINGLS__W(fit_sample) SPRINGLS__W(fit_sample_of)(const SPRINGLS__W(correspondence_fit) *fit, SPRINGLS__NUM3 p,
+                                                                    SPRINGLS__NUM3 normal)
 {
-    const float r = SPRINGLS__FIT_RADIUS;
+    const float r = SPRINGLS__CORRESPONDENCE_RADIUS;
     const SPRINGLS__NUM3 d = SPRINGLS__W(sub)(p, fit->origin);
     const SPRINGLS__NUM r2 = SPRINGLS__W(length2)(d) * (1.0f / (r * r));
     const SPRINGLS__NUM height = SPRINGLS__W(fabs)(SPRINGLS__W(dot)(d, fit->n)), facing = SPRINGLS__W(dot)(normal, fit->n);
     const SPRINGLS__COND counts = (r2 < 1.0f) & (height <= SPRINGLS__FIT_SHEET_HEIGHT * r)
                                 & (facing >= SPRINGLS__FIT_SHEET_FACING);
-    SPRINGLS__NUM w, u, v, wu, wv, wuu, wuv, wvv, wuuu, wvvv, *m = fit->moments;
-    if (!SPRINGLS__W(any)(counts)) return;
-    w = SPRINGLS__W(select)(counts, SPRINGLS__FIT_WEIGHT(r2), SPRINGLS__W(broadcast)(0.0f));
-    u = SPRINGLS__W(dot)(d, fit->e1);
-    v = SPRINGLS__W(dot)(d, fit->e2);
-    wu = w * u;
-    wv = w * v;
-    wuu = wu * u;
-    wuv = wu * v;
-    wvv = wv * v;
-    wuuu = wuu * u;
-    wvvv = wvv * v;
+    SPRINGLS__W(fit_sample) sample;
+    sample.weight = SPRINGLS__W(select)(counts, SPRINGLS__FIT_WEIGHT(r2), SPRINGLS__W(broadcast)(0.0f));
+    sample.u = SPRINGLS__W(dot)(d, fit->e1);
+    sample.v = SPRINGLS__W(dot)(d, fit->e2);
+    return sample;
+}
+
+/* Adds a particle to the sums. */
+SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_add)(SPRINGLS__W(correspondence_fit) *fit, SPRINGLS__W(fit_sample) sample)
+{
+    const SPRINGLS__NUM w = sample.weight, u = sample.u, v = sample.v, wu = w * u, wv = w * v;
+    const SPRINGLS__NUM wuu = wu * u, wuv = wu * v, wvv = wv * v, wuuu = wuu * u, wvvv = wvv * v;
+    SPRINGLS__NUM *m = fit->moments;
     m[0] += w;
     m[1] += wu;
     m[2] += wv;
@@ -11125,21 +11135,14 @@ SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_add)(SPRINGLS__W(correspon
     m[12] += wuv * u * v;
     m[13] += wvvv * u;
     m[14] += wvvv * v;
-    a = SPRINGLS__W(sub)(a, fit->a0);
-    fit->right[0] = SPRINGLS__W(mad)(fit->right[0], a, wvv);
-    fit->right[1] = SPRINGLS__W(mad)(fit->right[1], a, wuv);
-    fit->right[2] = SPRINGLS__W(mad)(fit->right[2], a, wuu);
-    fit->right[3] = SPRINGLS__W(mad)(fit->right[3], a, wv);
-    fit->right[4] = SPRINGLS__W(mad)(fit->right[4], a, wu);
-    fit->right[5] = SPRINGLS__W(mad)(fit->right[5], a, w);
 }
 
-/* Replaces the correspondence at the origin, where it is not known yet, by that of a fit with the terms vv, uv, uu, v, u, 1 from
-   number `first` on: eliminates all but the constant one. It stays where particles lie badly around the origin, which would make
-   large errors of small ones: the value is a sum of the particles' correspondences whose factors are together, without their
-   signs, at most the root of moments[0] / last pivot (Cauchy-Schwarz), and that is bounded. */
-SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_solve)(const SPRINGLS__W(correspondence_fit) *fit, int first,
-                                                             SPRINGLS__NUM3 *a, SPRINGLS__COND *known)
+/* Finds the shares, where they are not known yet, of a fit with the terms from number `first` on: those whose sums of shares times
+   the terms are 0, and 1 for the constant one. They stay unknown where particles lie badly around the origin, which would make
+   large errors of small ones: without their signs the shares are together at most the root of moments[0] / last pivot
+   (Cauchy-Schwarz), and that is bounded. */
+SPRINGLS__W_MATHS void SPRINGLS__W(fit_shares_solve)(const SPRINGLS__W(correspondence_fit) *fit, int first,
+                                                     SPRINGLS__W(fit_shares) *shares, SPRINGLS__COND *known)
 {
     const SPRINGLS__NUM *m = fit->moments;
     const SPRINGLS__NUM row[6][6] = { { m[14] },
@@ -11150,39 +11153,48 @@ SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_solve)(const SPRINGLS__W(c
                                       { m[5], m[4], m[3], m[2], m[1], m[0] } };
     const float most = 8.0f; /* times the errors of correspondences */
     SPRINGLS__NUM left[6][6]; /* the lower triangle */
-    SPRINGLS__NUM3 right[6], found;
+    SPRINGLS__NUM inverse[6], found[6];
     SPRINGLS__COND good;
     int i, j, k;
-    for (i = first; i < 6; i++) {
+    for (i = first; i < 6; i++)
         for (j = first; j <= i; j++) left[i][j] = row[i][j];
-        right[i] = fit->right[i];
-    }
     good = m[0] > 0.0f;
     for (k = first; k < 5; k++) {
-        const SPRINGLS__NUM inverse = 1.0f / left[k][k];
+        inverse[k] = 1.0f / left[k][k];
         good = good & (left[k][k] > SPRINGLS__FIT_SINGULAR * m[0]);
         for (i = k + 1; i < 6; i++) {
-            const SPRINGLS__NUM factor = left[i][k] * inverse;
+            const SPRINGLS__NUM factor = left[i][k] * inverse[k];
             for (j = k + 1; j <= i; j++) left[i][j] -= factor * left[j][k];
-            right[i] = SPRINGLS__W(mad)(right[i], right[k], -factor);
         }
     }
     good = good & (left[5][5] > m[0] / (most * most)) & SPRINGLS__W(not)(*known);
-    found = SPRINGLS__W(add)(fit->a0, SPRINGLS__W(scale)(right[5], 1.0f / left[5][5]));
-    a->x = SPRINGLS__W(select)(good, found.x, a->x);
-    a->y = SPRINGLS__W(select)(good, found.y, a->y);
-    a->z = SPRINGLS__W(select)(good, found.z, a->z);
+    found[5] = 1.0f / left[5][5];
+    for (k = 4; k >= first; k--) {
+        SPRINGLS__NUM sum = left[5][k] * found[5];
+        for (i = k + 1; i < 5; i++) sum += left[i][k] * found[i];
+        found[k] = -sum * inverse[k];
+    }
+    for (k = first; k < 6; k++) shares->factor[k] = SPRINGLS__W(select)(good, found[k], shares->factor[k]);
     *known = *known | good;
 }
 
-/* Returns the correspondence at the origin: by a quadratic, by a plane where too few neighbors lie around it for one, else a0. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(correspondence_fit_end)(const SPRINGLS__W(correspondence_fit) *fit)
+/* Returns the shares: of a quadratic, of a plane where too few neighbors lie around the origin for one, else 0. */
+SPRINGLS__W_MATHS SPRINGLS__W(fit_shares) SPRINGLS__W(fit_shares_of)(const SPRINGLS__W(correspondence_fit) *fit)
 {
     SPRINGLS__COND known = fit->moments[0] < 0.0f; /* nowhere */
-    SPRINGLS__NUM3 a = fit->a0;
-    SPRINGLS__W(correspondence_fit_solve)(fit, 0, &a, &known);
-    if (SPRINGLS__W(any)(SPRINGLS__W(not)(known))) SPRINGLS__W(correspondence_fit_solve)(fit, 3, &a, &known);
-    return a;
+    SPRINGLS__W(fit_shares) shares;
+    int k;
+    for (k = 0; k < 6; k++) shares.factor[k] = SPRINGLS__W(broadcast)(0.0f);
+    SPRINGLS__W(fit_shares_solve)(fit, 0, &shares, &known);
+    if (SPRINGLS__W(any)(SPRINGLS__W(not)(known))) SPRINGLS__W(fit_shares_solve)(fit, 3, &shares, &known);
+    return shares;
+}
+
+/* Returns the share of a particle. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(fit_share)(const SPRINGLS__W(fit_shares) *shares, SPRINGLS__W(fit_sample) sample)
+{
+    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;
+    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));
 }
 /* -------- again: kernels_embed/language/width_simd.h -------- */
 /* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
@@ -11202,54 +11214,57 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(correspondence_fit_end)(const SPRIN
 /* -------- again: kernels_embed/model/correspondence_fit_body.h -------- */
 /* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */
 
-/* Weighted sums over particles, in two tangent coordinates u and v that are 1 at the fit's radius. */
+/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */
 typedef struct SPRINGLS__W(correspondence_fit) {
     SPRINGLS__NUM3 origin, n;
     SPRINGLS__NUM3 e1, e2;     /* tangents, of length 1 / radius */
-    SPRINGLS__NUM3 a0;         /* correspondences are summed relative to it */
     SPRINGLS__NUM moments[15]; /* of 1, u, v, uu, uv, vv, uuu, uuv, uvv, vvv, uuuu, uuuv, uuvv, uvvv, vvvv */
-    SPRINGLS__NUM3 right[6];   /* of a - a0 times vv, uv, uu, v, u, 1 */
 } SPRINGLS__W(correspondence_fit);
+
+/* A particle as a fit takes it; weight 0: not at all. */
+typedef struct SPRINGLS__W(fit_sample) { SPRINGLS__NUM weight, u, v; } SPRINGLS__W(fit_sample);
+
+/* A polynomial with the terms vv, uv, uu, v, u, 1. Times a particle's weight, it is the share of the particle's correspondence in
+   that of the origin. */
+typedef struct SPRINGLS__W(fit_shares) { SPRINGLS__NUM factor[6]; } SPRINGLS__W(fit_shares);
 
 /* Begins a fit over no particles at `origin`; n, tangent: unit vectors, perpendicular to each other. */
 SPRINGLS__W_MATHS SPRINGLS__W(correspondence_fit) SPRINGLS__W(correspondence_fit_begin)(SPRINGLS__NUM3 origin, SPRINGLS__NUM3 n,
-                                                                                        SPRINGLS__NUM3 tangent, SPRINGLS__NUM3 a0)
+                                                                                        SPRINGLS__NUM3 tangent)
 {
-    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f);
     SPRINGLS__W(correspondence_fit) fit;
     int i;
     fit.origin = origin;
     fit.n = n;
-    fit.e1 = SPRINGLS__W(scale)(tangent, SPRINGLS__W(broadcast)(1.0f / SPRINGLS__FIT_RADIUS));
+    fit.e1 = SPRINGLS__W(scale)(tangent, SPRINGLS__W(broadcast)(1.0f / SPRINGLS__CORRESPONDENCE_RADIUS));
     fit.e2 = SPRINGLS__W(cross)(n, fit.e1);
-    fit.a0 = a0;
-    for (i = 0; i < 15; i++) fit.moments[i] = zero;
-    for (i = 0; i < 6; i++) fit.right[i] = SPRINGLS__W(v3_make)(zero, zero, zero);
+    for (i = 0; i < 15; i++) fit.moments[i] = SPRINGLS__W(broadcast)(0.0f);
     return fit;
 }
 
-/* Adds a particle with its normal and correspondence, unless it is too far, faces elsewhere, or lies on another sheet. */
-SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_add)(SPRINGLS__W(correspondence_fit) *fit, SPRINGLS__NUM3 p,
-                                                           SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)
+/* Returns a particle with its normal as the fit takes it: not at all if it is too far, faces elsewhere, or lies on another sheet. */
+SPRINGLS__W_MATHS SPRINGLS__W(fit_sample) SPRINGLS__W(fit_sample_of)(const SPRINGLS__W(correspondence_fit) *fit, SPRINGLS__NUM3 p,
+                                                                    SPRINGLS__NUM3 normal)
 {
-    const float r = SPRINGLS__FIT_RADIUS;
+    const float r = SPRINGLS__CORRESPONDENCE_RADIUS;
     const SPRINGLS__NUM3 d = SPRINGLS__W(sub)(p, fit->origin);
     const SPRINGLS__NUM r2 = SPRINGLS__W(length2)(d) * (1.0f / (r * r));
     const SPRINGLS__NUM height = SPRINGLS__W(fabs)(SPRINGLS__W(dot)(d, fit->n)), facing = SPRINGLS__W(dot)(normal, fit->n);
     const SPRINGLS__COND counts = (r2 < 1.0f) & (height <= SPRINGLS__FIT_SHEET_HEIGHT * r)
                                 & (facing >= SPRINGLS__FIT_SHEET_FACING);
-    SPRINGLS__NUM w, u, v, wu, wv, wuu, wuv, wvv, wuuu, wvvv, *m = fit->moments;
-    if (!SPRINGLS__W(any)(counts)) return;
-    w = SPRINGLS__W(select)(counts, SPRINGLS__FIT_WEIGHT(r2), SPRINGLS__W(broadcast)(0.0f));
-    u = SPRINGLS__W(dot)(d, fit->e1);
-    v = SPRINGLS__W(dot)(d, fit->e2);
-    wu = w * u;
-    wv = w * v;
-    wuu = wu * u;
-    wuv = wu * v;
-    wvv = wv * v;
-    wuuu = wuu * u;
-    wvvv = wvv * v;
+    SPRINGLS__W(fit_sample) sample;
+    sample.weight = SPRINGLS__W(select)(counts, SPRINGLS__FIT_WEIGHT(r2), SPRINGLS__W(broadcast)(0.0f));
+    sample.u = SPRINGLS__W(dot)(d, fit->e1);
+    sample.v = SPRINGLS__W(dot)(d, fit->e2);
+    return sample;
+}
+
+/* Adds a particle to the sums. */
+SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_add)(SPRINGLS__W(correspondence_fit) *fit, SPRINGLS__W(fit_sample) sample)
+{
+    const SPRINGLS__NUM w = sample.weight, u = sample.u, v = sample.v, wu = w * u, wv = w * v;
+    const SPRINGLS__NUM wuu = wu * u, wuv = wu * v, wvv = wv * v, wuuu = wuu * u, wvvv = wvv * v;
+    SPRINGLS__NUM *m = fit->moments;
     m[0] += w;
     m[1] += wu;
     m[2] += wv;
@@ -11265,21 +11280,14 @@ SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_add)(SPRINGLS__W(correspon
     m[12] += wuv * u * v;
     m[13] += wvvv * u;
     m[14] += wvvv * v;
-    a = SPRINGLS__W(sub)(a, fit->a0);
-    fit->right[0] = SPRINGLS__W(mad)(fit->right[0], a, wvv);
-    fit->right[1] = SPRINGLS__W(mad)(fit->right[1], a, wuv);
-    fit->right[2] = SPRINGLS__W(mad)(fit->right[2], a, wuu);
-    fit->right[3] = SPRINGLS__W(mad)(fit->right[3], a, wv);
-    fit->right[4] = SPRINGLS__W(mad)(fit->right[4], a, wu);
-    fit->right[5] = SPRINGLS__W(mad)(fit->right[5], a, w);
 }
 
-/* Replaces the correspondence at the origin, where it is not known yet, by that of a fit with the terms vv, uv, uu, v, u, 1 from
-   number `first` on: eliminates all but the constant one. It stays where particles lie badly around the origin, which would make
-   large errors of small ones: the value is a sum of the particles' correspondences whose factors are together, without their
-   signs, at most the root of moments[0] / last pivot (Cauchy-Schwarz), and that is bounded. */
-SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_solve)(const SPRINGLS__W(correspondence_fit) *fit, int first,
-                                                             SPRINGLS__NUM3 *a, SPRINGLS__COND *known)
+/* Finds the shares, where they are not known yet, of a fit with the terms from number `first` on: those whose sums of shares times
+   the terms are 0, and 1 for the constant one. They stay unknown where particles lie badly around the origin, which would make
+   large errors of small ones: without their signs the shares are together at most the root of moments[0] / last pivot
+   (Cauchy-Schwarz), and that is bounded. */
+SPRINGLS__W_MATHS void SPRINGLS__W(fit_shares_solve)(const SPRINGLS__W(correspondence_fit) *fit, int first,
+                                                     SPRINGLS__W(fit_shares) *shares, SPRINGLS__COND *known)
 {
     const SPRINGLS__NUM *m = fit->moments;
     const SPRINGLS__NUM row[6][6] = { { m[14] },
@@ -11290,46 +11298,49 @@ SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_solve)(const SPRINGLS__W(c
                                       { m[5], m[4], m[3], m[2], m[1], m[0] } };
     const float most = 8.0f; /* times the errors of correspondences */
     SPRINGLS__NUM left[6][6]; /* the lower triangle */
-    SPRINGLS__NUM3 right[6], found;
+    SPRINGLS__NUM inverse[6], found[6];
     SPRINGLS__COND good;
     int i, j, k;
-    for (i = first; i < 6; i++) {
+    for (i = first; i < 6; i++)
         for (j = first; j <= i; j++) left[i][j] = row[i][j];
-        right[i] = fit->right[i];
-    }
     good = m[0] > 0.0f;
     for (k = first; k < 5; k++) {
-        const SPRINGLS__NUM inverse = 1.0f / left[k][k];
+        inverse[k] = 1.0f / left[k][k];
         good = good & (left[k][k] > SPRINGLS__FIT_SINGULAR * m[0]);
         for (i = k + 1; i < 6; i++) {
-            const SPRINGLS__NUM factor = left[i][k] * inverse;
+            const SPRINGLS__NUM factor = left[i][k] * inverse[k];
             for (j = k + 1; j <= i; j++) left[i][j] -= factor * left[j][k];
-            right[i] = SPRINGLS__W(mad)(right[i], right[k], -factor);
         }
     }
     good = good & (left[5][5] > m[0] / (most * most)) & SPRINGLS__W(not)(*known);
-    found = SPRINGLS__W(add)(fit->a0, SPRINGLS__W(scale)(right[5], 1.0f / left[5][5]));
-    a->x = SPRINGLS__W(select)(good, found.x, a->x);
-    a->y = SPRINGLS__W(select)(good, found.y, a->y);
-    a->z = SPRINGLS__W(select)(good, found.z, a->z);
+    found[5] = 1.0f / left[5][5];
+    for (k = 4; k >= first; k--) {
+        SPRINGLS__NUM sum = left[5][k] * found[5];
+        for (i = k + 1; i < 5; i++) sum += left[i][k] * found[i];
+        found[k] = -sum * inverse[k];
+    }
+    for (k = first; k < 6; k++) shares->factor[k] = SPRINGLS__W(select)(good, found[k], shares->factor[k]);
     *known = *known | good;
 }
 
-/* Returns the correspondence at the origin: by a quadratic, by a plane where too few neighbors lie around it for one, else a0. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(correspondence_fit_end)(const SPRINGLS__W(correspondence_fit) *fit)
+/* Returns the shares: of a quadratic, of a plane where too few neighbors lie around the origin for one, else 0. */
+SPRINGLS__W_MATHS SPRINGLS__W(fit_shares) SPRINGLS__W(fit_shares_of)(const SPRINGLS__W(correspondence_fit) *fit)
 {
     SPRINGLS__COND known = fit->moments[0] < 0.0f; /* nowhere */
-    SPRINGLS__NUM3 a = fit->a0;
-    SPRINGLS__W(correspondence_fit_solve)(fit, 0, &a, &known);
-    if (SPRINGLS__W(any)(SPRINGLS__W(not)(known))) SPRINGLS__W(correspondence_fit_solve)(fit, 3, &a, &known);
-    return a;
+    SPRINGLS__W(fit_shares) shares;
+    int k;
+    for (k = 0; k < 6; k++) shares.factor[k] = SPRINGLS__W(broadcast)(0.0f);
+    SPRINGLS__W(fit_shares_solve)(fit, 0, &shares, &known);
+    if (SPRINGLS__W(any)(SPRINGLS__W(not)(known))) SPRINGLS__W(fit_shares_solve)(fit, 3, &shares, &known);
+    return shares;
 }
 
-/* ======== >>correspondence_fit:kernel  (kernels_embed/model/correspondence_fit.h) ============================== */
-/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero
-   level need. Only its value at the origin counts: so the constant term comes last in an elimination, which leaves its value
-   without square roots and without substituting back; and the normal matrix is kept as the 15 moments of the weights in it. */
-
+/* Returns the share of a particle. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(fit_share)(const SPRINGLS__W(fit_shares) *shares, SPRINGLS__W(fit_sample) sample)
+{
+    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;
+    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));
+}
 
 /* ======== >>isosurface:kernel  (kernels_embed/output/isosurface.h) ============================================= */
 /* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to
@@ -11564,23 +11575,49 @@ SPRINGLS__MATHS void springls__surface_element(const springls__model *model, spr
 
 #define SPRINGLS__MATERIAL_RADIUS 1.0f /* voxels: how far from a vertex its springl may be */
 
+/* Finds the next springl of a walk that counts for a fit around springl `center`; -1: none is left. */
+SPRINGLS__MATHS int springls__next_sample(const springls__model *model, const springls__correspondence_fit *fit, int center,
+                                          springls__cell_walk *walk, springls__fit_sample *sample)
+{
+    const float r = 1.01f * SPRINGLS__CORRESPONDENCE_RADIUS; /* none further counts, whatever is rounded */
+    int i;
+    while ((i = springls__cell_walk_next(walk)) >= 0) {
+        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
+        if (springls__length2(springls__sub(s->p, fit->origin)) > r * r) continue;
+        if (springls__of_two_contact_bodies(model, center, i)) continue;
+        *sample = springls__fit_sample_of(fit, s->p, springls__springl_normal(*s));
+        if (sample->weight > 0.0f) break;
+    }
+    return i;
+}
+
+#define SPRINGLS__KEPT_SAMPLES 32 /* most fits have fewer; what is left is sampled twice */
+
 /* Returns the correspondence of a point near a springl: by the fit around it, or else the springl's own. */
 SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *model, int springl, springls__v3 x)
 {
-    const float r = SPRINGLS__FIT_RADIUS;
     const springls__v3 a = model->set.a[springl], n = springls__springl_normal(model->set.s[springl]);
-    springls__correspondence_fit fit = springls__correspondence_fit_begin(x, n, springls__any_tangent(n), a);
-    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
+    springls__correspondence_fit fit = springls__correspondence_fit_begin(x, n, springls__any_tangent(n));
+    springls__cell_walk walk = springls__cell_walk_near(model, x, 1.01f * SPRINGLS__CORRESPONDENCE_RADIUS), rest = walk;
+    springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);
+    springls__fit_sample sample, kept[SPRINGLS__KEPT_SAMPLES];
+    springls__fit_shares shares;
     springls__fit_result edge;
-    int i;
+    int i, k, count = 0, index[SPRINGLS__KEPT_SAMPLES];
     if (model->params.keep_edges && springls__place_at_edge(model, x, n, a, model->set.count, &edge)) return edge.ok ? edge.a : a;
-    while ((i = springls__cell_walk_next(&walk)) >= 0) {
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
-        if (springls__length2(springls__sub(s->p, x)) > 1.01f * r * r) continue; /* none of those counts, whatever is rounded */
-        if (springls__of_two_contact_bodies(model, springl, i)) continue;
-        springls__correspondence_fit_add(&fit, s->p, springls__springl_normal(*s), model->set.a[i]);
+    while ((i = springls__next_sample(model, &fit, springl, &walk, &sample)) >= 0) {
+        springls__correspondence_fit_add(&fit, sample);
+        if (count == SPRINGLS__KEPT_SAMPLES) continue;
+        kept[count] = sample;
+        index[count++] = i;
+        rest = walk;
     }
-    return springls__correspondence_fit_end(&fit);
+    shares = springls__fit_shares_of(&fit);
+    for (k = 0; k < count; k++)
+        sum = springls__mad(sum, springls__sub(model->set.a[index[k]], a), springls__fit_share(&shares, kept[k]));
+    while ((i = springls__next_sample(model, &fit, springl, &rest, &sample)) >= 0)
+        sum = springls__mad(sum, springls__sub(model->set.a[i], a), springls__fit_share(&shares, sample));
+    return springls__add(a, sum);
 }
 
 /* Finds the gradient of phi, the correspondence and the nearest springl at vertex i. */
@@ -13866,10 +13903,10 @@ SPRINGLS__FN springls_status springls__region_prepare(springls_context *ctx, con
     int k;
     for (k = 0; k < 3; k++) {
         motion->has_region = motion->has_region || lower[k] != 0.0f || upper[k] != 0.0f;
-        if (!(lower[k] >= -FLT_MAX && lower[k] <= FLT_MAX && upper[k] >= -FLT_MAX && upper[k] <= FLT_MAX))
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "region_lower or region_upper of the forces is not finite");
-        if (lower[k] > upper[k])
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "region_lower of the forces exceeds region_upper");
+        if (!(lower[k] >= -FLT_MAX && lower[k] <= upper[k] && upper[k] <= FLT_MAX))
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
+                                  "advect: the region of the forces is from %g to %g along axis %d, not ascending and finite",
+                                  (double)lower[k], (double)upper[k], k);
     }
     motion->rule.window = springls__to_lattice(&ctx->window, springls__v3_make(0.0f, 0.0f, 0.0f));
     motion->rule.region_lower = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
@@ -13911,7 +13948,7 @@ SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
     int k;
     float spread = motion->ctx->model.params.half_time_sampling ? 0.5f * motion->dt : motion->dt;
     if (!(motion->dt >= -FLT_MAX && motion->dt <= FLT_MAX))
-        return springls__fail(motion->ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is not finite");
+        return springls__fail(motion->ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is %g, not finite", (double)motion->dt);
     motion->rule.dt = motion->dt;
     motion->rule.stage_time[0] = motion->time;
     motion->rule.stage_time[1] = motion->rule.stage_time[2] = motion->time + 0.5f * spread;
@@ -18439,8 +18476,7 @@ SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, doubl
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!done) return springls__fail_null(ctx, "step_continue", "done");
     if (!(seconds >= 0.0))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step_continue: seconds is %s",
-                              seconds < 0.0 ? "negative" : "not a number");
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step_continue: %g seconds, not 0 or more", seconds);
     if (!springls_step_in_progress(ctx)) return SPRINGLS_OK;
     until = springls__now(ctx) + seconds;
     status = springls__resume_step(ctx, &until);
@@ -18519,12 +18555,20 @@ SPRINGLS__FN springls_status springls__run_stage_call(springls_context *ctx, spr
     return springls__report_device_failure(ctx, status);
 }
 
+/* Fails when a time that callbacks are to get is not finite. */
+SPRINGLS__FN springls_status springls__check_time(springls_context *ctx, const char *call, float time)
+{
+    if (time >= -FLT_MAX && time <= FLT_MAX) return SPRINGLS_OK;
+    return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: the time is %g, not finite", call, (double)time);
+}
+
 SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed)
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!speed) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: speed is NULL");
     *speed = 0.0f;
     if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "max_speed: forces is NULL");
+    SPRINGLS__TRY(springls__check_time(ctx, "max_speed", time));
     SPRINGLS__TRY(forces->curvature_weight != 0.0f ? springls__begin_reading(ctx) : springls__finish_step(ctx));
     return springls__max_speed(ctx, "max_speed", forces, time, speed);
 }
@@ -18532,6 +18576,7 @@ SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const spr
 SPRINGLS_API springls_status springls_advect(springls_context *ctx, const springls_forces *forces, float time, float dt)
 {
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__check_time(ctx, "advect", time));
     SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__motion_begin(ctx, forces, time, dt));
     return springls__run_stage_call(ctx, SPRINGLS_STAGE_ADVECT, springls__advect);
@@ -21246,9 +21291,11 @@ enum { SPRINGLS__CHUNK_CANDIDATES = 1024 }; /* a multiple of SPRINGLS__LANES */
 typedef struct springls__candidates {
     float x[SPRINGLS__CHUNK_CANDIDATES], y[SPRINGLS__CHUNK_CANDIDATES], z[SPRINGLS__CHUNK_CANDIDATES]; /* particles */
     float reach[SPRINGLS__CHUNK_CANDIDATES], bounding_radius[SPRINGLS__CHUNK_CANDIDATES];
+    float height[SPRINGLS__CHUNK_CANDIDATES]; /* of the triangle's plane above the particle */
     springls__v3 n[SPRINGLS__CHUNK_CANDIDATES], a[SPRINGLS__CHUNK_CANDIDATES];
     int springl[SPRINGLS__CHUNK_CANDIDATES], list[SPRINGLS__CHUNK_CANDIDATES];
     int count, listed;
+    float sample[3 * SPRINGLS__LANES * SPRINGLS__CHUNK_CANDIDATES]; /* of those that are listed, as the fits take them */
     uint16_t order[3 * SPRINGLS__TILE_VOXELS]; /* numbers of the vertices, group by group: those of a group lie close together */
 } springls__candidates;
 
@@ -21262,7 +21309,7 @@ typedef struct springls__vertex_group {
 /* Returns the distance from its particle within which a springl may be nearest to a vertex, or take part in a fit. */
 SPRINGLS__FN float springls__reach_of(float bounding_radius)
 {
-    return springls__max(SPRINGLS__FIT_RADIUS, SPRINGLS__MATERIAL_RADIUS + bounding_radius);
+    return springls__max(SPRINGLS__CORRESPONDENCE_RADIUS, SPRINGLS__MATERIAL_RADIUS + bounding_radius);
 }
 
 /* Returns true when a place is within r of a box, by each coordinate. */
@@ -21294,6 +21341,7 @@ SPRINGLS__FN bool springls__find_candidates(const springls__model *model, spring
         c->n[c->count] = springls__springl_normal(*s);
         c->a[c->count] = model->set.a[i];
         c->bounding_radius[c->count] = s->bounding_radius;
+        c->height[c->count] = springls__dot(c->n[c->count], springls__sub(springls__springl_tri(*s).a, s->p));
         c->springl[c->count++] = i;
     }
     return true;
@@ -21416,6 +21464,12 @@ SPRINGLS__FN springls__vec springls__nearest_particles(const springls__candidate
     return nearest;
 }
 
+/* Returns where a vertex, at d from the particle of candidate k, is within the limit of the plane of its triangle. */
+SPRINGLS__FN springls__vmask springls__reaches_plane(const springls__candidates *c, int k, springls__vec3 d, springls__vec limit)
+{
+    return springls__vec_fabs(springls__vec_dot(d, springls__vec_broadcast3(c->n[k])) - c->height[k]) <= limit;
+}
+
 /* Finds the candidates nearest to the vertices. Those whose particles are nearest come first: after them few others can be
    nearer. */
 SPRINGLS__FN void springls__find_nearest(const springls__model *model, const springls__candidates *c, springls__vertex_group *group)
@@ -21436,9 +21490,11 @@ SPRINGLS__FN void springls__find_nearest(const springls__model *model, const spr
             springls__try_candidate(model, c, (int)first[i], group, &search);
     for (i = 0; i < c->listed; i++) {
         const int k = c->list[i];
-        const springls__vec within = springls__vec_load(search.limit) + c->bounding_radius[k];
-        const springls__vec d2 = springls__vec_length2(springls__vec_sub(springls__particle_of(c, k), group->x));
-        if (springls__vec_any(d2 <= within * within) && !springls__vec_any(guess == (float)k))
+        const springls__vec limit = springls__vec_load(search.limit), within = limit + c->bounding_radius[k];
+        const springls__vec3 d = springls__vec_sub(group->x, springls__particle_of(c, k));
+        const springls__vmask near = springls__vec_length2(d) <= within * within;
+        if (springls__vec_any(near) && springls__vec_any(near & springls__reaches_plane(c, k, d, limit))
+            && !springls__vec_any(guess == (float)k))
             springls__try_candidate(model, c, k, group, &search);
     }
 }
@@ -21463,19 +21519,46 @@ SPRINGLS__FN springls__vec3 springls__tangents_of(const springls__candidates *c,
     return springls__vectors_of(v);
 }
 
-/* Returns the correspondences of the vertices: by the fits around them, or else those of their springls. */
-SPRINGLS__FN springls__vec3 springls__group_correspondences(const springls__candidates *c, const springls__vertex_group *group)
+/* Begins the fits of a group, lists the candidates that count for one of them, instead of all, and adds them. */
+SPRINGLS__FN springls__vec_correspondence_fit springls__fit_group(springls__candidates *c, const springls__vertex_group *group)
 {
     springls__vec_correspondence_fit fit = springls__vec_correspondence_fit_begin(
-        group->x, springls__vectors_at(c->n, group->nearest), springls__tangents_of(c, group->nearest),
-        springls__vectors_at(c->a, group->nearest));
-    int i;
+        group->x, springls__vectors_at(c->n, group->nearest), springls__tangents_of(c, group->nearest));
+    int i, count = 0;
     for (i = 0; i < c->listed; i++) {
         const int k = c->list[i];
-        springls__vec_correspondence_fit_add(&fit, springls__particle_of(c, k), springls__vec_broadcast3(c->n[k]),
-                                             springls__vec_broadcast3(c->a[k]));
+        float *to = c->sample + 3 * SPRINGLS__LANES * count;
+        const springls__vec_fit_sample sample = springls__vec_fit_sample_of(&fit, springls__particle_of(c, k),
+                                                                            springls__vec_broadcast3(c->n[k]));
+        if (!springls__vec_any(sample.weight > 0.0f)) continue;
+        springls__vec_correspondence_fit_add(&fit, sample);
+        springls__vec_store(to, sample.weight);
+        springls__vec_store(to + SPRINGLS__LANES, sample.u);
+        springls__vec_store(to + 2 * SPRINGLS__LANES, sample.v);
+        c->list[count++] = k;
     }
-    return springls__vec_correspondence_fit_end(&fit);
+    c->listed = count;
+    return fit;
+}
+
+/* Returns the correspondences of the vertices: by the fits around them, or else those of their springls. */
+SPRINGLS__FN springls__vec3 springls__group_correspondences(springls__candidates *c, const springls__vertex_group *group)
+{
+    const springls__vec_correspondence_fit fit = springls__fit_group(c, group);
+    const springls__vec_fit_shares shares = springls__vec_fit_shares_of(&fit);
+    const springls__vec3 a = springls__vectors_at(c->a, group->nearest);
+    springls__vec3 sum = springls__vec_broadcast3(springls__v3_make(0.0f, 0.0f, 0.0f));
+    int i;
+    for (i = 0; i < c->listed; i++) {
+        const float *from = c->sample + 3 * SPRINGLS__LANES * i;
+        springls__vec_fit_sample sample;
+        sample.weight = springls__vec_load(from);
+        sample.u = springls__vec_load(from + SPRINGLS__LANES);
+        sample.v = springls__vec_load(from + 2 * SPRINGLS__LANES);
+        sum = springls__vec_mad(sum, springls__vec_sub(springls__vec_broadcast3(c->a[c->list[i]]), a),
+                                springls__vec_fit_share(&shares, sample));
+    }
+    return springls__vec_add(a, sum);
 }
 
 /* Finds the springls nearest to up to LANES vertices, -1: none, and the correspondences of those that have one. */
@@ -22004,17 +22087,36 @@ SPRINGLS__FN void springls__fill_chunk_material(const springls_context *ctx, spr
     }
 }
 
-/* Returns what springls__grid_gradient does at vertex x of the tile's brick. */
+/* Interpolates from t on, first by u to t[s], then by v to what lies r further. */
+SPRINGLS__FN float springls__square_sample(const float *t, int s, float u, int r, float v)
+{
+    const float near = t[0] + (t[s] - t[0]) * u, far = t[r] + (t[r + s] - t[r]) * u;
+    return near + (far - near) * v;
+}
+
+/* Returns what springls__grid_gradient does at vertex x of the tile's brick. It lies on an edge of the voxel grid, so that of the
+   trilinear samples half a voxel from it two are linear and four bilinear. */
 SPRINGLS__FN springls__v3 springls__tile_gradient(const springls__wide_tile *tile, springls__v3 x)
 {
-    const springls__v3 origin = springls__v3_make((float)tile->origin[0], (float)tile->origin[1], (float)tile->origin[2]);
-    float side[6];
-    int d;
+    static const int stride[3] = { 1, SPRINGLS__WIDE, SPRINGLS__WIDE * SPRINGLS__WIDE };
+    const float at[3] = { x.x, x.y, x.z };
+    const float *voxel = tile->value;
+    float u, side[6];
+    int d, axis, edge = 0, first[3];
+    for (axis = 0; axis < 3; axis++) {
+        const float whole = springls__floor(at[axis]);
+        if (whole != at[axis]) edge = axis;
+        first[axis] = (int)whole - tile->origin[axis];
+        voxel += stride[axis] * (first[axis] + SPRINGLS__WIDE_MARGIN);
+    }
+    u = at[edge] - (float)(first[edge] + tile->origin[edge]);
     for (d = 0; d < 6; d++) {
-        const float h = d & 1 ? 0.5f : -0.5f;
-        const springls__v3 at = springls__v3_make(d >> 1 == 0 ? x.x + h : x.x, d >> 1 == 1 ? x.y + h : x.y,
-                                                  d >> 1 == 2 ? x.z + h : x.z);
-        side[d] = springls__wide_tile_sample(tile, springls__sub(at, origin));
+        const float p = at[d >> 1] + (d & 1 ? 0.5f : -0.5f) - (float)tile->origin[d >> 1], whole = springls__floor(p);
+        const float *t = voxel + stride[d >> 1] * ((int)whole - first[d >> 1]);
+        axis = d >> 1;
+        if (axis == edge) side[d] = t[0] + (t[stride[edge]] - t[0]) * (p - whole);
+        else if (axis < edge) side[d] = springls__square_sample(t, stride[axis], p - whole, stride[edge], u);
+        else side[d] = springls__square_sample(t, stride[edge], u, stride[axis], p - whole);
     }
     return springls__v3_make(side[1] - side[0], side[3] - side[2], side[5] - side[4]);
 }
@@ -22314,8 +22416,7 @@ SPRINGLS_API springls_status springls_chunks_continue(springls_context *ctx, spr
         return springls__fail_null(ctx, "chunks_continue",
                                    !chunks ? "chunks" : !changed ? "changed" : !count ? "count" : "done");
     if (!(seconds >= 0.0))
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_continue: seconds is %s",
-                              seconds < 0.0 ? "negative" : "not a number");
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_continue: %g seconds, not 0 or more", seconds);
     if (chunks->state == SPRINGLS__CHUNKS_IDLE)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_continue: no update has begun");
     until = springls__now(ctx) + seconds;
@@ -29678,7 +29779,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 6260 \"springls.h\"\n",
+    "#line 6259 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -29704,7 +29805,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6287 \"springls.h\"\n",
+    "#line 6286 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -29793,7 +29894,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6377 \"springls.h\"\n",
+    "#line 6376 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -29933,7 +30034,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6518 \"springls.h\"\n",
+    "#line 6517 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -30026,7 +30127,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6612 \"springls.h\"\n",
+    "#line 6611 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -30247,7 +30348,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6834 \"springls.h\"\n",
+    "#line 6833 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -30277,7 +30378,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6864 \"springls.h\"\n",
+    "#line 6863 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30292,7 +30393,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6880 \"springls.h\"\n",
+    "#line 6879 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -30461,7 +30562,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7049 \"springls.h\"\n",
+    "#line 7048 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30476,7 +30577,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7064 \"springls.h\"\n",
+    "#line 7063 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -30645,7 +30746,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7233 \"springls.h\"\n",
+    "#line 7232 \"springls.h\"\n",
     "\n",
     "/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -30699,7 +30800,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7288 \"springls.h\"\n",
+    "#line 7287 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -30725,7 +30826,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7314 \"springls.h\"\n",
+    "#line 7313 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30740,7 +30841,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7330 \"springls.h\"\n",
+    "#line 7329 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -30823,7 +30924,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7413 \"springls.h\"\n",
+    "#line 7412 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30838,7 +30939,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7428 \"springls.h\"\n",
+    "#line 7427 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -30921,7 +31022,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7511 \"springls.h\"\n",
+    "#line 7510 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -30996,7 +31097,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7587 \"springls.h\"\n",
+    "#line 7586 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -31547,7 +31648,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8139 \"springls.h\"\n",
+    "#line 8138 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -31644,7 +31745,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8237 \"springls.h\"\n",
+    "#line 8236 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -31768,7 +31869,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8362 \"springls.h\"\n",
+    "#line 8361 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -32038,7 +32139,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8633 \"springls.h\"\n",
+    "#line 8632 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -32114,7 +32215,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8710 \"springls.h\"\n",
+    "#line 8709 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -32256,7 +32357,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 8853 \"springls.h\"\n",
+    "#line 8852 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -32445,7 +32546,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9043 \"springls.h\"\n",
+    "#line 9042 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -32572,7 +32673,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9171 \"springls.h\"\n",
+    "#line 9170 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -32605,7 +32706,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (others == 0) return 0;\n",
     "    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;\n",
     "}\n",
-    "#line 9205 \"springls.h\"\n",
+    "#line 9204 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -33170,7 +33271,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9771 \"springls.h\"\n",
+    "#line 9770 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -33322,7 +33423,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 9924 \"springls.h\"\n",
+    "#line 9923 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -33426,7 +33527,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10029 \"springls.h\"\n",
+    "#line 10028 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -33523,7 +33624,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10127 \"springls.h\"\n",
+    "#line 10126 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -34069,7 +34170,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10674 \"springls.h\"\n",
+    "#line 10673 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -34145,7 +34246,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10751 \"springls.h\"\n",
+    "#line 10750 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -34381,7 +34482,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 10988 \"springls.h\"\n",
+    "#line 10987 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -34414,7 +34515,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11022 \"springls.h\"\n",
+    "#line 11021 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -34440,6 +34541,13 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
     "#line 11047 \"springls.h\"\n",
+    "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
+    "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
+    "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
+    "\n",
+    "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
+    "\n",
+    "#line 11054 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34454,57 +34562,60 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 11063 \"springls.h\"\n",
+    "#line 11070 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
-    "/* Weighted sums over particles, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
+    "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
     "typedef struct SPRINGLS__W(correspondence_fit) {\n",
     "    SPRINGLS__NUM3 origin, n;\n",
     "    SPRINGLS__NUM3 e1, e2;     /* tangents, of length 1 / radius */\n",
-    "    SPRINGLS__NUM3 a0;         /* correspondences are summed relative to it */\n",
     "    SPRINGLS__NUM moments[15]; /* of 1, u, v, uu, uv, vv, uuu, uuv, uvv, vvv, uuuu, uuuv, uuvv, uvvv, vvvv */\n",
-    "    SPRINGLS__NUM3 right[6];   /* of a - a0 times vv, uv, uu, v, u, 1 */\n",
     "} SPRINGLS__W(correspondence_fit);\n",
+    "\n",
+    "/* A particle as a fit takes it; weight 0: not at all. */\n",
+    "typedef struct SPRINGLS__W(fit_sample) { SPRINGLS__NUM weight, u, v; } SPRINGLS__W(fit_sample);\n",
+    "\n",
+    "/* A polynomial with the terms vv, uv, uu, v, u, 1. Times a particle's weight, it is the share of the particle's correspondence in\n",
+    "   that of the origin. */\n",
+    "typedef struct SPRINGLS__W(fit_shares) { SPRINGLS__NUM factor[6]; } SPRINGLS__W(fit_shares);\n",
     "\n",
     "/* Begins a fit over no particles at `origin`; n, tangent: unit vectors, perpendicular to each other. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__W(correspondence_fit) SPRINGLS__W(correspondence_fit_begin)(SPRINGLS__NUM3 origin, SPRINGLS__NUM3 n,\n",
-    "                                                                                        SPRINGLS__NUM3 tangent, SPRINGLS__NUM3 a0)\n",
+    "                                                                                        SPRINGLS__NUM3 tangent)\n",
     "{\n",
-    "    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f);\n",
     "    SPRINGLS__W(correspondence_fit) fit;\n",
     "    int i;\n",
     "    fit.origin = origin;\n",
     "    fit.n = n;\n",
-    "    fit.e1 = SPRINGLS__W(scale)(tangent, SPRINGLS__W(broadcast)(1.0f / SPRINGLS__FIT_RADIUS));\n",
+    "    fit.e1 = SPRINGLS__W(scale)(tangent, SPRINGLS__W(broadcast)(1.0f / SPRINGLS__CORRESPONDENCE_RADIUS));\n",
     "    fit.e2 = SPRINGLS__W(cross)(n, fit.e1);\n",
-    "    fit.a0 = a0;\n",
-    "    for (i = 0; i < 15; i++) fit.moments[i] = zero;\n",
-    "    for (i = 0; i < 6; i++) fit.right[i] = SPRINGLS__W(v3_make)(zero, zero, zero);\n",
+    "    for (i = 0; i < 15; i++) fit.moments[i] = SPRINGLS__W(broadcast)(0.0f);\n",
     "    return fit;\n",
     "}\n",
     "\n",
-    "/* Adds a particle with its normal and correspondence, unless it is too far, faces elsewhere, or lies on another sheet. */\n",
-    "SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_add)(SPRINGLS__W(correspondence_fit) *fit, SPRINGLS__NUM3 p,\n",
-    "                                                           SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)\n",
+    "/* Returns a particle with its normal as the fit takes it: not at all if it is too far, faces elsewhere, or lies on another sheet. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit_sample) SPRINGLS__W(fit_sample_of)(const SPRINGLS__W(correspondence_fit) *fit, SPRINGLS__NUM3 p,\n",
+    "                                                                    SPRINGLS__NUM3 normal)\n",
     "{\n",
-    "    const float r = SPRINGLS__FIT_RADIUS;\n",
+    "    const float r = SPRINGLS__CORRESPONDENCE_RADIUS;\n",
     "    const SPRINGLS__NUM3 d = SPRINGLS__W(sub)(p, fit->origin);\n",
     "    const SPRINGLS__NUM r2 = SPRINGLS__W(length2)(d) * (1.0f / (r * r));\n",
     "    const SPRINGLS__NUM height = SPRINGLS__W(fabs)(SPRINGLS__W(dot)(d, fit->n)), facing = SPRINGLS__W(dot)(normal, fit->n);\n",
     "    const SPRINGLS__COND counts = (r2 < 1.0f) & (height <= SPRINGLS__FIT_SHEET_HEIGHT * r)\n",
     "                                & (facing >= SPRINGLS__FIT_SHEET_FACING);\n",
-    "    SPRINGLS__NUM w, u, v, wu, wv, wuu, wuv, wvv, wuuu, wvvv, *m = fit->moments;\n",
-    "    if (!SPRINGLS__W(any)(counts)) return;\n",
-    "    w = SPRINGLS__W(select)(counts, SPRINGLS__FIT_WEIGHT(r2), SPRINGLS__W(broadcast)(0.0f));\n",
-    "    u = SPRINGLS__W(dot)(d, fit->e1);\n",
-    "    v = SPRINGLS__W(dot)(d, fit->e2);\n",
-    "    wu = w * u;\n",
-    "    wv = w * v;\n",
-    "    wuu = wu * u;\n",
-    "    wuv = wu * v;\n",
-    "    wvv = wv * v;\n",
-    "    wuuu = wuu * u;\n",
-    "    wvvv = wvv * v;\n",
+    "    SPRINGLS__W(fit_sample) sample;\n",
+    "    sample.weight = SPRINGLS__W(select)(counts, SPRINGLS__FIT_WEIGHT(r2), SPRINGLS__W(broadcast)(0.0f));\n",
+    "    sample.u = SPRINGLS__W(dot)(d, fit->e1);\n",
+    "    sample.v = SPRINGLS__W(dot)(d, fit->e2);\n",
+    "    return sample;\n",
+    "}\n",
+    "\n",
+    "/* Adds a particle to the sums. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_add)(SPRINGLS__W(correspondence_fit) *fit, SPRINGLS__W(fit_sample) sample)\n",
+    "{\n",
+    "    const SPRINGLS__NUM w = sample.weight, u = sample.u, v = sample.v, wu = w * u, wv = w * v;\n",
+    "    const SPRINGLS__NUM wuu = wu * u, wuv = wu * v, wvv = wv * v, wuuu = wuu * u, wvvv = wvv * v;\n",
+    "    SPRINGLS__NUM *m = fit->moments;\n",
     "    m[0] += w;\n",
     "    m[1] += wu;\n",
     "    m[2] += wv;\n",
@@ -34520,21 +34631,14 @@ static const char *const springls__kernel_lines[] = {
     "    m[12] += wuv * u * v;\n",
     "    m[13] += wvvv * u;\n",
     "    m[14] += wvvv * v;\n",
-    "    a = SPRINGLS__W(sub)(a, fit->a0);\n",
-    "    fit->right[0] = SPRINGLS__W(mad)(fit->right[0], a, wvv);\n",
-    "    fit->right[1] = SPRINGLS__W(mad)(fit->right[1], a, wuv);\n",
-    "    fit->right[2] = SPRINGLS__W(mad)(fit->right[2], a, wuu);\n",
-    "    fit->right[3] = SPRINGLS__W(mad)(fit->right[3], a, wv);\n",
-    "    fit->right[4] = SPRINGLS__W(mad)(fit->right[4], a, wu);\n",
-    "    fit->right[5] = SPRINGLS__W(mad)(fit->right[5], a, w);\n",
     "}\n",
     "\n",
-    "/* Replaces the correspondence at the origin, where it is not known yet, by that of a fit with the terms vv, uv, uu, v, u, 1 from\n",
-    "   number `first` on: eliminates all but the constant one. It stays where particles lie badly around the origin, which would make\n",
-    "   large errors of small ones: the value is a sum of the particles' correspondences whose factors are together, without their\n",
-    "   signs, at most the root of moments[0] / last pivot (Cauchy-Schwarz), and that is bounded. */\n",
-    "SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_solve)(const SPRINGLS__W(correspondence_fit) *fit, int first,\n",
-    "                                                             SPRINGLS__NUM3 *a, SPRINGLS__COND *known)\n",
+    "/* Finds the shares, where they are not known yet, of a fit with the terms from number `first` on: those whose sums of shares times\n",
+    "   the terms are 0, and 1 for the constant one. They stay unknown where particles lie badly around the origin, which would make\n",
+    "   large errors of small ones: without their signs the shares are together at most the root of moments[0] / last pivot\n",
+    "   (Cauchy-Schwarz), and that is bounded. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(fit_shares_solve)(const SPRINGLS__W(correspondence_fit) *fit, int first,\n",
+    "                                                     SPRINGLS__W(fit_shares) *shares, SPRINGLS__COND *known)\n",
     "{\n",
     "    const SPRINGLS__NUM *m = fit->moments;\n",
     "    const SPRINGLS__NUM row[6][6] = { { m[14] },\n",
@@ -34545,41 +34649,50 @@ static const char *const springls__kernel_lines[] = {
     "                                      { m[5], m[4], m[3], m[2], m[1], m[0] } };\n",
     "    const float most = 8.0f; /* times the errors of correspondences */\n",
     "    SPRINGLS__NUM left[6][6]; /* the lower triangle */\n",
-    "    SPRINGLS__NUM3 right[6], found;\n",
+    "    SPRINGLS__NUM inverse[6], found[6];\n",
     "    SPRINGLS__COND good;\n",
     "    int i, j, k;\n",
-    "    for (i = first; i < 6; i++) {\n",
+    "    for (i = first; i < 6; i++)\n",
     "        for (j = first; j <= i; j++) left[i][j] = row[i][j];\n",
-    "        right[i] = fit->right[i];\n",
-    "    }\n",
     "    good = m[0] > 0.0f;\n",
     "    for (k = first; k < 5; k++) {\n",
-    "        const SPRINGLS__NUM inverse = 1.0f / left[k][k];\n",
+    "        inverse[k] = 1.0f / left[k][k];\n",
     "        good = good & (left[k][k] > SPRINGLS__FIT_SINGULAR * m[0]);\n",
     "        for (i = k + 1; i < 6; i++) {\n",
-    "            const SPRINGLS__NUM factor = left[i][k] * inverse;\n",
+    "            const SPRINGLS__NUM factor = left[i][k] * inverse[k];\n",
     "            for (j = k + 1; j <= i; j++) left[i][j] -= factor * left[j][k];\n",
-    "            right[i] = SPRINGLS__W(mad)(right[i], right[k], -factor);\n",
     "        }\n",
     "    }\n",
     "    good = good & (left[5][5] > m[0] / (most * most)) & SPRINGLS__W(not)(*known);\n",
-    "    found = SPRINGLS__W(add)(fit->a0, SPRINGLS__W(scale)(right[5], 1.0f / left[5][5]));\n",
-    "    a->x = SPRINGLS__W(select)(good, found.x, a->x);\n",
-    "    a->y = SPRINGLS__W(select)(good, found.y, a->y);\n",
-    "    a->z = SPRINGLS__W(select)(good, found.z, a->z);\n",
+    "    found[5] = 1.0f / left[5][5];\n",
+    "    for (k = 4; k >= first; k--) {\n",
+    "        SPRINGLS__NUM sum = left[5][k] * found[5];\n",
+    "        for (i = k + 1; i < 5; i++) sum += left[i][k] * found[i];\n",
+    "        found[k] = -sum * inverse[k];\n",
+    "    }\n",
+    "    for (k = first; k < 6; k++) shares->factor[k] = SPRINGLS__W(select)(good, found[k], shares->factor[k]);\n",
     "    *known = *known | good;\n",
     "}\n",
     "\n",
-    "/* Returns the correspondence at the origin: by a quadratic, by a plane where too few neighbors lie around it for one, else a0. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(correspondence_fit_end)(const SPRINGLS__W(correspondence_fit) *fit)\n",
+    "/* Returns the shares: of a quadratic, of a plane where too few neighbors lie around the origin for one, else 0. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit_shares) SPRINGLS__W(fit_shares_of)(const SPRINGLS__W(correspondence_fit) *fit)\n",
     "{\n",
     "    SPRINGLS__COND known = fit->moments[0] < 0.0f; /* nowhere */\n",
-    "    SPRINGLS__NUM3 a = fit->a0;\n",
-    "    SPRINGLS__W(correspondence_fit_solve)(fit, 0, &a, &known);\n",
-    "    if (SPRINGLS__W(any)(SPRINGLS__W(not)(known))) SPRINGLS__W(correspondence_fit_solve)(fit, 3, &a, &known);\n",
-    "    return a;\n",
+    "    SPRINGLS__W(fit_shares) shares;\n",
+    "    int k;\n",
+    "    for (k = 0; k < 6; k++) shares.factor[k] = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    SPRINGLS__W(fit_shares_solve)(fit, 0, &shares, &known);\n",
+    "    if (SPRINGLS__W(any)(SPRINGLS__W(not)(known))) SPRINGLS__W(fit_shares_solve)(fit, 3, &shares, &known);\n",
+    "    return shares;\n",
     "}\n",
-    "#line 11188 \"springls.h\"\n",
+    "\n",
+    "/* Returns the share of a particle. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(fit_share)(const SPRINGLS__W(fit_shares) *shares, SPRINGLS__W(fit_sample) sample)\n",
+    "{\n",
+    "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
+    "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
+    "}\n",
+    "#line 11200 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34594,57 +34707,60 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11203 \"springls.h\"\n",
+    "#line 11215 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
-    "/* Weighted sums over particles, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
+    "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
     "typedef struct SPRINGLS__W(correspondence_fit) {\n",
     "    SPRINGLS__NUM3 origin, n;\n",
     "    SPRINGLS__NUM3 e1, e2;     /* tangents, of length 1 / radius */\n",
-    "    SPRINGLS__NUM3 a0;         /* correspondences are summed relative to it */\n",
     "    SPRINGLS__NUM moments[15]; /* of 1, u, v, uu, uv, vv, uuu, uuv, uvv, vvv, uuuu, uuuv, uuvv, uvvv, vvvv */\n",
-    "    SPRINGLS__NUM3 right[6];   /* of a - a0 times vv, uv, uu, v, u, 1 */\n",
     "} SPRINGLS__W(correspondence_fit);\n",
+    "\n",
+    "/* A particle as a fit takes it; weight 0: not at all. */\n",
+    "typedef struct SPRINGLS__W(fit_sample) { SPRINGLS__NUM weight, u, v; } SPRINGLS__W(fit_sample);\n",
+    "\n",
+    "/* A polynomial with the terms vv, uv, uu, v, u, 1. Times a particle's weight, it is the share of the particle's correspondence in\n",
+    "   that of the origin. */\n",
+    "typedef struct SPRINGLS__W(fit_shares) { SPRINGLS__NUM factor[6]; } SPRINGLS__W(fit_shares);\n",
     "\n",
     "/* Begins a fit over no particles at `origin`; n, tangent: unit vectors, perpendicular to each other. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__W(correspondence_fit) SPRINGLS__W(correspondence_fit_begin)(SPRINGLS__NUM3 origin, SPRINGLS__NUM3 n,\n",
-    "                                                                                        SPRINGLS__NUM3 tangent, SPRINGLS__NUM3 a0)\n",
+    "                                                                                        SPRINGLS__NUM3 tangent)\n",
     "{\n",
-    "    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f);\n",
     "    SPRINGLS__W(correspondence_fit) fit;\n",
     "    int i;\n",
     "    fit.origin = origin;\n",
     "    fit.n = n;\n",
-    "    fit.e1 = SPRINGLS__W(scale)(tangent, SPRINGLS__W(broadcast)(1.0f / SPRINGLS__FIT_RADIUS));\n",
+    "    fit.e1 = SPRINGLS__W(scale)(tangent, SPRINGLS__W(broadcast)(1.0f / SPRINGLS__CORRESPONDENCE_RADIUS));\n",
     "    fit.e2 = SPRINGLS__W(cross)(n, fit.e1);\n",
-    "    fit.a0 = a0;\n",
-    "    for (i = 0; i < 15; i++) fit.moments[i] = zero;\n",
-    "    for (i = 0; i < 6; i++) fit.right[i] = SPRINGLS__W(v3_make)(zero, zero, zero);\n",
+    "    for (i = 0; i < 15; i++) fit.moments[i] = SPRINGLS__W(broadcast)(0.0f);\n",
     "    return fit;\n",
     "}\n",
     "\n",
-    "/* Adds a particle with its normal and correspondence, unless it is too far, faces elsewhere, or lies on another sheet. */\n",
-    "SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_add)(SPRINGLS__W(correspondence_fit) *fit, SPRINGLS__NUM3 p,\n",
-    "                                                           SPRINGLS__NUM3 normal, SPRINGLS__NUM3 a)\n",
+    "/* Returns a particle with its normal as the fit takes it: not at all if it is too far, faces elsewhere, or lies on another sheet. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit_sample) SPRINGLS__W(fit_sample_of)(const SPRINGLS__W(correspondence_fit) *fit, SPRINGLS__NUM3 p,\n",
+    "                                                                    SPRINGLS__NUM3 normal)\n",
     "{\n",
-    "    const float r = SPRINGLS__FIT_RADIUS;\n",
+    "    const float r = SPRINGLS__CORRESPONDENCE_RADIUS;\n",
     "    const SPRINGLS__NUM3 d = SPRINGLS__W(sub)(p, fit->origin);\n",
     "    const SPRINGLS__NUM r2 = SPRINGLS__W(length2)(d) * (1.0f / (r * r));\n",
     "    const SPRINGLS__NUM height = SPRINGLS__W(fabs)(SPRINGLS__W(dot)(d, fit->n)), facing = SPRINGLS__W(dot)(normal, fit->n);\n",
     "    const SPRINGLS__COND counts = (r2 < 1.0f) & (height <= SPRINGLS__FIT_SHEET_HEIGHT * r)\n",
     "                                & (facing >= SPRINGLS__FIT_SHEET_FACING);\n",
-    "    SPRINGLS__NUM w, u, v, wu, wv, wuu, wuv, wvv, wuuu, wvvv, *m = fit->moments;\n",
-    "    if (!SPRINGLS__W(any)(counts)) return;\n",
-    "    w = SPRINGLS__W(select)(counts, SPRINGLS__FIT_WEIGHT(r2), SPRINGLS__W(broadcast)(0.0f));\n",
-    "    u = SPRINGLS__W(dot)(d, fit->e1);\n",
-    "    v = SPRINGLS__W(dot)(d, fit->e2);\n",
-    "    wu = w * u;\n",
-    "    wv = w * v;\n",
-    "    wuu = wu * u;\n",
-    "    wuv = wu * v;\n",
-    "    wvv = wv * v;\n",
-    "    wuuu = wuu * u;\n",
-    "    wvvv = wvv * v;\n",
+    "    SPRINGLS__W(fit_sample) sample;\n",
+    "    sample.weight = SPRINGLS__W(select)(counts, SPRINGLS__FIT_WEIGHT(r2), SPRINGLS__W(broadcast)(0.0f));\n",
+    "    sample.u = SPRINGLS__W(dot)(d, fit->e1);\n",
+    "    sample.v = SPRINGLS__W(dot)(d, fit->e2);\n",
+    "    return sample;\n",
+    "}\n",
+    "\n",
+    "/* Adds a particle to the sums. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_add)(SPRINGLS__W(correspondence_fit) *fit, SPRINGLS__W(fit_sample) sample)\n",
+    "{\n",
+    "    const SPRINGLS__NUM w = sample.weight, u = sample.u, v = sample.v, wu = w * u, wv = w * v;\n",
+    "    const SPRINGLS__NUM wuu = wu * u, wuv = wu * v, wvv = wv * v, wuuu = wuu * u, wvvv = wvv * v;\n",
+    "    SPRINGLS__NUM *m = fit->moments;\n",
     "    m[0] += w;\n",
     "    m[1] += wu;\n",
     "    m[2] += wv;\n",
@@ -34660,21 +34776,14 @@ static const char *const springls__kernel_lines[] = {
     "    m[12] += wuv * u * v;\n",
     "    m[13] += wvvv * u;\n",
     "    m[14] += wvvv * v;\n",
-    "    a = SPRINGLS__W(sub)(a, fit->a0);\n",
-    "    fit->right[0] = SPRINGLS__W(mad)(fit->right[0], a, wvv);\n",
-    "    fit->right[1] = SPRINGLS__W(mad)(fit->right[1], a, wuv);\n",
-    "    fit->right[2] = SPRINGLS__W(mad)(fit->right[2], a, wuu);\n",
-    "    fit->right[3] = SPRINGLS__W(mad)(fit->right[3], a, wv);\n",
-    "    fit->right[4] = SPRINGLS__W(mad)(fit->right[4], a, wu);\n",
-    "    fit->right[5] = SPRINGLS__W(mad)(fit->right[5], a, w);\n",
     "}\n",
     "\n",
-    "/* Replaces the correspondence at the origin, where it is not known yet, by that of a fit with the terms vv, uv, uu, v, u, 1 from\n",
-    "   number `first` on: eliminates all but the constant one. It stays where particles lie badly around the origin, which would make\n",
-    "   large errors of small ones: the value is a sum of the particles' correspondences whose factors are together, without their\n",
-    "   signs, at most the root of moments[0] / last pivot (Cauchy-Schwarz), and that is bounded. */\n",
-    "SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_solve)(const SPRINGLS__W(correspondence_fit) *fit, int first,\n",
-    "                                                             SPRINGLS__NUM3 *a, SPRINGLS__COND *known)\n",
+    "/* Finds the shares, where they are not known yet, of a fit with the terms from number `first` on: those whose sums of shares times\n",
+    "   the terms are 0, and 1 for the constant one. They stay unknown where particles lie badly around the origin, which would make\n",
+    "   large errors of small ones: without their signs the shares are together at most the root of moments[0] / last pivot\n",
+    "   (Cauchy-Schwarz), and that is bounded. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(fit_shares_solve)(const SPRINGLS__W(correspondence_fit) *fit, int first,\n",
+    "                                                     SPRINGLS__W(fit_shares) *shares, SPRINGLS__COND *known)\n",
     "{\n",
     "    const SPRINGLS__NUM *m = fit->moments;\n",
     "    const SPRINGLS__NUM row[6][6] = { { m[14] },\n",
@@ -34685,46 +34794,50 @@ static const char *const springls__kernel_lines[] = {
     "                                      { m[5], m[4], m[3], m[2], m[1], m[0] } };\n",
     "    const float most = 8.0f; /* times the errors of correspondences */\n",
     "    SPRINGLS__NUM left[6][6]; /* the lower triangle */\n",
-    "    SPRINGLS__NUM3 right[6], found;\n",
+    "    SPRINGLS__NUM inverse[6], found[6];\n",
     "    SPRINGLS__COND good;\n",
     "    int i, j, k;\n",
-    "    for (i = first; i < 6; i++) {\n",
+    "    for (i = first; i < 6; i++)\n",
     "        for (j = first; j <= i; j++) left[i][j] = row[i][j];\n",
-    "        right[i] = fit->right[i];\n",
-    "    }\n",
     "    good = m[0] > 0.0f;\n",
     "    for (k = first; k < 5; k++) {\n",
-    "        const SPRINGLS__NUM inverse = 1.0f / left[k][k];\n",
+    "        inverse[k] = 1.0f / left[k][k];\n",
     "        good = good & (left[k][k] > SPRINGLS__FIT_SINGULAR * m[0]);\n",
     "        for (i = k + 1; i < 6; i++) {\n",
-    "            const SPRINGLS__NUM factor = left[i][k] * inverse;\n",
+    "            const SPRINGLS__NUM factor = left[i][k] * inverse[k];\n",
     "            for (j = k + 1; j <= i; j++) left[i][j] -= factor * left[j][k];\n",
-    "            right[i] = SPRINGLS__W(mad)(right[i], right[k], -factor);\n",
     "        }\n",
     "    }\n",
     "    good = good & (left[5][5] > m[0] / (most * most)) & SPRINGLS__W(not)(*known);\n",
-    "    found = SPRINGLS__W(add)(fit->a0, SPRINGLS__W(scale)(right[5], 1.0f / left[5][5]));\n",
-    "    a->x = SPRINGLS__W(select)(good, found.x, a->x);\n",
-    "    a->y = SPRINGLS__W(select)(good, found.y, a->y);\n",
-    "    a->z = SPRINGLS__W(select)(good, found.z, a->z);\n",
+    "    found[5] = 1.0f / left[5][5];\n",
+    "    for (k = 4; k >= first; k--) {\n",
+    "        SPRINGLS__NUM sum = left[5][k] * found[5];\n",
+    "        for (i = k + 1; i < 5; i++) sum += left[i][k] * found[i];\n",
+    "        found[k] = -sum * inverse[k];\n",
+    "    }\n",
+    "    for (k = first; k < 6; k++) shares->factor[k] = SPRINGLS__W(select)(good, found[k], shares->factor[k]);\n",
     "    *known = *known | good;\n",
     "}\n",
     "\n",
-    "/* Returns the correspondence at the origin: by a quadratic, by a plane where too few neighbors lie around it for one, else a0. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(correspondence_fit_end)(const SPRINGLS__W(correspondence_fit) *fit)\n",
+    "/* Returns the shares: of a quadratic, of a plane where too few neighbors lie around the origin for one, else 0. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__W(fit_shares) SPRINGLS__W(fit_shares_of)(const SPRINGLS__W(correspondence_fit) *fit)\n",
     "{\n",
     "    SPRINGLS__COND known = fit->moments[0] < 0.0f; /* nowhere */\n",
-    "    SPRINGLS__NUM3 a = fit->a0;\n",
-    "    SPRINGLS__W(correspondence_fit_solve)(fit, 0, &a, &known);\n",
-    "    if (SPRINGLS__W(any)(SPRINGLS__W(not)(known))) SPRINGLS__W(correspondence_fit_solve)(fit, 3, &a, &known);\n",
-    "    return a;\n",
+    "    SPRINGLS__W(fit_shares) shares;\n",
+    "    int k;\n",
+    "    for (k = 0; k < 6; k++) shares.factor[k] = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    SPRINGLS__W(fit_shares_solve)(fit, 0, &shares, &known);\n",
+    "    if (SPRINGLS__W(any)(SPRINGLS__W(not)(known))) SPRINGLS__W(fit_shares_solve)(fit, 3, &shares, &known);\n",
+    "    return shares;\n",
     "}\n",
-    "#line 11329 \"springls.h\"\n",
-    "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
-    "   level need. Only its value at the origin counts: so the constant term comes last in an elimination, which leaves its value\n",
-    "   without square roots and without substituting back; and the normal matrix is kept as the 15 moments of the weights in it. */\n",
     "\n",
-    "#line 11335 \"springls.h\"\n",
+    "/* Returns the share of a particle. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(fit_share)(const SPRINGLS__W(fit_shares) *shares, SPRINGLS__W(fit_sample) sample)\n",
+    "{\n",
+    "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
+    "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
+    "}\n",
+    "#line 11346 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -34957,23 +35070,49 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "#define SPRINGLS__MATERIAL_RADIUS 1.0f /* voxels: how far from a vertex its springl may be */\n",
     "\n",
+    "/* Finds the next springl of a walk that counts for a fit around springl `center`; -1: none is left. */\n",
+    "SPRINGLS__MATHS int springls__next_sample(const springls__model *model, const springls__correspondence_fit *fit, int center,\n",
+    "                                          springls__cell_walk *walk, springls__fit_sample *sample)\n",
+    "{\n",
+    "    const float r = 1.01f * SPRINGLS__CORRESPONDENCE_RADIUS; /* none further counts, whatever is rounded */\n",
+    "    int i;\n",
+    "    while ((i = springls__cell_walk_next(walk)) >= 0) {\n",
+    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
+    "        if (springls__length2(springls__sub(s->p, fit->origin)) > r * r) continue;\n",
+    "        if (springls__of_two_contact_bodies(model, center, i)) continue;\n",
+    "        *sample = springls__fit_sample_of(fit, s->p, springls__springl_normal(*s));\n",
+    "        if (sample->weight > 0.0f) break;\n",
+    "    }\n",
+    "    return i;\n",
+    "}\n",
+    "\n",
+    "#define SPRINGLS__KEPT_SAMPLES 32 /* most fits have fewer; what is left is sampled twice */\n",
+    "\n",
     "/* Returns the correspondence of a point near a springl: by the fit around it, or else the springl's own. */\n",
     "SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *model, int springl, springls__v3 x)\n",
     "{\n",
-    "    const float r = SPRINGLS__FIT_RADIUS;\n",
     "    const springls__v3 a = model->set.a[springl], n = springls__springl_normal(model->set.s[springl]);\n",
-    "    springls__correspondence_fit fit = springls__correspondence_fit_begin(x, n, springls__any_tangent(n), a);\n",
-    "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
+    "    springls__correspondence_fit fit = springls__correspondence_fit_begin(x, n, springls__any_tangent(n));\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, x, 1.01f * SPRINGLS__CORRESPONDENCE_RADIUS), rest = walk;\n",
+    "    springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "    springls__fit_sample sample, kept[SPRINGLS__KEPT_SAMPLES];\n",
+    "    springls__fit_shares shares;\n",
     "    springls__fit_result edge;\n",
-    "    int i;\n",
+    "    int i, k, count = 0, index[SPRINGLS__KEPT_SAMPLES];\n",
     "    if (model->params.keep_edges && springls__place_at_edge(model, x, n, a, model->set.count, &edge)) return edge.ok ? edge.a : a;\n",
-    "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
-    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
-    "        if (springls__length2(springls__sub(s->p, x)) > 1.01f * r * r) continue; /* none of those counts, whatever is rounded */\n",
-    "        if (springls__of_two_contact_bodies(model, springl, i)) continue;\n",
-    "        springls__correspondence_fit_add(&fit, s->p, springls__springl_normal(*s), model->set.a[i]);\n",
+    "    while ((i = springls__next_sample(model, &fit, springl, &walk, &sample)) >= 0) {\n",
+    "        springls__correspondence_fit_add(&fit, sample);\n",
+    "        if (count == SPRINGLS__KEPT_SAMPLES) continue;\n",
+    "        kept[count] = sample;\n",
+    "        index[count++] = i;\n",
+    "        rest = walk;\n",
     "    }\n",
-    "    return springls__correspondence_fit_end(&fit);\n",
+    "    shares = springls__fit_shares_of(&fit);\n",
+    "    for (k = 0; k < count; k++)\n",
+    "        sum = springls__mad(sum, springls__sub(model->set.a[index[k]], a), springls__fit_share(&shares, kept[k]));\n",
+    "    while ((i = springls__next_sample(model, &fit, springl, &rest, &sample)) >= 0)\n",
+    "        sum = springls__mad(sum, springls__sub(model->set.a[i], a), springls__fit_share(&shares, sample));\n",
+    "    return springls__add(a, sum);\n",
     "}\n",
     "\n",
     "/* Finds the gradient of phi, the correspondence and the nearest springl at vertex i. */\n",
@@ -34986,7 +35125,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11598 \"springls.h\"\n",
+    "#line 11635 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -35086,7 +35225,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 35090 \"springls.h\"\n",
+    "#line 35229 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
