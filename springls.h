@@ -2037,7 +2037,7 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
       memcpy(&x, &bits, sizeof x);
       return x;
   }
-  /* Returns the number of the lowest bit that is set; some is. */
+  /* Returns the number of the lowest bit that is set; at least one must be. */
   SPRINGLS__MATHS int springls__lowest_bit(uint32_t bits)
   {
   #if defined(__GNUC__)
@@ -4333,7 +4333,7 @@ SPRINGLS__MATHS int springls__cell_walk_next(springls__cell_walk *walk)
     return (int)walk->ids[at];
 }
 
-/* Begins a walk over the springls whose particle lies within r of x, and the large ones. */
+/* Begins a walk over the springls whose particle lies within r of x, and over all large ones, whose distance the caller tests. */
 SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__model *model, springls__v3 x, float r)
 {
     springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r),
@@ -5944,7 +5944,7 @@ struct springls_context {
     springls__motion motion;
     springls__stepping step;
     bool at_rest;           /* all bricks are asleep, and no springl has moved since that was found             */
-    bool cells_fresh, omega_fresh, springl_surface_fresh; /* false after anything that moves springls                     */
+    bool cells_fresh, omega_fresh, springl_surface_fresh; /* false after anything that moves springls or their triangles */
     bool particles_listed;  /* the cell list has all particles where they are; triangles may have changed since           */
     bool components_fresh, labels_fresh; /* the components, the labels of voxels are those of phi                */
     size_t memory_used;
@@ -11097,7 +11097,7 @@ SPRINGLS__W_MATHS SPRINGLS__W(correspondence_fit) SPRINGLS__W(correspondence_fit
     return fit;
 }
 
-/* Returns a particle with its normal as the fit takes it: not at all if it is too far, faces elsewhere, or lies on another sheet. */
+/* Returns a particle with its normal as the fit takes it: with weight 0 if it is too far, faces elsewhere or is of another sheet. */
 SPRINGLS__W_MATHS SPRINGLS__W(fit_sample) SPRINGLS__W(fit_sample_of)(const SPRINGLS__W(correspondence_fit) *fit, SPRINGLS__NUM3 p,
                                                                     SPRINGLS__NUM3 normal)
 {
@@ -11242,7 +11242,7 @@ SPRINGLS__W_MATHS SPRINGLS__W(correspondence_fit) SPRINGLS__W(correspondence_fit
     return fit;
 }
 
-/* Returns a particle with its normal as the fit takes it: not at all if it is too far, faces elsewhere, or lies on another sheet. */
+/* Returns a particle with its normal as the fit takes it: with weight 0 if it is too far, faces elsewhere or is of another sheet. */
 SPRINGLS__W_MATHS SPRINGLS__W(fit_sample) SPRINGLS__W(fit_sample_of)(const SPRINGLS__W(correspondence_fit) *fit, SPRINGLS__NUM3 p,
                                                                     SPRINGLS__NUM3 normal)
 {
@@ -11575,11 +11575,14 @@ SPRINGLS__MATHS void springls__surface_element(const springls__model *model, spr
 
 #define SPRINGLS__MATERIAL_RADIUS 1.0f /* voxels: how far from a vertex its springl may be */
 
+/* Voxels: no springl further away counts for a fit, whatever is rounded. */
+#define SPRINGLS__SAMPLE_RANGE (1.01f * SPRINGLS__CORRESPONDENCE_RADIUS)
+
 /* Finds the next springl of a walk that counts for a fit around springl `center`; -1: none is left. */
 SPRINGLS__MATHS int springls__next_sample(const springls__model *model, const springls__correspondence_fit *fit, int center,
                                           springls__cell_walk *walk, springls__fit_sample *sample)
 {
-    const float r = 1.01f * SPRINGLS__CORRESPONDENCE_RADIUS; /* none further counts, whatever is rounded */
+    const float r = SPRINGLS__SAMPLE_RANGE;
     int i;
     while ((i = springls__cell_walk_next(walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
@@ -11598,7 +11601,7 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *
 {
     const springls__v3 a = model->set.a[springl], n = springls__springl_normal(model->set.s[springl]);
     springls__correspondence_fit fit = springls__correspondence_fit_begin(x, n, springls__any_tangent(n));
-    springls__cell_walk walk = springls__cell_walk_near(model, x, 1.01f * SPRINGLS__CORRESPONDENCE_RADIUS), rest = walk;
+    springls__cell_walk walk = springls__cell_walk_near(model, x, SPRINGLS__SAMPLE_RANGE), rest = walk;
     springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);
     springls__fit_sample sample, kept[SPRINGLS__KEPT_SAMPLES];
     springls__fit_shares shares;
@@ -12607,10 +12610,10 @@ SPRINGLS__FN void springls__triangles_changed(springls_context *ctx)
     ctx->components_fresh = ctx->labels_fresh = false;
 }
 
-/* Notes that the cell list is to be built anew. */
+/* Notes that the cell list is to be built anew, because particles or bricks have changed. */
 SPRINGLS__FN void springls__discard_cell_list(springls_context *ctx) { ctx->cells_fresh = ctx->particles_listed = false; }
 
-/* Notes that springls have moved: cells are out of date too. */
+/* Notes that springls have moved: particles may be in other cells, too. */
 SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
 {
     springls__triangles_changed(ctx);
@@ -13484,7 +13487,7 @@ SPRINGLS__FN void springls__count_cells(springls__model *model)
 }
 
 /* Finds the largest bounding radius after triangles have changed. Returns false where a springl has become large, or is no longer:
-   it is in the wrong list. */
+   the list is to be built anew then. */
 SPRINGLS__FN bool springls__update_radii(springls__model *model)
 {
     springls__cell_list *cells = &model->cells;
@@ -13510,7 +13513,9 @@ SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
     SPRINGLS__TRY(springls__grow_all(ctx, SPRINGLS__BIT(KEY) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE), n + 1, 0));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_PLACES, n + 8, 0));
     if (ctx->on_device) {
-        springls_status status = ctx->backend->cell_list_build(ctx);
+        springls_status status;
+        ctx->particles_listed = false;
+        status = ctx->backend->cell_list_build(ctx);
         ctx->cells_fresh = status == SPRINGLS_OK;
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
@@ -13519,6 +13524,7 @@ SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
         ctx->cells_fresh = springls__update_radii(&ctx->model);
         if (ctx->cells_fresh) return SPRINGLS_OK;
     }
+    ctx->particles_listed = false; /* until all of the list is new */
     SPRINGLS__TRY(springls__cell_keys(ctx));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(ACTIVE),
                                     SPRINGLS__BIT(IDS) | SPRINGLS__BIT(PLACES) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL)));
@@ -13905,7 +13911,7 @@ SPRINGLS__FN springls_status springls__region_prepare(springls_context *ctx, con
         motion->has_region = motion->has_region || lower[k] != 0.0f || upper[k] != 0.0f;
         if (!(lower[k] >= -FLT_MAX && lower[k] <= upper[k] && upper[k] <= FLT_MAX))
             return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
-                                  "advect: the region of the forces is from %g to %g along axis %d, not ascending and finite",
+                                  "the region of the forces is from %g to %g along axis %d, not ascending and finite",
                                   (double)lower[k], (double)upper[k], k);
     }
     motion->rule.window = springls__to_lattice(&ctx->window, springls__v3_make(0.0f, 0.0f, 0.0f));
@@ -16329,7 +16335,7 @@ SPRINGLS__FN springls_status springls__change_bricks(springls_context *ctx)
     int *wanted, *rank, i, d, missing = 0, kept = 0;
     if (ctx->on_device) {
         springls_status status = ctx->backend->band_move(ctx);
-        springls__discard_cell_list(ctx);
+        springls__discard_cell_list(ctx); /* it lives in the bricks */
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_keeps, g->active_count));
@@ -16360,7 +16366,7 @@ SPRINGLS__FN springls_status springls__change_bricks(springls_context *ctx)
     }
     for (i = 0; i < g->active_count; i++) kept += keep[i];
     if (missing == 0 && kept == g->active_count) return SPRINGLS_OK;
-    springls__discard_cell_list(ctx); /* it lives in the bricks */
+    springls__discard_cell_list(ctx);
     springls__grid_drop_bricks(g, keep);
     return springls__grid_add_bricks(ctx, wanted, missing);
 }
@@ -21492,8 +21498,8 @@ SPRINGLS__FN void springls__find_nearest(const springls__model *model, const spr
         const int k = c->list[i];
         const springls__vec limit = springls__vec_load(search.limit), within = limit + c->bounding_radius[k];
         const springls__vec3 d = springls__vec_sub(group->x, springls__particle_of(c, k));
-        const springls__vmask near = springls__vec_length2(d) <= within * within;
-        if (springls__vec_any(near) && springls__vec_any(near & springls__reaches_plane(c, k, d, limit))
+        const springls__vmask reaches = springls__vec_length2(d) <= within * within;
+        if (springls__vec_any(reaches) && springls__vec_any(reaches & springls__reaches_plane(c, k, d, limit))
             && !springls__vec_any(guess == (float)k))
             springls__try_candidate(model, c, k, group, &search);
     }
@@ -22090,8 +22096,8 @@ SPRINGLS__FN void springls__fill_chunk_material(const springls_context *ctx, spr
 /* Interpolates from t on, first by u to t[s], then by v to what lies r further. */
 SPRINGLS__FN float springls__square_sample(const float *t, int s, float u, int r, float v)
 {
-    const float near = t[0] + (t[s] - t[0]) * u, far = t[r] + (t[r + s] - t[r]) * u;
-    return near + (far - near) * v;
+    const float lower = t[0] + (t[s] - t[0]) * u, upper = t[r] + (t[r + s] - t[r]) * u;
+    return lower + (upper - lower) * v;
 }
 
 /* Returns what springls__grid_gradient does at vertex x of the tile's brick. It lies on an edge of the voxel grid, so that of the
@@ -22111,9 +22117,12 @@ SPRINGLS__FN springls__v3 springls__tile_gradient(const springls__wide_tile *til
     }
     u = at[edge] - (float)(first[edge] + tile->origin[edge]);
     for (d = 0; d < 6; d++) {
-        const float p = at[d >> 1] + (d & 1 ? 0.5f : -0.5f) - (float)tile->origin[d >> 1], whole = springls__floor(p);
-        const float *t = voxel + stride[d >> 1] * ((int)whole - first[d >> 1]);
+        float p, whole;
+        const float *t;
         axis = d >> 1;
+        p = at[axis] + (d & 1 ? 0.5f : -0.5f) - (float)tile->origin[axis];
+        whole = springls__floor(p);
+        t = voxel + stride[axis] * ((int)whole - first[axis]);
         if (axis == edge) side[d] = t[0] + (t[stride[edge]] - t[0]) * (p - whole);
         else if (axis < edge) side[d] = springls__square_sample(t, stride[axis], p - whole, stride[edge], u);
         else side[d] = springls__square_sample(t, stride[edge], u, stride[axis], p - whole);
@@ -26161,7 +26170,7 @@ static const char *const springls__kernel_lines[] = {
     "      memcpy(&x, &bits, sizeof x);\n",
     "      return x;\n",
     "  }\n",
-    "  /* Returns the number of the lowest bit that is set; some is. */\n",
+    "  /* Returns the number of the lowest bit that is set; at least one must be. */\n",
     "  SPRINGLS__MATHS int springls__lowest_bit(uint32_t bits)\n",
     "  {\n",
     "  #if defined(__GNUC__)\n",
@@ -28444,7 +28453,7 @@ static const char *const springls__kernel_lines[] = {
     "    return (int)walk->ids[at];\n",
     "}\n",
     "\n",
-    "/* Begins a walk over the springls whose particle lies within r of x, and the large ones. */\n",
+    "/* Begins a walk over the springls whose particle lies within r of x, and over all large ones, whose distance the caller tests. */\n",
     "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__model *model, springls__v3 x, float r)\n",
     "{\n",
     "    springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r),\n",
@@ -34593,7 +34602,7 @@ static const char *const springls__kernel_lines[] = {
     "    return fit;\n",
     "}\n",
     "\n",
-    "/* Returns a particle with its normal as the fit takes it: not at all if it is too far, faces elsewhere, or lies on another sheet. */\n",
+    "/* Returns a particle with its normal as the fit takes it: with weight 0 if it is too far, faces elsewhere or is of another sheet. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__W(fit_sample) SPRINGLS__W(fit_sample_of)(const SPRINGLS__W(correspondence_fit) *fit, SPRINGLS__NUM3 p,\n",
     "                                                                    SPRINGLS__NUM3 normal)\n",
     "{\n",
@@ -34738,7 +34747,7 @@ static const char *const springls__kernel_lines[] = {
     "    return fit;\n",
     "}\n",
     "\n",
-    "/* Returns a particle with its normal as the fit takes it: not at all if it is too far, faces elsewhere, or lies on another sheet. */\n",
+    "/* Returns a particle with its normal as the fit takes it: with weight 0 if it is too far, faces elsewhere or is of another sheet. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__W(fit_sample) SPRINGLS__W(fit_sample_of)(const SPRINGLS__W(correspondence_fit) *fit, SPRINGLS__NUM3 p,\n",
     "                                                                    SPRINGLS__NUM3 normal)\n",
     "{\n",
@@ -35070,11 +35079,14 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "#define SPRINGLS__MATERIAL_RADIUS 1.0f /* voxels: how far from a vertex its springl may be */\n",
     "\n",
+    "/* Voxels: no springl further away counts for a fit, whatever is rounded. */\n",
+    "#define SPRINGLS__SAMPLE_RANGE (1.01f * SPRINGLS__CORRESPONDENCE_RADIUS)\n",
+    "\n",
     "/* Finds the next springl of a walk that counts for a fit around springl `center`; -1: none is left. */\n",
     "SPRINGLS__MATHS int springls__next_sample(const springls__model *model, const springls__correspondence_fit *fit, int center,\n",
     "                                          springls__cell_walk *walk, springls__fit_sample *sample)\n",
     "{\n",
-    "    const float r = 1.01f * SPRINGLS__CORRESPONDENCE_RADIUS; /* none further counts, whatever is rounded */\n",
+    "    const float r = SPRINGLS__SAMPLE_RANGE;\n",
     "    int i;\n",
     "    while ((i = springls__cell_walk_next(walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
@@ -35093,7 +35105,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    const springls__v3 a = model->set.a[springl], n = springls__springl_normal(model->set.s[springl]);\n",
     "    springls__correspondence_fit fit = springls__correspondence_fit_begin(x, n, springls__any_tangent(n));\n",
-    "    springls__cell_walk walk = springls__cell_walk_near(model, x, 1.01f * SPRINGLS__CORRESPONDENCE_RADIUS), rest = walk;\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, x, SPRINGLS__SAMPLE_RANGE), rest = walk;\n",
     "    springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "    springls__fit_sample sample, kept[SPRINGLS__KEPT_SAMPLES];\n",
     "    springls__fit_shares shares;\n",
@@ -35125,7 +35137,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11635 \"springls.h\"\n",
+    "#line 11638 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -35225,7 +35237,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 35229 \"springls.h\"\n",
+    "#line 35241 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

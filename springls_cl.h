@@ -546,7 +546,8 @@ SPRINGLS__FN springls_status springls__cl_resolve_regions(springls_context *ctx)
 /* Finds the keys of all springls, and counts of missing bricks, the largest bounding radius (its bits), and of large springls. */
 SPRINGLS__FN springls_status springls__cl_cells_count(springls_context *ctx, uint32_t counts[3])
 {
-    const uint64_t list = SPRINGLS__BIT(KEY) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(PLACES) | SPRINGLS__BIT(LARGE);
+    const uint64_t list = SPRINGLS__BIT(KEY) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(PLACES)
+                        | SPRINGLS__BIT(LARGE);
     int springls = ctx->model.set.count;
     SPRINGLS__TRY(springls__cl_reserve(ctx, list));
     SPRINGLS__TRY(springls__run_on_device(ctx, SPRINGLS__KERNEL_cell_key, springls, NULL));

@@ -1,7 +1,7 @@
 /* contour.c - active contours push the model to the shape of a frame (run.c), and keep it in one piece.
  *
  * The pressure is minus the shape's signed distance, at most `pace`. In a crevice or at the tip of a thin limb that is little, so
- * where the model lags behind, and on all ways there, the pressure is the full pace. What is thinner than a voxel tears, and where
+ * where the model lags behind, and on the way there, the pressure is the full pace. What is thinner than a voxel tears, and where
  * bodies part drops stay.
  * The shape is one body without hollows, but a contour only moves surfaces: it joins nothing. So where the model is in parts its
  * level set is repaired as that of a character is (solid_voxels.h), and where the repair has changed its side the contour moves the
@@ -73,7 +73,7 @@ static int press_everywhere(struct morph *morph, const float *model)
     return lags;
 }
 
-/* Sets the full pace where the model lags and on all ways there: through voxels of the shape's side that the model has not
+/* Sets the full pace where the model lags and on the way there: through voxels of the shape's side that the model has not
  * reached. Returns false if memory is short. */
 static bool press_where_it_lags(struct morph *morph, const float *model)
 {

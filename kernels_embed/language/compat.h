@@ -68,7 +68,7 @@
       memcpy(&x, &bits, sizeof x);
       return x;
   }
-  /* Returns the number of the lowest bit that is set; some is. */
+  /* Returns the number of the lowest bit that is set; at least one must be. */
   SPRINGLS__MATHS int springls__lowest_bit(uint32_t bits)
   {
   #if defined(__GNUC__)

@@ -144,7 +144,7 @@ SPRINGLS__MATHS int springls__cell_walk_next(springls__cell_walk *walk)
     return (int)walk->ids[at];
 }
 
-/* Begins a walk over the springls whose particle lies within r of x, and the large ones. */
+/* Begins a walk over the springls whose particle lies within r of x, and over all large ones, whose distance the caller tests. */
 SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__model *model, springls__v3 x, float r)
 {
     springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r),

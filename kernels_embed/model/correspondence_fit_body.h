@@ -28,7 +28,7 @@ SPRINGLS__W_MATHS SPRINGLS__W(correspondence_fit) SPRINGLS__W(correspondence_fit
     return fit;
 }
 
-/* Returns a particle with its normal as the fit takes it: not at all if it is too far, faces elsewhere, or lies on another sheet. */
+/* Returns a particle with its normal as the fit takes it: with weight 0 if it is too far, faces elsewhere or is of another sheet. */
 SPRINGLS__W_MATHS SPRINGLS__W(fit_sample) SPRINGLS__W(fit_sample_of)(const SPRINGLS__W(correspondence_fit) *fit, SPRINGLS__NUM3 p,
                                                                     SPRINGLS__NUM3 normal)
 {

@@ -240,11 +240,14 @@ SPRINGLS__MATHS void springls__surface_element(const springls__model *model, spr
 
 #define SPRINGLS__MATERIAL_RADIUS 1.0f /* voxels: how far from a vertex its springl may be */
 
+/* Voxels: no springl further away counts for a fit, whatever is rounded. */
+#define SPRINGLS__SAMPLE_RANGE (1.01f * SPRINGLS__CORRESPONDENCE_RADIUS)
+
 /* Finds the next springl of a walk that counts for a fit around springl `center`; -1: none is left. */
 SPRINGLS__MATHS int springls__next_sample(const springls__model *model, const springls__correspondence_fit *fit, int center,
                                           springls__cell_walk *walk, springls__fit_sample *sample)
 {
-    const float r = 1.01f * SPRINGLS__CORRESPONDENCE_RADIUS; /* none further counts, whatever is rounded */
+    const float r = SPRINGLS__SAMPLE_RANGE;
     int i;
     while ((i = springls__cell_walk_next(walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
@@ -263,7 +266,7 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_at(const springls__model *
 {
     const springls__v3 a = model->set.a[springl], n = springls__springl_normal(model->set.s[springl]);
     springls__correspondence_fit fit = springls__correspondence_fit_begin(x, n, springls__any_tangent(n));
-    springls__cell_walk walk = springls__cell_walk_near(model, x, 1.01f * SPRINGLS__CORRESPONDENCE_RADIUS), rest = walk;
+    springls__cell_walk walk = springls__cell_walk_near(model, x, SPRINGLS__SAMPLE_RANGE), rest = walk;
     springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);
     springls__fit_sample sample, kept[SPRINGLS__KEPT_SAMPLES];
     springls__fit_shares shares;

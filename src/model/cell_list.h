@@ -59,7 +59,7 @@ SPRINGLS__FN void springls__count_cells(springls__model *model)
 }
 
 /* Finds the largest bounding radius after triangles have changed. Returns false where a springl has become large, or is no longer:
-   it is in the wrong list. */
+   the list is to be built anew then. */
 SPRINGLS__FN bool springls__update_radii(springls__model *model)
 {
     springls__cell_list *cells = &model->cells;
@@ -85,7 +85,9 @@ SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
     SPRINGLS__TRY(springls__grow_all(ctx, SPRINGLS__BIT(KEY) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE), n + 1, 0));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_PLACES, n + 8, 0));
     if (ctx->on_device) {
-        springls_status status = ctx->backend->cell_list_build(ctx);
+        springls_status status;
+        ctx->particles_listed = false;
+        status = ctx->backend->cell_list_build(ctx);
         ctx->cells_fresh = status == SPRINGLS_OK;
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
@@ -94,6 +96,7 @@ SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
         ctx->cells_fresh = springls__update_radii(&ctx->model);
         if (ctx->cells_fresh) return SPRINGLS_OK;
     }
+    ctx->particles_listed = false; /* until all of the list is new */
     SPRINGLS__TRY(springls__cell_keys(ctx));
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(ACTIVE),
                                     SPRINGLS__BIT(IDS) | SPRINGLS__BIT(PLACES) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL)));

@@ -108,10 +108,10 @@ SPRINGLS__FN void springls__triangles_changed(springls_context *ctx)
     ctx->components_fresh = ctx->labels_fresh = false;
 }
 
-/* Notes that the cell list is to be built anew. */
+/* Notes that the cell list is to be built anew, because particles or bricks have changed. */
 SPRINGLS__FN void springls__discard_cell_list(springls_context *ctx) { ctx->cells_fresh = ctx->particles_listed = false; }
 
-/* Notes that springls have moved: cells are out of date too. */
+/* Notes that springls have moved: particles may be in other cells, too. */
 SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
 {
     springls__triangles_changed(ctx);

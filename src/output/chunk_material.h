@@ -214,8 +214,8 @@ SPRINGLS__FN void springls__find_nearest(const springls__model *model, const spr
         const int k = c->list[i];
         const springls__vec limit = springls__vec_load(search.limit), within = limit + c->bounding_radius[k];
         const springls__vec3 d = springls__vec_sub(group->x, springls__particle_of(c, k));
-        const springls__vmask near = springls__vec_length2(d) <= within * within;
-        if (springls__vec_any(near) && springls__vec_any(near & springls__reaches_plane(c, k, d, limit))
+        const springls__vmask reaches = springls__vec_length2(d) <= within * within;
+        if (springls__vec_any(reaches) && springls__vec_any(reaches & springls__reaches_plane(c, k, d, limit))
             && !springls__vec_any(guess == (float)k))
             springls__try_candidate(model, c, k, group, &search);
     }

@@ -522,8 +522,8 @@ SPRINGLS__FN void springls__fill_chunk_material(const springls_context *ctx, spr
 /* Interpolates from t on, first by u to t[s], then by v to what lies r further. */
 SPRINGLS__FN float springls__square_sample(const float *t, int s, float u, int r, float v)
 {
-    const float near = t[0] + (t[s] - t[0]) * u, far = t[r] + (t[r + s] - t[r]) * u;
-    return near + (far - near) * v;
+    const float lower = t[0] + (t[s] - t[0]) * u, upper = t[r] + (t[r + s] - t[r]) * u;
+    return lower + (upper - lower) * v;
 }
 
 /* Returns what springls__grid_gradient does at vertex x of the tile's brick. It lies on an edge of the voxel grid, so that of the
@@ -543,9 +543,12 @@ SPRINGLS__FN springls__v3 springls__tile_gradient(const springls__wide_tile *til
     }
     u = at[edge] - (float)(first[edge] + tile->origin[edge]);
     for (d = 0; d < 6; d++) {
-        const float p = at[d >> 1] + (d & 1 ? 0.5f : -0.5f) - (float)tile->origin[d >> 1], whole = springls__floor(p);
-        const float *t = voxel + stride[d >> 1] * ((int)whole - first[d >> 1]);
+        float p, whole;
+        const float *t;
         axis = d >> 1;
+        p = at[axis] + (d & 1 ? 0.5f : -0.5f) - (float)tile->origin[axis];
+        whole = springls__floor(p);
+        t = voxel + stride[axis] * ((int)whole - first[axis]);
         if (axis == edge) side[d] = t[0] + (t[stride[edge]] - t[0]) * (p - whole);
         else if (axis < edge) side[d] = springls__square_sample(t, stride[axis], p - whole, stride[edge], u);
         else side[d] = springls__square_sample(t, stride[edge], u, stride[axis], p - whole);

@@ -273,7 +273,7 @@ struct springls_context {
     springls__motion motion;
     springls__stepping step;
     bool at_rest;           /* all bricks are asleep, and no springl has moved since that was found             */
-    bool cells_fresh, omega_fresh, springl_surface_fresh; /* false after anything that moves springls                     */
+    bool cells_fresh, omega_fresh, springl_surface_fresh; /* false after anything that moves springls or their triangles */
     bool particles_listed;  /* the cell list has all particles where they are; triangles may have changed since           */
     bool components_fresh, labels_fresh; /* the components, the labels of voxels are those of phi                */
     size_t memory_used;

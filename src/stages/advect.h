@@ -358,7 +358,7 @@ SPRINGLS__FN springls_status springls__region_prepare(springls_context *ctx, con
         motion->has_region = motion->has_region || lower[k] != 0.0f || upper[k] != 0.0f;
         if (!(lower[k] >= -FLT_MAX && lower[k] <= upper[k] && upper[k] <= FLT_MAX))
             return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
-                                  "advect: the region of the forces is from %g to %g along axis %d, not ascending and finite",
+                                  "the region of the forces is from %g to %g along axis %d, not ascending and finite",
                                   (double)lower[k], (double)upper[k], k);
     }
     motion->rule.window = springls__to_lattice(&ctx->window, springls__v3_make(0.0f, 0.0f, 0.0f));

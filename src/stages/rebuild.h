@@ -26,7 +26,7 @@ SPRINGLS__FN springls_status springls__change_bricks(springls_context *ctx)
     int *wanted, *rank, i, d, missing = 0, kept = 0;
     if (ctx->on_device) {
         springls_status status = ctx->backend->band_move(ctx);
-        springls__discard_cell_list(ctx);
+        springls__discard_cell_list(ctx); /* it lives in the bricks */
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_keeps, g->active_count));
@@ -57,7 +57,7 @@ SPRINGLS__FN springls_status springls__change_bricks(springls_context *ctx)
     }
     for (i = 0; i < g->active_count; i++) kept += keep[i];
     if (missing == 0 && kept == g->active_count) return SPRINGLS_OK;
-    springls__discard_cell_list(ctx); /* it lives in the bricks */
+    springls__discard_cell_list(ctx);
     springls__grid_drop_bricks(g, keep);
     return springls__grid_add_bricks(ctx, wanted, missing);
 }

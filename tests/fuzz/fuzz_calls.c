@@ -461,7 +461,7 @@ static bool begin(bench *t)
     return true;
 }
 
-/* Seeds are of nineteen calls: the last bytes stand for one that has come since. */
+/* Seeds were made of nineteen calls: bytes from 247 on stand for one that has come since. */
 static springls_status any_call(bench *t)
 {
     static springls_status (*const calls[])(bench *) = {

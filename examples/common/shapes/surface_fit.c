@@ -370,7 +370,9 @@ static bool solve(struct warp *warp, const struct constraint *constraints)
     bool good = LAPACKE_dposv(LAPACK_ROW_MAJOR, 'L', n, 1, matrix, n, warp->weights, 1) == 0;
     if (good && warp->prior.learns) {
         good = LAPACKE_dpotri(LAPACK_ROW_MAJOR, 'L', n, matrix, n) == 0;
-        learn_noise(warp, constraints, (size_t)n, matrix);
+        if (good) {
+            learn_noise(warp, constraints, (size_t)n, matrix);
+        }
     }
     free(matrix);
     return good;
