@@ -74,22 +74,28 @@ static void fill_room(float *phi, int which)
     }
 }
 
+/* Makes the model of a morph, empty, in a grid of ROOM^3 voxels, and the arrays that the contour works in. */
+static springls_status begin_room(struct morph *morph)
+{
+    springls_desc desc = springls_default_desc();
+    for (int k = 0; k < 3; ++k) desc.grid.size[k] = ROOM, desc.grid.spacing[k] = 1.0;
+    morph->grid = desc.grid;
+    morph->pressure = malloc(ROOM * ROOM * ROOM * sizeof(float));
+    morph->shape = malloc(ROOM * ROOM * ROOM * sizeof(float));
+    return springls_create(&desc, &morph->ctx);
+}
+
 /* Drops and hollows vanish, and what the shape connects grows together, even along a rod thinner than two voxels. */
 TEST a_contour_leaves_one_piece(void)
 {
     float *phi = malloc(ROOM * ROOM * ROOM * sizeof *phi);
     for (int which = 1; which < 3; ++which) {
         struct morph morph = {.settings = {.iterations = 2, .pace = 1.0f, .reach = 60}};
-        springls_desc desc = springls_default_desc();
-        const struct solid_grid grid = {{ROOM, ROOM, ROOM}, {0, 0, 0}, 1.0};
+            const struct solid_grid grid = {{ROOM, ROOM, ROOM}, {0, 0, 0}, 1.0};
         springls_mesh mesh;
         struct mesh_check check;
         bool whole;
-        for (int k = 0; k < 3; ++k) desc.grid.size[k] = ROOM, desc.grid.spacing[k] = 1.0;
-        morph.grid = desc.grid;
-        ASSERT_EQ(SPRINGLS_OK, springls_create(&desc, &morph.ctx));
-        morph.pressure = malloc(ROOM * ROOM * ROOM * sizeof(float));
-        morph.shape = malloc(ROOM * ROOM * ROOM * sizeof(float));
+        ASSERT_EQ(SPRINGLS_OK, begin_room(&morph));
         fill_room(phi, 0);
         ASSERT(solid_is_whole(&grid, phi, &whole) && !whole);
         ASSERT_EQ(SPRINGLS_OK, springls_set_level_set(morph.ctx, phi));
@@ -127,14 +133,9 @@ static void fill_block(float *phi, float width)
 TEST a_contour_opens_a_crevice(void)
 {
     struct morph morph = {.settings = {.iterations = 1, .pace = 1.0f, .reach = 60}};
-    springls_desc desc = springls_default_desc();
     float *phi = malloc(ROOM * ROOM * ROOM * sizeof *phi);
     int left = 0;
-    for (int k = 0; k < 3; ++k) desc.grid.size[k] = ROOM, desc.grid.spacing[k] = 1.0;
-    morph.grid = desc.grid;
-    ASSERT_EQ(SPRINGLS_OK, springls_create(&desc, &morph.ctx));
-    morph.pressure = malloc(ROOM * ROOM * ROOM * sizeof(float));
-    morph.shape = malloc(ROOM * ROOM * ROOM * sizeof(float));
+    ASSERT_EQ(SPRINGLS_OK, begin_room(&morph));
     fill_block(phi, 0.0f);
     ASSERT_EQ(SPRINGLS_OK, springls_set_level_set(morph.ctx, phi));
     fill_block(morph.shape, 2.0f);
