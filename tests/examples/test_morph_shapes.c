@@ -91,7 +91,7 @@ TEST a_contour_leaves_one_piece(void)
     float *phi = malloc(ROOM * ROOM * ROOM * sizeof *phi);
     for (int which = 1; which < 3; ++which) {
         struct morph morph = {.settings = {.iterations = 2, .pace = 1.0f, .reach = 60}};
-            const struct solid_grid grid = {{ROOM, ROOM, ROOM}, {0, 0, 0}, 1.0};
+        const struct solid_grid grid = {{ROOM, ROOM, ROOM}, {0, 0, 0}, 1.0};
         springls_mesh mesh;
         struct mesh_check check;
         bool whole;
