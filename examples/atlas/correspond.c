@@ -344,10 +344,13 @@ static void measure(const struct atlas_template *template, struct atlas_subject 
 
 bool atlas_correspond(struct atlas_template *template, struct atlas_subject *subject, enum orientation orientation)
 {
+    const bool exact = !subject->labels.data && !template->open; /* beyond a rim nothing stops an open surface that slides */
     const struct fit_source source = {template->center_points, template->center_normals, template->landmarks,
-                                      template->center_count, template->landmark_count, template->size};
+                                      template->center_count, template->landmark_count, template->size,
+                                      exact ? &warp_prior_exact : &warp_prior_rough};
     struct motion motion = {.ctx = template->ctx, .target = &subject->target, .pose = &subject->pose,
-                            .landmarks = subject->landmarks, .steps = WARP_STEPS, .voxel = (float)template->voxel};
+                            .landmarks = subject->landmarks, .steps = exact ? LEARNING_STEPS : WARP_STEPS,
+                            .voxel = (float)template->voxel};
     const size_t vertices = (size_t)template->mesh.vertex_count;
     free(subject->shape);
     subject->shape = malloc(3 * vertices * sizeof *subject->shape);
@@ -357,12 +360,9 @@ bool atlas_correspond(struct atlas_template *template, struct atlas_subject *sub
     if (!surface_register(&subject->target, &source, orientation, subject->landmarks, &subject->pose, &subject->cost)) {
         return atlas_fail("%s: cannot be laid on the template", subject->name);
     }
-    bool good = warp_create(source.points, source.count, source.landmarks, source.landmark_count, source.size, &motion.warp)
+    bool good = warp_create(source.points, source.count, source.landmarks, source.landmark_count, source.size, source.prior,
+                            &motion.warp)
              || atlas_no_memory();
-    if (!subject->labels.data && !template->open) { /* beyond a rim nothing stops an open surface that slides */
-        motion.warp.prior = warp_prior_exact;
-        motion.steps = LEARNING_STEPS;
-    }
     subject->steps = motion.steps;
     good = good && set_template(template) && move_like_a_mesh(template, &motion)
         && (template->open || run_to_rest(template, &motion, &subject->steps)) && weld(template, subject->shape)

@@ -217,9 +217,8 @@ static double noise_learned_on(const float *points, const float *normals, const 
         memcpy(facing + 3 * i, normals + 3 * chosen[i], 3 * sizeof *facing);
     }
     memcpy(now, at, sizeof now);
-    fine = fine && warp_create(at, CENTERS, NULL, 0, target.radius, &warp);
+    fine = fine && warp_create(at, CENTERS, NULL, 0, target.radius, &warp_prior_exact, &warp);
     if (!fine) return (double)NAN;
-    warp.prior = warp_prior_exact;
     for (int step = 0; fine && step < STEPS; ++step) {
         fine = warp_fit(&warp, &target, &identity, now, facing, NULL);
         for (int i = 0; i < CENTERS; ++i) warp_apply(&warp, at + 3 * i, now + 3 * i, NULL);
@@ -1011,7 +1010,7 @@ static bool write_landmarks(const struct mesh *tori, int count, int landmarks)
 }
 
 /* Six deformed tori. Three landmarks say how each is turned, which a torus of revolution does not. */
-TEST tori_correspond_within_four_fifths_of_a_voxel(void)
+TEST tori_correspond_within_three_fifths_of_a_voxel(void)
 {
     enum { COUNT = 6 };
     const char *data = getenv("SPRINGLS_DATA");
@@ -1030,8 +1029,8 @@ TEST tori_correspond_within_four_fifths_of_a_voxel(void)
     build.settings.landmarks = folder;
     ASSERT(atlas_build_run(&build));
     ASSERT(build.truth.known);
-    ASSERT(build.truth.mean < 0.8 * build.atlas.voxel);
-    ASSERT(build.truth.mean < 0.4 * build.truth.rigid_mean);
+    ASSERT(build.truth.mean < 0.6 * build.atlas.voxel);
+    ASSERT(build.truth.mean < 0.3 * build.truth.rigid_mean);
     for (int s = 0; s < COUNT; ++s) ASSERT(build.subjects[s].mean_distance < 0.05 * build.atlas.voxel);
     atlas_build_free(&build);
     PASS();
@@ -1085,7 +1084,7 @@ int main(int argc, char **argv)
     RUN_TEST(mirrored_subjects_lie_on_the_other_side);
     RUN_TEST(landmarks_are_mirrored_with_their_subject);
     RUN_TEST(repeated_arguments_are_collected);
-    RUN_TEST(tori_correspond_within_four_fifths_of_a_voxel);
+    RUN_TEST(tori_correspond_within_three_fifths_of_a_voxel);
     RUN_TEST(tori_images_are_read);
     snprintf(command, sizeof command, "rm -rf '%s'", folder);
     if (system(command) != 0) perror(folder);

@@ -119,9 +119,11 @@ static bool lay_on(const struct character *donor, const float *positions, int ve
         return false;
     }
     shape_size(f->points, (size_t)f->count, center, &size);
-    const struct fit_source source = {f->points, f->point_normals, NULL, f->count, 0, size};
+    const struct warp_prior *prior = &warp_prior_rough;
+    const struct fit_source source = {f->points, f->point_normals, NULL, f->count, 0, size, prior};
     bool good = surface_register(&f->target, &source, ORIENTATION_KNOWN, NULL, &f->pose, &cost)
-        && warp_create(f->points, f->count, NULL, 0, size, &f->now) && warp_create(f->points, f->count, NULL, 0, size, &f->next);
+        && warp_create(f->points, f->count, NULL, 0, size, prior, &f->now)
+        && warp_create(f->points, f->count, NULL, 0, size, prior, &f->next);
     for (int s = 0; good && s < WARP_STEPS; ++s) {
         for (int i = 0; i < f->count; ++i) {
             float d[9];

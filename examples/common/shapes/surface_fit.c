@@ -8,12 +8,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Lengths and deviation of the two kernels in sizes of the template: two scales make long and short displacements probable. */
-static const double kernel_length[2] = {0.6, 0.3}, kernel_deviation = 0.07;
-/* Deviation of a landmark, and bounds of a noise that is learned. */
+/* Deviation of a landmark, and bounds of a noise that is learned, in sizes of the template. */
 static const double landmark_noise = 0.02, least_noise = 0.002, most_noise = 0.04;
 
-const struct warp_prior warp_prior_rough = {0.02, 0.0894427191, false}, warp_prior_exact = {0.02, 0.3, true};
+const struct warp_prior warp_prior_rough = {{0.6, 0.3}, {0.07, 0.07}, 0.0, 0.02, 0.0894427191, false},
+                        warp_prior_exact = {{1.0, 0.4}, {0.1, 0.03}, 0.1, 0.02, 0.3, true};
 
 /* ---- targets ---- */
 
@@ -197,28 +196,38 @@ int points_spread(const float *points, int count, int wanted, int *chosen)
 
 /* ---- warps ---- */
 
-/* Evaluates the kernel at a squared distance; slope: its derivative by the squared distance. */
-static double kernel(const struct warp *warp, double distance2, double *slope)
+/* Evaluates the kernel between a point and center c; gradient: its derivative by the point. */
+static double kernel(const struct warp *warp, const float point[3], int c, double gradient[3])
 {
-    double sum = 0.0, change = 0.0;
-    for (int i = 0; i < 2; ++i) {
-        const double length = kernel_length[i] * warp->size, fall = 0.5 / (length * length), part = exp(-distance2 * fall);
-        sum += part;
-        change -= fall * part;
+    const struct warp_prior *prior = &warp->prior;
+    double d[3], d2 = 0.0, sum = 0.0, slope = 0.0;
+    for (int k = 0; k < 3; ++k) {
+        d[k] = (double)point[k] - (double)warp->centers[3 * c + k];
+        d2 += d[k] * d[k];
     }
-    const double variance = kernel_deviation * kernel_deviation * warp->size * warp->size;
-    *slope = variance * change;
-    return variance * sum;
+    for (int i = 0; i < 2; ++i) {
+        const double length = prior->length[i] * warp->size, fall = 0.5 / (length * length);
+        const double deviation = prior->deviation[i] * warp->size, part = deviation * deviation * exp(-d2 * fall);
+        sum += part;
+        slope -= fall * part;
+    }
+    for (int k = 0; k < 3; ++k) {
+        const double linear = prior->stretch * prior->stretch * ((double)warp->centers[3 * c + k] - warp->middle[k]);
+        sum += linear * ((double)point[k] - warp->middle[k]);
+        gradient[k] = 2.0 * slope * d[k] + linear;
+    }
+    return sum;
 }
 
-bool warp_create(const float *centers, int count, const float *landmarks, int landmark_count, double size, struct warp *warp)
+bool warp_create(const float *centers, int count, const float *landmarks, int landmark_count, double size,
+                 const struct warp_prior *prior, struct warp *warp)
 {
     const size_t all = 3 * (size_t)(count + landmark_count);
     memset(warp, 0, sizeof *warp);
     warp->count = count + landmark_count;
     warp->pinned = landmark_count;
     warp->size = size;
-    warp->prior = warp_prior_rough;
+    warp->prior = *prior;
     warp->centers = malloc((all + 1) * sizeof *warp->centers);
     warp->weights = calloc(all + 1, sizeof *warp->weights);
     if (!warp->centers || !warp->weights) {
@@ -226,6 +235,9 @@ bool warp_create(const float *centers, int count, const float *landmarks, int la
         return false;
     }
     memcpy(warp->centers, centers, 3 * (size_t)count * sizeof *centers);
+    for (int i = 0; i < 3 * count; ++i) {
+        warp->middle[i % 3] += (double)centers[i] / count;
+    }
     if (landmark_count > 0) {
         memcpy(warp->centers + 3 * count, landmarks, 3 * (size_t)landmark_count * sizeof *landmarks);
     }
@@ -252,16 +264,12 @@ void warp_apply(const struct warp *warp, const float point[3], float place[3], f
     double u[3] = {0.0, 0.0, 0.0}, g[9] = {0.0};
     for (int c = 0; c < warp->count; ++c) {
         const double *w = warp->weights + 3 * c;
-        double d[3], d2 = 0.0, slope;
-        for (int k = 0; k < 3; ++k) {
-            d[k] = (double)point[k] - (double)warp->centers[3 * c + k];
-            d2 += d[k] * d[k];
-        }
-        const double value = kernel(warp, d2, &slope);
+        double gradient[3];
+        const double value = kernel(warp, point, c, gradient);
         for (int r = 0; r < 3; ++r) {
             u[r] += value * w[r];
             for (int k = 0; derivative && k < 3; ++k) {
-                g[3 * r + k] += 2.0 * slope * d[k] * w[r];
+                g[3 * r + k] += gradient[k] * w[r];
             }
         }
     }
@@ -271,16 +279,6 @@ void warp_apply(const struct warp *warp, const float point[3], float place[3], f
             derivative[3 * r + k] = (float)(g[3 * r + k] + (r == k ? 1.0 : 0.0));
         }
     }
-}
-
-static double center_kernel(const struct warp *warp, int a, int b)
-{
-    double slope, d2 = 0.0;
-    for (int k = 0; k < 3; ++k) {
-        const double d = (double)warp->centers[3 * a + k] - (double)warp->centers[3 * b + k];
-        d2 += d * d;
-    }
-    return kernel(warp, d2, &slope);
 }
 
 /* A measured displacement of a center from the template, and its covariance; normal: where the warp's noise lies along it, else
@@ -319,11 +317,12 @@ static struct constraint isotropic_constraint(const double displacement[3], doub
 /* Fills the lower half of the symmetric matrix K + covariance, n x n for 3 rows a center. */
 static void fill_matrix(const struct warp *warp, const struct constraint *constraints, size_t n, double *matrix)
 {
+    double gradient[3];
     for (int a = 0; a < warp->count; ++a) {
         for (int r = 0; r < 3; ++r) {
             double *row = matrix + (size_t)(3 * a + r) * n;
             for (int b = 0; b <= a; ++b) {
-                row[3 * b + r] = center_kernel(warp, a, b);
+                row[3 * b + r] = kernel(warp, warp->centers + 3 * a, b, gradient);
             }
             for (int c = 0; c <= r; ++c) {
                 row[3 * a + c] += constraints[a].covariance[r][c];
@@ -531,11 +530,15 @@ static bool refine(const struct target *target, const struct fit_source *source,
     struct warp warp;
     const size_t bytes = 3 * (size_t)source->count * sizeof(float);
     float *now = malloc(bytes);
-    bool good = now && warp_create(source->points, source->count, source->landmarks, source->landmark_count, source->size, &warp);
+    bool good = now && warp_create(source->points, source->count, source->landmarks, source->landmark_count, source->size,
+                                   source->prior, &warp);
     if (!good) {
         free(now);
         return false;
     }
+    /* Keeps one noise, under which costs can be compared, and short steps, since what is nearest changes with the pose. */
+    warp.prior.learns = false;
+    warp.prior.slide = warp_prior_rough.slide;
     for (int round = 0; good && round < WARP_ROUNDS; ++round) {
         struct similarity within;
         memset(warp.weights, 0, 3 * (size_t)warp.count * sizeof *warp.weights);

@@ -42,12 +42,15 @@ void mesh_barycentric(const float *a, const float *b, const float *c, const floa
 int points_spread(const float *points, int count, int wanted, int *chosen);
 
 /* What a warp expects, in sizes of the template (root mean square distance of its surface from its center).
+ *   length, deviation  of two Gaussian kernels: two scales make long and short displacements probable
+ *   stretch deviation of each element of a linear displacement's matrix beside the kernels (by itself, not in sizes): corrects
+ *           the pose, and lets what kernels cost be shape
  *   noise   deviation of a center from its place on the target, along the normal
  *   slide   the same from its present place along the surface: limits how far a step slides, and does not matter any more as
  *           the steps become small
  *   learns  each fit makes the noise one under which what it saw is more probable */
 struct warp_prior {
-    double noise, slide;
+    double length[2], deviation[2], stretch, noise, slide;
     bool learns;
 };
 
@@ -55,18 +58,19 @@ struct warp_prior {
  * along the surface a place went, and only with a small noise is this used. */
 extern const struct warp_prior warp_prior_rough, warp_prior_exact;
 
-/* A smooth displacement u(x) = sum over centers of kernel(|x - c|) weight, with two Gaussian kernels (surface_fit.c). As a
- * Gaussian process (Luethi et al. 2018) it expects displacements of a certain size that are similar at near places. */
+/* A smooth displacement u(x) = sum over centers c of kernel(x, c) weight: two Gaussian kernels and a linear one. As a Gaussian
+ * process (Luethi et al. 2018) it expects displacements of a certain size that are similar at near places. */
 struct warp {
     int count, pinned; /* the last `pinned` centres are landmarks */
     float *centers;    /* 3 each, template coordinates */
     double *weights; /* 3 each */
-    double size;     /* of the template: shape_size */
-    struct warp_prior prior; /* warp_prior_rough unless changed */
+    double size, middle[3]; /* of the template: shape_size, and mean of its centers */
+    struct warp_prior prior;
 };
 
 /* Makes a zero displacement. landmarks (3 floats each) become the last centers. */
-bool warp_create(const float *centers, int count, const float *landmarks, int landmark_count, double size, struct warp *warp);
+bool warp_create(const float *centers, int count, const float *landmarks, int landmark_count, double size,
+                 const struct warp_prior *prior, struct warp *warp);
 void warp_free(struct warp *warp);
 bool warp_copy(const struct warp *from, struct warp *to); /* copies the weights, for the same centers */
 
@@ -88,6 +92,7 @@ struct fit_source {
     const float *points, *normals, *landmarks;
     int count, landmark_count;
     double size; /* of the template: shape_size */
+    const struct warp_prior *prior;
 };
 
 enum orientation {
