@@ -2,9 +2,12 @@
 #include "register/run.h"
 
 #include "imaging/overlap.h"
+#include "registration/points.h"
+#include "surface/mesh_io.h"
 
 #include <stdarg.h>
 #include <stdlib.h>
+#include <string.h>
 
 bool register_fail(const char *format, ...)
 {
@@ -55,6 +58,33 @@ static bool labels_compare(const struct run *run, bool of_moving, const char *pa
     return good;
 }
 
+/* Returns whether the points, or the mesh below, if there are any, can be read. */
+static bool points_readable(const struct volume *image, const char *path)
+{
+    char error[VOLUME_TEXT];
+    float *points = NULL;
+    size_t count;
+    const bool good = !path || points_read(path, image, &points, &count, error) || register_fail("%s", error);
+    free(points);
+    return good;
+}
+
+static bool mesh_readable(const char *path)
+{
+    char error[MESH_TEXT];
+    struct mesh mesh;
+    memset(&mesh, 0, sizeof mesh);
+    const bool good = !path || mesh_read(path, &mesh, error) || register_fail("%s", error);
+    mesh_free(&mesh);
+    return good;
+}
+
+static bool carried_readable(const struct run *run, bool of_moving, const struct carried *files)
+{
+    return labels_fit(run, of_moving, files->labels) && points_readable(of_moving ? &run->moving : &run->fixed, files->points)
+        && mesh_readable(files->mesh);
+}
+
 bool register_read(struct run *run)
 {
     char error[VOLUME_TEXT];
@@ -63,7 +93,8 @@ bool register_read(struct run *run)
         return register_fail("%s", error);
     }
     return labels_compare(run, false, run->fixed_labels_path) && labels_compare(run, true, run->moving_labels_path)
-           && labels_fit(run, true, run->warp.labels) && labels_fit(run, false, run->inverse_warp.labels);
+           && points_readable(&run->fixed, run->fixed_points_path) && points_readable(&run->moving, run->moving_points_path)
+           && carried_readable(run, true, &run->warp) && carried_readable(run, false, &run->inverse_warp);
 }
 
 bool register_fields(struct run *run)

@@ -48,7 +48,8 @@ bool register_fail(const char *format, ...)
     ;
 bool register_no_memory(void);
 
-/* Reads the two images; label maps that do not fit them or have not the label are refused here, before the work. */
+/* Reads the two images. What does not fit them, has not the label or cannot be read is refused here, before the work: label maps,
+ * points and meshes. */
 bool register_read(struct run *run);
 /* Reads a label map of the moving image, or of the fixed one. */
 bool register_read_labels(const struct run *run, bool of_moving, const char *path, struct volume *labels);
