@@ -453,6 +453,25 @@ TEST labels_of_other_grids_are_refused(void)
     PASS();
 }
 
+/* Points and meshes that cannot be read are refused before the work. */
+TEST unreadable_points_and_meshes_are_refused(void)
+{
+    struct scene scene;
+    struct run run;
+    ASSERT(make_scene(&scene));
+    for (int which = 0; which < 6; ++which) {
+        ASSERT(begin_run(&scene, &run));
+        const char **const files[6] = {&run.fixed_points_path,   &run.moving_points_path, &run.warp.points,
+                                       &run.inverse_warp.points, &run.warp.mesh,          &run.inverse_warp.mesh};
+        *files[which] = run.fixed_path; /* an image */
+        register_free(&run);
+        ASSERT(!register_read(&run));
+        register_free(&run);
+    }
+    free_scene(&scene);
+    PASS();
+}
+
 /* A map that makes the fit worse, or folds, is no success. */
 TEST poor_results_are_reported(void)
 {
@@ -610,6 +629,7 @@ int main(int argc, char **argv)
     RUN_TEST(a_search_finds_any_rotation);
     RUN_TEST(labels_points_and_meshes_are_carried);
     RUN_TEST(labels_of_other_grids_are_refused);
+    RUN_TEST(unreadable_points_and_meshes_are_refused);
     RUN_TEST(poor_results_are_reported);
     RUN_TEST(missing_labels_are_refused_before_the_work);
     RUN_TEST(landmarks_are_read_or_refused);
