@@ -99,7 +99,7 @@ TEST changed_triangles_keep_the_list(int huge)
             ctx->model.set.s[i] = springls__springl_finished(s);
         }
         springls__triangles_changed(ctx);
-        ASSERT_EQ(!ctx->on_device, ctx->particles_listed);
+        ASSERT_EQ(ctx->backend == NULL, ctx->particles_listed);
         ASSERT_OK(fixture_stage(ctx, springls__cell_list_build));
         radius = ctx->model.cells.bounding_radius;
         large = ctx->model.cells.large_count;
