@@ -58,6 +58,39 @@ static bool labels_compare(const struct run *run, bool of_moving, const char *pa
     return good;
 }
 
+bool register_read_landmarks(const struct run *run, float **fixed, float **moving, size_t *count)
+{
+    char error[VOLUME_TEXT];
+    size_t moving_count = 0;
+    *fixed = *moving = NULL;
+    *count = 0;
+    const bool read = points_read(run->fixed_points_path, &run->fixed, fixed, count, error)
+        && points_read(run->moving_points_path, &run->moving, moving, &moving_count, error);
+    if (read && *count == moving_count) {
+        return true;
+    }
+    free(*fixed);
+    free(*moving);
+    *fixed = *moving = NULL;
+    if (!read) {
+        return register_fail("%s", error);
+    }
+    return register_fail("%s has %zu points, %s has %zu", run->fixed_points_path, *count, run->moving_points_path, moving_count);
+}
+
+static bool landmarks_readable(const struct run *run)
+{
+    float *fixed, *moving;
+    size_t count;
+    if (!run->fixed_points_path) {
+        return true;
+    }
+    const bool good = register_read_landmarks(run, &fixed, &moving, &count);
+    free(fixed);
+    free(moving);
+    return good;
+}
+
 /* Returns whether the points, or the mesh below, if there are any, can be read. */
 static bool points_readable(const struct volume *image, const char *path)
 {
@@ -93,8 +126,8 @@ bool register_read(struct run *run)
         return register_fail("%s", error);
     }
     return labels_compare(run, false, run->fixed_labels_path) && labels_compare(run, true, run->moving_labels_path)
-           && points_readable(&run->fixed, run->fixed_points_path) && points_readable(&run->moving, run->moving_points_path)
-           && carried_readable(run, true, &run->warp) && carried_readable(run, false, &run->inverse_warp);
+           && landmarks_readable(run) && carried_readable(run, true, &run->warp)
+           && carried_readable(run, false, &run->inverse_warp);
 }
 
 bool register_fields(struct run *run)

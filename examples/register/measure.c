@@ -3,7 +3,6 @@
 
 #include "base/vec3.h"
 #include "imaging/overlap.h"
-#include "registration/points.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -122,18 +121,10 @@ static bool compare_labels(struct run *run)
 
 static bool compare_points(struct run *run)
 {
-    char error[VOLUME_TEXT];
-    float *fixed = NULL, *moving = NULL;
-    size_t count = 0, moving_count = 0;
-    if (!points_read(run->fixed_points_path, &run->fixed, &fixed, &count, error)
-        || !points_read(run->moving_points_path, &run->moving, &moving, &moving_count, error)) {
-        free(fixed);
-        return register_fail("%s", error);
-    }
-    if (count != moving_count) {
-        free(fixed);
-        free(moving);
-        return register_fail("there are not as many points in one image as in the other");
+    float *fixed, *moving;
+    size_t count;
+    if (!register_read_landmarks(run, &fixed, &moving, &count)) {
+        return false;
     }
     for (size_t n = 0; n < count; ++n) {
         float mapped[3], before[3], after[3];

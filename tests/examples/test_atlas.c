@@ -1009,7 +1009,7 @@ static bool write_landmarks(const struct mesh *tori, int count, int landmarks)
     return true;
 }
 
-/* Six deformed tori. Three landmarks say how each is turned, which a torus of revolution does not. */
+/* Six deformed tori. Three landmarks determine how each is turned, which the shape of a torus of revolution does not. */
 TEST tori_correspond_within_three_fifths_of_a_voxel(void)
 {
     enum { COUNT = 6 };

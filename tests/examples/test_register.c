@@ -453,19 +453,42 @@ TEST labels_of_other_grids_are_refused(void)
     PASS();
 }
 
-/* Points and meshes that cannot be read are refused before the work. */
+static void write_text(const char *path, const char *text)
+{
+    FILE *file = fopen(path, "w");
+    if (file) {
+        fputs(text, file);
+        fclose(file);
+    }
+}
+
+/* Points and meshes that cannot be read, and landmarks of which one image has more, are refused before the work. */
 TEST unreadable_points_and_meshes_are_refused(void)
 {
     struct scene scene;
     struct run run;
+    char one[96], two[96];
     ASSERT(make_scene(&scene));
+    snprintf(one, sizeof one, "%s", scratch("one.txt"));
+    snprintf(two, sizeof two, "%s", scratch("two.txt"));
+    write_text(one, "point\n1\n1 2 3\n");
+    write_text(two, "point\n2\n1 2 3\n4 5 6\n");
     for (int which = 0; which < 6; ++which) {
         ASSERT(begin_run(&scene, &run));
+        run.fixed_points_path = run.moving_points_path = one;
         const char **const files[6] = {&run.fixed_points_path,   &run.moving_points_path, &run.warp.points,
                                        &run.inverse_warp.points, &run.warp.mesh,          &run.inverse_warp.mesh};
         *files[which] = run.fixed_path; /* an image */
         register_free(&run);
         ASSERT(!register_read(&run));
+        register_free(&run);
+    }
+    for (int which = 0; which < 2; ++which) {
+        ASSERT(begin_run(&scene, &run));
+        run.fixed_points_path = one;
+        run.moving_points_path = which ? one : two;
+        register_free(&run);
+        ASSERT_EQ(which == 1, register_read(&run));
         register_free(&run);
     }
     free_scene(&scene);
@@ -515,15 +538,6 @@ TEST missing_labels_are_refused_before_the_work(void)
 }
 
 /* ---- landmarks ---- */
-
-static void write_text(const char *path, const char *text)
-{
-    FILE *file = fopen(path, "w");
-    if (file) {
-        fputs(text, file);
-        fclose(file);
-    }
-}
 
 TEST landmarks_are_read_or_refused(void)
 {

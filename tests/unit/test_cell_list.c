@@ -78,7 +78,8 @@ TEST near_walks_meet_what_is_near(int huge)
     PASS();
 }
 
-/* While only triangles change about their particles, the list is what a new one would be. The host keeps it, a device builds anew. */
+/* While only triangles change about their particles, the list is what a new one would be. The host keeps it; a device builds it
+   anew. */
 TEST changed_triangles_keep_the_list(int huge)
 {
     springls_context *ctx = fixture_context(24, NULL);

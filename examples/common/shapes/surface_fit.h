@@ -44,7 +44,7 @@ int points_spread(const float *points, int count, int wanted, int *chosen);
 /* What a warp expects, in sizes of the template (root mean square distance of its surface from its center).
  *   length, deviation  of two Gaussian kernels: two scales make long and short displacements probable
  *   stretch deviation of each element of a linear displacement's matrix beside the kernels (by itself, not in sizes): corrects
- *           the pose, and lets what kernels cost be shape
+ *           the pose, so that the kernels need only explain the shape
  *   noise   deviation of a center from its place on the target, along the normal
  *   slide   the same from its present place along the surface: limits how far a step slides, and does not matter any more as
  *           the steps become small
@@ -63,7 +63,7 @@ extern const struct warp_prior warp_prior_rough, warp_prior_exact;
 struct warp {
     int count, pinned; /* the last `pinned` centres are landmarks */
     float *centers;    /* 3 each, template coordinates */
-    double *weights; /* 3 each */
+    double *weights;   /* 3 each */
     double size, middle[3]; /* of the template: shape_size, and mean of its centers */
     struct warp_prior prior;
 };
