@@ -2731,6 +2731,7 @@ typedef union springls__arguments {
     /* advect */                                                                                                                 \
     X(moved_springls, springls__springl, 0)     /* springls after a motion; trades places with S                              */ \
     X(displacement2, float, 1)                  /* of the particle, squared; FLT_MAX: not finite                              */ \
+    X(turning2, float, 2)                       /* of a springl: see springls__turned2                                        */ \
     X(moved_error, float, 4)                    /* ERROR after a motion; trades places with it                                */ \
     X(is_moving, uint8_t, 3)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \
     /* window */                                                                                                                 \
@@ -5209,32 +5210,41 @@ SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(corrected)(const springls__gri
     return d;
 }
 
-/* Returns the error of a springl's correspondence after its points have moved by d: adds d.error, the error of a motion that
-   turns or stretches as this one does, and that of rounding. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error, SPRINGLS__W(movers) at, SPRINGLS__W(movers) d)
+/* Returns the square of how far a springl turns or stretches when its points move by d: the largest displacement of a vertex
+   relative to the particle, as a share of their distance. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(turned2)(SPRINGLS__W(movers) at, SPRINGLS__W(movers) d)
 {
-    const float order = 1.0f / 60.0f, rounding = 2e-7f;
-    SPRINGLS__NUM length2 = SPRINGLS__W(length2)(d.x[0]), rate2 = SPRINGLS__W(broadcast)(0.0f);
-    SPRINGLS__NUM r = rounding * SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].x),
-                                                  SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].y), SPRINGLS__W(fabs)(at.x[0].z)));
+    SPRINGLS__NUM turning2 = SPRINGLS__W(broadcast)(0.0f);
     int m;
     for (m = 1; m < SPRINGLS__MOVERS; m++) {
         SPRINGLS__NUM arm2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(at.x[m], at.x[0]));
-        SPRINGLS__NUM rate = SPRINGLS__W(length2)(SPRINGLS__W(sub)(d.x[m], d.x[0])) / arm2;
-        rate2 = SPRINGLS__W(select)(arm2 > 1e-4f, SPRINGLS__W(max)(rate2, rate), rate2);
+        SPRINGLS__NUM share2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(d.x[m], d.x[0])) / arm2;
+        turning2 = SPRINGLS__W(select)(arm2 > 1e-4f, SPRINGLS__W(max)(turning2, share2), turning2);
     }
-    rate2 = SPRINGLS__W(min)(rate2, SPRINGLS__W(broadcast)(1.0f));
-    r = SPRINGLS__W(sqrt)(error * error + r * r) + order * rate2 * rate2 * SPRINGLS__W(sqrt)(length2) + d.error;
+    return turning2;
+}
+
+/* Returns the error of a springl's correspondence after its points have moved by d: adds d.error, the error of a motion that
+   turns or stretches as this one does, and that of rounding. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error, SPRINGLS__W(movers) at, SPRINGLS__W(movers) d,
+                                                             SPRINGLS__NUM turning2)
+{
+    const float order = 1.0f / 60.0f, rounding = 2e-7f;
+    SPRINGLS__NUM length2 = SPRINGLS__W(length2)(d.x[0]);
+    SPRINGLS__NUM r = rounding * SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].x),
+                                                  SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].y), SPRINGLS__W(fabs)(at.x[0].z)));
+    turning2 = SPRINGLS__W(min)(turning2, SPRINGLS__W(broadcast)(1.0f));
+    r = SPRINGLS__W(sqrt)(error * error + r * r) + order * turning2 * turning2 * SPRINGLS__W(sqrt)(length2) + d.error;
     return SPRINGLS__W(select)(length2 > 0.0f, r, error);
 }
 
 /* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far
-   each moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of
-   their correspondences so far. */
+   each moves and turns, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite.
+   error: of their correspondences so far. */
 SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,
                                                     SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)
 {
-    SPRINGLS__NUM particle2, largest2;
+    SPRINGLS__NUM particle2, largest2, turning2;
     SPRINGLS__COND finite;
     SPRINGLS__W(springl) s;
     float squares[2][SPRINGLS__WIDTH];
@@ -5253,7 +5263,9 @@ SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model
         springls__is_moving(model)[first + lane] = springls__how_far(squares[0][lane], squares[1][lane]);
     particle2 = SPRINGLS__W(select)(finite, particle2, SPRINGLS__W(broadcast)(FLT_MAX));
     SPRINGLS__W(store)(springls__displacement2(model) + first, particle2);
-    if (!rule->euler) error = SPRINGLS__W(error_of_motion)(error, at, d);
+    turning2 = SPRINGLS__W(turned2)(at, d);
+    if (!rule->euler) error = SPRINGLS__W(error_of_motion)(error, at, d, turning2);
+    SPRINGLS__W(store)(springls__turning2(model) + first, turning2);
     SPRINGLS__W(store)(springls__moved_error(model) + first, error);
     s.p = SPRINGLS__W(add)(at.x[0], d.x[0]);
     for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(add)(at.x[m + 1], d.x[m + 1]);
@@ -5555,32 +5567,41 @@ SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(corrected)(const springls__gri
     return d;
 }
 
-/* Returns the error of a springl's correspondence after its points have moved by d: adds d.error, the error of a motion that
-   turns or stretches as this one does, and that of rounding. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error, SPRINGLS__W(movers) at, SPRINGLS__W(movers) d)
+/* Returns the square of how far a springl turns or stretches when its points move by d: the largest displacement of a vertex
+   relative to the particle, as a share of their distance. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(turned2)(SPRINGLS__W(movers) at, SPRINGLS__W(movers) d)
 {
-    const float order = 1.0f / 60.0f, rounding = 2e-7f;
-    SPRINGLS__NUM length2 = SPRINGLS__W(length2)(d.x[0]), rate2 = SPRINGLS__W(broadcast)(0.0f);
-    SPRINGLS__NUM r = rounding * SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].x),
-                                                  SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].y), SPRINGLS__W(fabs)(at.x[0].z)));
+    SPRINGLS__NUM turning2 = SPRINGLS__W(broadcast)(0.0f);
     int m;
     for (m = 1; m < SPRINGLS__MOVERS; m++) {
         SPRINGLS__NUM arm2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(at.x[m], at.x[0]));
-        SPRINGLS__NUM rate = SPRINGLS__W(length2)(SPRINGLS__W(sub)(d.x[m], d.x[0])) / arm2;
-        rate2 = SPRINGLS__W(select)(arm2 > 1e-4f, SPRINGLS__W(max)(rate2, rate), rate2);
+        SPRINGLS__NUM share2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(d.x[m], d.x[0])) / arm2;
+        turning2 = SPRINGLS__W(select)(arm2 > 1e-4f, SPRINGLS__W(max)(turning2, share2), turning2);
     }
-    rate2 = SPRINGLS__W(min)(rate2, SPRINGLS__W(broadcast)(1.0f));
-    r = SPRINGLS__W(sqrt)(error * error + r * r) + order * rate2 * rate2 * SPRINGLS__W(sqrt)(length2) + d.error;
+    return turning2;
+}
+
+/* Returns the error of a springl's correspondence after its points have moved by d: adds d.error, the error of a motion that
+   turns or stretches as this one does, and that of rounding. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error, SPRINGLS__W(movers) at, SPRINGLS__W(movers) d,
+                                                             SPRINGLS__NUM turning2)
+{
+    const float order = 1.0f / 60.0f, rounding = 2e-7f;
+    SPRINGLS__NUM length2 = SPRINGLS__W(length2)(d.x[0]);
+    SPRINGLS__NUM r = rounding * SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].x),
+                                                  SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].y), SPRINGLS__W(fabs)(at.x[0].z)));
+    turning2 = SPRINGLS__W(min)(turning2, SPRINGLS__W(broadcast)(1.0f));
+    r = SPRINGLS__W(sqrt)(error * error + r * r) + order * turning2 * turning2 * SPRINGLS__W(sqrt)(length2) + d.error;
     return SPRINGLS__W(select)(length2 > 0.0f, r, error);
 }
 
 /* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far
-   each moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of
-   their correspondences so far. */
+   each moves and turns, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite.
+   error: of their correspondences so far. */
 SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,
                                                     SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)
 {
-    SPRINGLS__NUM particle2, largest2;
+    SPRINGLS__NUM particle2, largest2, turning2;
     SPRINGLS__COND finite;
     SPRINGLS__W(springl) s;
     float squares[2][SPRINGLS__WIDTH];
@@ -5599,7 +5620,9 @@ SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model
         springls__is_moving(model)[first + lane] = springls__how_far(squares[0][lane], squares[1][lane]);
     particle2 = SPRINGLS__W(select)(finite, particle2, SPRINGLS__W(broadcast)(FLT_MAX));
     SPRINGLS__W(store)(springls__displacement2(model) + first, particle2);
-    if (!rule->euler) error = SPRINGLS__W(error_of_motion)(error, at, d);
+    turning2 = SPRINGLS__W(turned2)(at, d);
+    if (!rule->euler) error = SPRINGLS__W(error_of_motion)(error, at, d, turning2);
+    SPRINGLS__W(store)(springls__turning2(model) + first, turning2);
     SPRINGLS__W(store)(springls__moved_error(model) + first, error);
     s.p = SPRINGLS__W(add)(at.x[0], d.x[0]);
     for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(add)(at.x[m + 1], d.x[m + 1]);
@@ -5748,6 +5771,8 @@ typedef enum springls__late_count {
     SPRINGLS__COUNT_NOW, /* read at once */
     SPRINGLS__COUNT_LARGEST,
     SPRINGLS__COUNT_ABOVE_LIMIT,
+    SPRINGLS__COUNT_TURNING,
+    SPRINGLS__COUNT_TURNING_ABOVE_LIMIT, /* not used: comes with the one before it */
     SPRINGLS__COUNT_DISPLACEMENT,
     SPRINGLS__COUNT_DISPLACED,
     SPRINGLS__COUNT_OPPOSED,
@@ -5842,6 +5867,7 @@ typedef struct springls__motion {
     int *listed;            /* the springls in it, ascending; NULL: all                                         */
     int count;              /* how many springls the forces act on                                              */
     float moved;            /* the largest displacement of a particle, voxels; negative: not finite             */
+    float turned;           /* how far a springl turns or stretches at most: see springls__turned2              */
     bool still;             /* no point has moved at all                                                        */
     int moving;
 } springls__motion;
@@ -5851,7 +5877,7 @@ typedef struct springls__saved_level_set {
     springls__buffer memory; /* SPRINGLS__SAVED_BITS, one after the other                                       */
     springls__table table;
     int active_count, free_count, slot_count, some_asleep;
-    float lag, away;
+    float lag, lag_turned, away;
     bool opposed, in_use;
 } springls__saved_level_set;
 
@@ -5882,6 +5908,7 @@ typedef struct springls__stepping {
     double end_time;        /* of the step                                                                      */
     float time_left;        /* of dt; 0 where the step is not cut into sub-steps                                */
     float longest_substep;  /* that the force permits                                                           */
+    float longest_displacement; /* of a particle in the next sub-step, voxels                                   */
     float expected;         /* largest displacement in the next sub-step, voxels; 0: not known                  */
     int substeps;           /* so far                                                                           */
     bool resamples;         /* this sub-step contracts and resamples                                            */
@@ -5936,6 +5963,7 @@ struct springls_context {
     int iteration;          /* k of Algorithm 2                                                                 */
     float lag;              /* voxels that springls have moved at most, in lazy steps, since phi last followed; FLT_MAX:
                                they have been moved otherwise, and phi follows in the next step                 */
+    float lag_turned;       /* the same of how far springls have turned: the sum of motion.turned                */
     float away;             /* voxels: no particle is further from its synced_position; FLT_MAX: not known      */
     bool opposed;           /* the model may have thin sheets or gaps, whose sides are near one voxel           */
     springls__saved_level_set saved;
@@ -11716,8 +11744,8 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
 /* Lists kernels that have springls__name_elements besides, for several elements at once, which C calls. */
 #define SPRINGLS__SIMD_KERNELS(X)                                                                                                \
     X(displace, 128,                                                                                                             \
-      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(moved_error)                   \
-          | SPRINGLS__ROLE_BIT(is_moving))                                                                                       \
+      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \
+          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(is_moving))                                                                                       \
     X(relax, 128, SPRINGLS__ROLE_BIT(relaxed_springls))
 
 /* Lists kernels that only a device has, where work items do together what one loop does in C (collectives.cl, regions.cl): name,
@@ -12565,7 +12593,7 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
 SPRINGLS__FN void springls__mark_phi_synced(springls_context *ctx)
 {
     springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, NULL);
-    ctx->lag = 0.0f;
+    ctx->lag = ctx->lag_turned = 0.0f;
     ctx->away = SPRINGLS__REST; /* of springls that are asleep */
 }
 
@@ -13372,7 +13400,7 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     ctx->component_count = ctx->event_count = ctx->event_part_count = 0;
     ctx->last_component_id = ctx->last_contact_body = 0;
     ctx->components_found = ctx->volumes_locked = false;
-    ctx->lag = 0.0f;
+    ctx->lag = ctx->lag_turned = 0.0f;
     ctx->away = FLT_MAX;
     ctx->opposed = true;
     ctx->saved.in_use = false;
@@ -14008,15 +14036,18 @@ SPRINGLS__FN springls_status springls__displace_in_blocks(springls__motion *moti
     return SPRINGLS_OK;
 }
 
-/* Finds, after that, how many particles move, and the largest displacement; a negative number when that of a point is not
-   finite. */
+/* Finds, after that, how many particles move, the largest displacement, a negative number when that of a point is not finite,
+   and how far springls turn. */
 SPRINGLS__FN void springls__displaced(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
-    springls__largest largest =
-        springls__find_largest(ctx, SPRINGLS__ROLE_ARRAY(displacement2), motion->count, SPRINGLS__MOVING2);
+    springls__largest largest;
+    springls__largest_later(ctx, SPRINGLS__COUNT_LARGEST, SPRINGLS__ROLE_ARRAY(displacement2), motion->count, SPRINGLS__MOVING2);
+    springls__largest_later(ctx, SPRINGLS__COUNT_TURNING, SPRINGLS__ROLE_ARRAY(turning2), motion->count, FLT_MAX);
+    largest = springls__largest_found(ctx, SPRINGLS__COUNT_LARGEST);
     motion->moved = largest.value < 1e18f ? springls__sqrt(largest.value) : -1.0f;
     motion->moving = largest.more;
+    motion->turned = springls__sqrt(springls__largest_found(ctx, SPRINGLS__COUNT_TURNING).value);
     motion->still = largest.value == 0.0f
         && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), motion->count, SPRINGLS__MOVED_NOT) == motion->count;
 }
@@ -14103,6 +14134,7 @@ SPRINGLS__FN springls_status springls__displace_all(springls__motion *motion)
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, moved_springls, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, moved_error, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement2, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, turning2, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, is_moving, count));
     if (ctx->on_device) SPRINGLS__TRY(springls__reserve_counts(ctx));
     if (by_kernel && ctx->on_device) {
@@ -17917,6 +17949,7 @@ SPRINGLS__FN springls_status springls__save_level_set(springls_context *ctx)
     saved->slot_count = ctx->model.grid.slot_count;
     saved->some_asleep = ctx->model.grid.some_asleep;
     saved->lag = ctx->lag;
+    saved->lag_turned = ctx->lag_turned;
     saved->away = ctx->away;
     saved->opposed = ctx->opposed;
     saved->in_use = true;
@@ -17935,6 +17968,7 @@ SPRINGLS__FN void springls__end_reading(springls_context *ctx)
     springls__copy_saved(ctx, (char *)saved->memory.data, true);
     ctx->model.grid.some_asleep = saved->some_asleep;
     ctx->lag = saved->lag;
+    ctx->lag_turned = saved->lag_turned;
     ctx->away = saved->away;
     ctx->opposed = saved->opposed;
     ctx->at_rest = false;
@@ -17981,9 +18015,11 @@ SPRINGLS__FN springls_status springls__change_level_set(springls_context *ctx)
 
 /* ---- conditions of entries ---- */
 
-SPRINGLS__FN bool springls__resample_due(const springls_context *ctx, int iteration)
+/* Returns true when resampling is due in a whole step that counts as so many. */
+SPRINGLS__FN bool springls__resample_due(const springls_context *ctx, int counts_as)
 {
-    return iteration % ctx->model.params.resample_period == 0;
+    const int period = ctx->model.params.resample_period;
+    return ctx->iteration % period + counts_as >= period;
 }
 
 SPRINGLS__FN bool springls__locks_volume(const springls_context *ctx) { return ctx->model.params.volume_lock != 0; }
@@ -18009,7 +18045,7 @@ SPRINGLS__FN bool springls__components_outdated(const springls_context *ctx)
 /* Returns true when contract will use phi as it was before the springls moved. */
 SPRINGLS__FN bool springls__needs_phi_before(const springls_context *ctx)
 {
-    return !ctx->step.desc.one_to_one && !ctx->model.params.resample_last && springls__resample_due(ctx, ctx->iteration + 1);
+    return !ctx->step.desc.one_to_one && !ctx->model.params.resample_last && springls__resample_due(ctx, 1);
 }
 
 SPRINGLS__FN bool springls__resamples(const springls_context *ctx) { return ctx->step.resamples; }
@@ -18042,12 +18078,17 @@ SPRINGLS__FN bool springls__vertices_flow(const springls_context *ctx)
         && (forces->velocity || forces->velocity_batch || forces->velocity_grid.data);
 }
 
+/* Returns true when a flow keeps springls in order until they are resampled: it turns them as it turns the surface. */
+SPRINGLS__FN bool springls__flow_keeps_order(const springls_context *ctx)
+{
+    return ctx->model.params.cover && !ctx->step.desc.one_to_one && springls__vertices_flow(ctx);
+}
+
 /* Returns true when relax runs whole, shares of the surface too, before phi follows. Springls that cover do that after resampling
-   instead; while a flow turns them they need it on resampling steps alone, unless they are at edges. */
+   instead. */
 SPRINGLS__FN bool springls__relaxes(const springls_context *ctx)
 {
-    if (springls__covers_again(ctx)) return false;
-    return !ctx->model.params.cover || ctx->step.desc.one_to_one || ctx->model.set.at_edges > 0 || !springls__vertices_flow(ctx);
+    return !springls__covers_again(ctx) && !springls__flow_keeps_order(ctx);
 }
 
 SPRINGLS__FN bool springls__phi_is_from_springls(const springls_context *ctx) { return ctx->step.phi_from_springls; }
@@ -18073,18 +18114,31 @@ SPRINGLS__FN bool springls__must_catch_up(const springls_context *ctx)
         && (!springls__may_be_lazy(ctx) || ctx->lag + ctx->step.expected > ctx->model.grid.far_value);
 }
 
-/* Returns true when springls may move once more, as far as just now, before phi follows. The sides of thin sheets and gaps may
-   move against each other, and phi would lose what is between them: they are followed more closely. */
-SPRINGLS__FN bool springls__stays_lazy(const springls_context *ctx)
+/* Returns how far springls may move before phi follows, voxels. The sides of thin sheets and gaps may move against each other,
+   and phi would lose what is between them: they are followed more closely. */
+SPRINGLS__FN float springls__lazy_limit(const springls_context *ctx)
 {
-    const float closely = 0.15f;
-    float limit = ctx->opposed ? springls__min(closely, ctx->model.params.lazy_distance) : ctx->model.params.lazy_distance;
-    return springls__may_be_lazy(ctx) && ctx->motion.moved > 0.0f && ctx->lag + 2.0f * ctx->motion.moved <= limit;
+    const float closely = 0.15f, sure = 0.5f; /* leaves room in the band that phi is known in */
+    float limit = springls__min(ctx->model.params.lazy_distance, ctx->model.grid.far_value - sure);
+    return ctx->opposed ? springls__min(closely, limit) : limit;
 }
 
+/* How far springls may turn or stretch before phi follows: see springls__turning2. */
+#define SPRINGLS__LAZY_TURN 0.2f
+
+/* Returns true when springls may move and turn once more, as far as just now, before phi follows. */
+SPRINGLS__FN bool springls__stays_lazy(const springls_context *ctx)
+{
+    const springls__motion *motion = &ctx->motion;
+    return springls__may_be_lazy(ctx) && motion->moved > 0.0f && ctx->lag + 2.0f * motion->moved <= springls__lazy_limit(ctx)
+        && ctx->lag_turned + 2.0f * motion->turned <= SPRINGLS__LAZY_TURN;
+}
+
+/* Returns true when edges are to be found again, and springls kept at them. */
 SPRINGLS__FN bool springls__has_edges(const springls_context *ctx)
 {
-    return ctx->model.params.keep_edges && ctx->model.set.at_edges > 0;
+    return ctx->model.params.keep_edges && ctx->model.set.at_edges > 0
+        && (ctx->step.resamples || !springls__flow_keeps_order(ctx));
 }
 
 SPRINGLS__FN bool springls__carries(const springls_context *ctx)
@@ -18141,11 +18195,23 @@ SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
     }
     if (!springls__components_enabled(ctx)) springls__clear_components(ctx);
     SPRINGLS__TRY(springls__motion_begin(ctx, &step->forces, (float)ctx->time, dt));
-    ctx->motion.max_displacement = step->time_left > 0.0f ? step->desc.max_displacement * 1.0001f : 0.0f;
+    ctx->motion.max_displacement = step->time_left > 0.0f ? step->longest_displacement * 1.0001f : 0.0f;
     ctx->motion.stop_at_topology = step->desc.stop_at_topology;
     if (step->desc.mode != SPRINGLS_MODE_ADVECT_ONLY)
         ctx->motion.rule.smoothing = springls__smoothing(&ctx->model.params, step->desc.max_displacement);
     return SPRINGLS_OK;
+}
+
+/* Returns how far a particle may move in a sub-step, voxels: max_displacement, or where phi may stay behind an equal part of the
+   way until it follows. Springls turn with the way as in the motion that was measured last. */
+SPRINGLS__FN float springls__longest_displacement(const springls_context *ctx)
+{
+    const float even = 0.995f; /* parts differ a little */
+    const springls__motion *motion = &ctx->motion;
+    float longest = ctx->step.desc.max_displacement, limit = even * springls__lazy_limit(ctx), part;
+    if (!springls__may_be_lazy(ctx) || limit <= longest) return longest;
+    part = limit / (springls__floor(limit / longest * 0.9999f) + 1.0f);
+    return 2.0f * part * motion->turned <= SPRINGLS__LAZY_TURN * motion->moved ? part : longest;
 }
 
 /* Ends the step, or begins another sub-step: as long as the displacement of the last one permits, at most half as long again. */
@@ -18153,13 +18219,14 @@ SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
 {
     const float growth = 1.5f;
     springls__stepping *step = &ctx->step;
-    float longest = step->desc.max_displacement, moved = ctx->motion.moved;
+    float longest = springls__longest_displacement(ctx), moved = ctx->motion.moved;
     if (step->time_left == 0.0f) {
         step->active = false;
         return SPRINGLS_OK;
     }
     step->time_left = (float)(step->end_time - ctx->time);
     step->longest_substep = ctx->motion.dt * (growth * moved > longest ? longest / moved : growth);
+    step->longest_displacement = longest;
     step->expected = springls__min(growth * moved, longest);
     if (step->time_left > 1e-6f * step->desc.dt) {
         step->next = step->algorithm;
@@ -18173,6 +18240,25 @@ SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
 /* What is left of a lazy sub-step when springls have moved. */
 static const springls__step_entry springls__lazy_end[] = { { SPRINGLS__ENTRY_RUN, -1, NULL, springls__substep_end } };
 
+/* Returns how many steps of resample_period a whole step counts as: one for each two voxels that springls have moved since the
+   one before. Without resample_last, 1: contract has to know before they move. */
+SPRINGLS__FN int springls__counts_as(const springls_context *ctx)
+{
+    const float usual = 2.0f;
+    float moved = springls__phi_lags(ctx) ? ctx->lag + ctx->motion.moved : ctx->motion.moved;
+    return ctx->model.params.resample_last ? springls__imax(1, (int)(moved / usual + 0.5f)) : 1;
+}
+
+/* Counts a whole step, and decides whether springls are resampled in it. */
+SPRINGLS__FN void springls__count_whole_step(springls_context *ctx)
+{
+    int counts_as = springls__counts_as(ctx);
+    bool due = springls__resample_due(ctx, counts_as);
+    ctx->iteration += counts_as;
+    if (due) ctx->iteration -= ctx->iteration % ctx->model.params.resample_period;
+    ctx->step.resamples = due && !ctx->step.desc.one_to_one;
+}
+
 /* Counts the sub-step whose springls have just moved, and decides what it does from here on. */
 SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
 {
@@ -18181,12 +18267,12 @@ SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
     ctx->model.set.step = (uint32_t)ctx->stats.steps & 0x3fffffffu;
     if (springls__stays_lazy(ctx)) {
         ctx->lag += ctx->motion.moved;
+        ctx->lag_turned += ctx->motion.turned;
         ctx->step.next = springls__lazy_end;
         return SPRINGLS_OK;
     }
     if (ctx->step.desc.mode == SPRINGLS_MODE_ADVECT_ONLY) ctx->lag = FLT_MAX;
-    ctx->iteration++;
-    ctx->step.resamples = !ctx->step.desc.one_to_one && springls__resample_due(ctx, ctx->iteration);
+    springls__count_whole_step(ctx);
     ctx->step.phi_from_springls = ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC;
     return SPRINGLS_OK;
 }
@@ -18255,11 +18341,13 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
         return springls__next_phase(ctx, SPRINGLS__PLAN_DECIDE);
     }
     SPRINGLS__TRY(springls__max_speed_end(ctx, "step", &speed));
-    step->expected = desc->dt > 0.0f ? springls__min(speed * desc->dt, limit) : limit;
     if (desc->dt == 0.0f) { /* section 4.8: dt = d_max / f_max */
+        step->expected = limit;
         step->longest_substep = speed > 1e-6f ? limit / speed : 0.0f;
         return SPRINGLS_OK;
     }
+    limit = step->longest_displacement = springls__longest_displacement(ctx);
+    step->expected = springls__min(speed * desc->dt, limit);
     if (!(speed * desc->dt <= (float)SPRINGLS__MAX_SUBSTEPS * limit))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps of max_displacement",
                               SPRINGLS__MAX_SUBSTEPS);
@@ -18711,7 +18799,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.placement = SPRINGLS_PLACEMENT_QUADRATIC;
     p.evolve_iterations = 0;
     p.carry_level_set = 1;
-    p.lazy_distance = 2.1f;
+    p.lazy_distance = 3.5f;
     p.project_level_set = 1;
     p.nucleate = 1;
     p.fill_from_springls = 1;
@@ -18759,7 +18847,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     REAL(evolve_width, 0.5, 3)                                                                                                   \
     REAL(curvature, -0.2, 0.2)                                                                                                   \
     INTEGER(carry_level_set, 0, 1)                                                                                               \
-    REAL(lazy_distance, 0, 3)                                                                                                    \
+    REAL(lazy_distance, 0, 6)                                                                                                    \
     INTEGER(project_level_set, 0, 1)                                                                                             \
     INTEGER(nucleate, 0, 1)                                                                                                      \
     INTEGER(keep_edges, 0, 1)                                                                                                    \
@@ -24713,7 +24801,8 @@ SPRINGLS__FN void springls__code_attribute(springls__coder *c, springls__attribu
     X(int32_t, volumes_locked) X(uint32_t, last_component_id) X(uint32_t, last_contact_body)                                     \
     X(int32_t, reference_bricks) X(int32_t, original) X(int32_t, given) X(int32_t, has_source)                                   \
     X(int32_t, steps) X(int64_t, added) X(int64_t, split) X(int64_t, removed) X(int64_t, reshaped) X(int64_t, refused)           \
-    X(float, volume_correction) X(float, largest_displacement) X(float, moving_share) X(float, lag) X(int32_t, opposed)          \
+    X(float, volume_correction) X(float, largest_displacement) X(float, moving_share) X(float, lag) X(float, lag_turned)         \
+    X(int32_t, opposed)                                                                                                          \
     X(int64_t, left) X(int32_t, window_x) X(int32_t, window_y) X(int32_t, window_z)                                              \
     X(int32_t, original_window_x) X(int32_t, original_window_y) X(int32_t, original_window_z)                                    \
     X(int32_t, inside_runs) X(int32_t, reference_inside_runs)
@@ -25058,6 +25147,7 @@ SPRINGLS__FN void springls__snapshot_fill(springls_context *ctx, springls_snapsh
     s->params = ctx->model.params;
     s->iteration = ctx->iteration;
     s->lag = ctx->lag;
+    s->lag_turned = ctx->lag_turned;
     s->opposed = ctx->opposed;
     s->springls = ctx->model.set.count;
     s->at_edges = ctx->model.set.at_edges;
@@ -25374,7 +25464,7 @@ SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
     if (s->inside_runs < 0 || s->reference_inside_runs < 0) return false;
     if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return false;
     if (!springls__flag_good(s->has_source) || !springls__flag_good(s->components_found)) return false;
-    if (!(s->lag >= 0.0f) || !springls__flag_good(s->opposed)) return false;
+    if (!(s->lag >= 0.0f) || !(s->lag_turned >= 0.0f) || !springls__flag_good(s->opposed)) return false;
     if (!springls__offset_good(s->window_x, s->window_y, s->window_z)
         || !springls__offset_good(s->original_window_x, s->original_window_y, s->original_window_z)) return false;
     if (!springls__flag_good(s->components_fresh) || !springls__flag_good(s->volumes_locked)) return false;
@@ -25834,6 +25924,7 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->time = s->time;
     ctx->iteration = s->iteration;
     ctx->lag = s->lag;
+    ctx->lag_turned = s->lag_turned;
     ctx->away = FLT_MAX;
     ctx->opposed = s->opposed != 0;
     ctx->saved.in_use = false;
@@ -26857,6 +26948,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* advect */                                                                                                                 \\\n",
     "    X(moved_springls, springls__springl, 0)     /* springls after a motion; trades places with S                              */ \\\n",
     "    X(displacement2, float, 1)                  /* of the particle, squared; FLT_MAX: not finite                              */ \\\n",
+    "    X(turning2, float, 2)                       /* of a springl: see springls__turned2                                        */ \\\n",
     "    X(moved_error, float, 4)                    /* ERROR after a motion; trades places with it                                */ \\\n",
     "    X(is_moving, uint8_t, 3)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \\\n",
     "    /* window */                                                                                                                 \\\n",
@@ -26934,7 +27026,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 2813 \"springls.h\"\n",
+    "#line 2814 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -26946,7 +27038,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2825 \"springls.h\"\n",
+    "#line 2826 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26961,7 +27053,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2841 \"springls.h\"\n",
+    "#line 2842 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -27005,7 +27097,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2885 \"springls.h\"\n",
+    "#line 2886 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27020,7 +27112,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2900 \"springls.h\"\n",
+    "#line 2901 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -27064,7 +27156,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2944 \"springls.h\"\n",
+    "#line 2945 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -27143,7 +27235,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3023 \"springls.h\"\n",
+    "#line 3024 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27158,7 +27250,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 3039 \"springls.h\"\n",
+    "#line 3040 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -27225,7 +27317,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3106 \"springls.h\"\n",
+    "#line 3107 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27240,7 +27332,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3121 \"springls.h\"\n",
+    "#line 3122 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -27307,7 +27399,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3189 \"springls.h\"\n",
+    "#line 3190 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -27673,7 +27765,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3556 \"springls.h\"\n",
+    "#line 3557 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -28312,7 +28404,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4196 \"springls.h\"\n",
+    "#line 4197 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -28573,7 +28665,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4458 \"springls.h\"\n",
+    "#line 4459 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -28810,7 +28902,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Returns how many terms a number of neighbors is enough for: a quadratic's with ten or more, a plane's with four or more. */\n",
     "SPRINGLS__MATHS int springls__fit_terms(float count) { return count >= 10.0f ? 6 : count >= 4.0f ? 3 : 0; }\n",
-    "#line 4696 \"springls.h\"\n",
+    "#line 4697 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -28929,7 +29021,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 4816 \"springls.h\"\n",
+    "#line 4817 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -29079,7 +29171,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;\n",
     "}\n",
     "\n",
-    "#line 4966 \"springls.h\"\n",
+    "#line 4967 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29094,7 +29186,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4982 \"springls.h\"\n",
+    "#line 4983 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -29325,32 +29417,41 @@ static const char *const springls__kernel_lines[] = {
     "    return d;\n",
     "}\n",
     "\n",
-    "/* Returns the error of a springl's correspondence after its points have moved by d: adds d.error, the error of a motion that\n",
-    "   turns or stretches as this one does, and that of rounding. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error, SPRINGLS__W(movers) at, SPRINGLS__W(movers) d)\n",
+    "/* Returns the square of how far a springl turns or stretches when its points move by d: the largest displacement of a vertex\n",
+    "   relative to the particle, as a share of their distance. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(turned2)(SPRINGLS__W(movers) at, SPRINGLS__W(movers) d)\n",
     "{\n",
-    "    const float order = 1.0f / 60.0f, rounding = 2e-7f;\n",
-    "    SPRINGLS__NUM length2 = SPRINGLS__W(length2)(d.x[0]), rate2 = SPRINGLS__W(broadcast)(0.0f);\n",
-    "    SPRINGLS__NUM r = rounding * SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].x),\n",
-    "                                                  SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].y), SPRINGLS__W(fabs)(at.x[0].z)));\n",
+    "    SPRINGLS__NUM turning2 = SPRINGLS__W(broadcast)(0.0f);\n",
     "    int m;\n",
     "    for (m = 1; m < SPRINGLS__MOVERS; m++) {\n",
     "        SPRINGLS__NUM arm2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(at.x[m], at.x[0]));\n",
-    "        SPRINGLS__NUM rate = SPRINGLS__W(length2)(SPRINGLS__W(sub)(d.x[m], d.x[0])) / arm2;\n",
-    "        rate2 = SPRINGLS__W(select)(arm2 > 1e-4f, SPRINGLS__W(max)(rate2, rate), rate2);\n",
+    "        SPRINGLS__NUM share2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(d.x[m], d.x[0])) / arm2;\n",
+    "        turning2 = SPRINGLS__W(select)(arm2 > 1e-4f, SPRINGLS__W(max)(turning2, share2), turning2);\n",
     "    }\n",
-    "    rate2 = SPRINGLS__W(min)(rate2, SPRINGLS__W(broadcast)(1.0f));\n",
-    "    r = SPRINGLS__W(sqrt)(error * error + r * r) + order * rate2 * rate2 * SPRINGLS__W(sqrt)(length2) + d.error;\n",
+    "    return turning2;\n",
+    "}\n",
+    "\n",
+    "/* Returns the error of a springl's correspondence after its points have moved by d: adds d.error, the error of a motion that\n",
+    "   turns or stretches as this one does, and that of rounding. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error, SPRINGLS__W(movers) at, SPRINGLS__W(movers) d,\n",
+    "                                                             SPRINGLS__NUM turning2)\n",
+    "{\n",
+    "    const float order = 1.0f / 60.0f, rounding = 2e-7f;\n",
+    "    SPRINGLS__NUM length2 = SPRINGLS__W(length2)(d.x[0]);\n",
+    "    SPRINGLS__NUM r = rounding * SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].x),\n",
+    "                                                  SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].y), SPRINGLS__W(fabs)(at.x[0].z)));\n",
+    "    turning2 = SPRINGLS__W(min)(turning2, SPRINGLS__W(broadcast)(1.0f));\n",
+    "    r = SPRINGLS__W(sqrt)(error * error + r * r) + order * turning2 * turning2 * SPRINGLS__W(sqrt)(length2) + d.error;\n",
     "    return SPRINGLS__W(select)(length2 > 0.0f, r, error);\n",
     "}\n",
     "\n",
     "/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far\n",
-    "   each moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of\n",
-    "   their correspondences so far. */\n",
+    "   each moves and turns, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite.\n",
+    "   error: of their correspondences so far. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,\n",
     "                                                    SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)\n",
     "{\n",
-    "    SPRINGLS__NUM particle2, largest2;\n",
+    "    SPRINGLS__NUM particle2, largest2, turning2;\n",
     "    SPRINGLS__COND finite;\n",
     "    SPRINGLS__W(springl) s;\n",
     "    float squares[2][SPRINGLS__WIDTH];\n",
@@ -29369,7 +29470,9 @@ static const char *const springls__kernel_lines[] = {
     "        springls__is_moving(model)[first + lane] = springls__how_far(squares[0][lane], squares[1][lane]);\n",
     "    particle2 = SPRINGLS__W(select)(finite, particle2, SPRINGLS__W(broadcast)(FLT_MAX));\n",
     "    SPRINGLS__W(store)(springls__displacement2(model) + first, particle2);\n",
-    "    if (!rule->euler) error = SPRINGLS__W(error_of_motion)(error, at, d);\n",
+    "    turning2 = SPRINGLS__W(turned2)(at, d);\n",
+    "    if (!rule->euler) error = SPRINGLS__W(error_of_motion)(error, at, d, turning2);\n",
+    "    SPRINGLS__W(store)(springls__turning2(model) + first, turning2);\n",
     "    SPRINGLS__W(store)(springls__moved_error(model) + first, error);\n",
     "    s.p = SPRINGLS__W(add)(at.x[0], d.x[0]);\n",
     "    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(add)(at.x[m + 1], d.x[m + 1]);\n",
@@ -29425,7 +29528,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5313 \"springls.h\"\n",
+    "#line 5325 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29440,7 +29543,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5328 \"springls.h\"\n",
+    "#line 5340 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -29671,32 +29774,41 @@ static const char *const springls__kernel_lines[] = {
     "    return d;\n",
     "}\n",
     "\n",
-    "/* Returns the error of a springl's correspondence after its points have moved by d: adds d.error, the error of a motion that\n",
-    "   turns or stretches as this one does, and that of rounding. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error, SPRINGLS__W(movers) at, SPRINGLS__W(movers) d)\n",
+    "/* Returns the square of how far a springl turns or stretches when its points move by d: the largest displacement of a vertex\n",
+    "   relative to the particle, as a share of their distance. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(turned2)(SPRINGLS__W(movers) at, SPRINGLS__W(movers) d)\n",
     "{\n",
-    "    const float order = 1.0f / 60.0f, rounding = 2e-7f;\n",
-    "    SPRINGLS__NUM length2 = SPRINGLS__W(length2)(d.x[0]), rate2 = SPRINGLS__W(broadcast)(0.0f);\n",
-    "    SPRINGLS__NUM r = rounding * SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].x),\n",
-    "                                                  SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].y), SPRINGLS__W(fabs)(at.x[0].z)));\n",
+    "    SPRINGLS__NUM turning2 = SPRINGLS__W(broadcast)(0.0f);\n",
     "    int m;\n",
     "    for (m = 1; m < SPRINGLS__MOVERS; m++) {\n",
     "        SPRINGLS__NUM arm2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(at.x[m], at.x[0]));\n",
-    "        SPRINGLS__NUM rate = SPRINGLS__W(length2)(SPRINGLS__W(sub)(d.x[m], d.x[0])) / arm2;\n",
-    "        rate2 = SPRINGLS__W(select)(arm2 > 1e-4f, SPRINGLS__W(max)(rate2, rate), rate2);\n",
+    "        SPRINGLS__NUM share2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(d.x[m], d.x[0])) / arm2;\n",
+    "        turning2 = SPRINGLS__W(select)(arm2 > 1e-4f, SPRINGLS__W(max)(turning2, share2), turning2);\n",
     "    }\n",
-    "    rate2 = SPRINGLS__W(min)(rate2, SPRINGLS__W(broadcast)(1.0f));\n",
-    "    r = SPRINGLS__W(sqrt)(error * error + r * r) + order * rate2 * rate2 * SPRINGLS__W(sqrt)(length2) + d.error;\n",
+    "    return turning2;\n",
+    "}\n",
+    "\n",
+    "/* Returns the error of a springl's correspondence after its points have moved by d: adds d.error, the error of a motion that\n",
+    "   turns or stretches as this one does, and that of rounding. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error, SPRINGLS__W(movers) at, SPRINGLS__W(movers) d,\n",
+    "                                                             SPRINGLS__NUM turning2)\n",
+    "{\n",
+    "    const float order = 1.0f / 60.0f, rounding = 2e-7f;\n",
+    "    SPRINGLS__NUM length2 = SPRINGLS__W(length2)(d.x[0]);\n",
+    "    SPRINGLS__NUM r = rounding * SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].x),\n",
+    "                                                  SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].y), SPRINGLS__W(fabs)(at.x[0].z)));\n",
+    "    turning2 = SPRINGLS__W(min)(turning2, SPRINGLS__W(broadcast)(1.0f));\n",
+    "    r = SPRINGLS__W(sqrt)(error * error + r * r) + order * turning2 * turning2 * SPRINGLS__W(sqrt)(length2) + d.error;\n",
     "    return SPRINGLS__W(select)(length2 > 0.0f, r, error);\n",
     "}\n",
     "\n",
     "/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far\n",
-    "   each moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of\n",
-    "   their correspondences so far. */\n",
+    "   each moves and turns, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite.\n",
+    "   error: of their correspondences so far. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,\n",
     "                                                    SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)\n",
     "{\n",
-    "    SPRINGLS__NUM particle2, largest2;\n",
+    "    SPRINGLS__NUM particle2, largest2, turning2;\n",
     "    SPRINGLS__COND finite;\n",
     "    SPRINGLS__W(springl) s;\n",
     "    float squares[2][SPRINGLS__WIDTH];\n",
@@ -29715,7 +29827,9 @@ static const char *const springls__kernel_lines[] = {
     "        springls__is_moving(model)[first + lane] = springls__how_far(squares[0][lane], squares[1][lane]);\n",
     "    particle2 = SPRINGLS__W(select)(finite, particle2, SPRINGLS__W(broadcast)(FLT_MAX));\n",
     "    SPRINGLS__W(store)(springls__displacement2(model) + first, particle2);\n",
-    "    if (!rule->euler) error = SPRINGLS__W(error_of_motion)(error, at, d);\n",
+    "    turning2 = SPRINGLS__W(turned2)(at, d);\n",
+    "    if (!rule->euler) error = SPRINGLS__W(error_of_motion)(error, at, d, turning2);\n",
+    "    SPRINGLS__W(store)(springls__turning2(model) + first, turning2);\n",
     "    SPRINGLS__W(store)(springls__moved_error(model) + first, error);\n",
     "    s.p = SPRINGLS__W(add)(at.x[0], d.x[0]);\n",
     "    for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(add)(at.x[m + 1], d.x[m + 1]);\n",
@@ -29771,7 +29885,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5659 \"springls.h\"\n",
+    "#line 5682 \"springls.h\"\n",
     "\n",
     "/* Finds what becomes of springl i by the forces of the rule. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -29788,7 +29902,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 6259 \"springls.h\"\n",
+    "#line 6287 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -29814,7 +29928,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6286 \"springls.h\"\n",
+    "#line 6314 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -29903,7 +30017,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6376 \"springls.h\"\n",
+    "#line 6404 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -30043,7 +30157,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6517 \"springls.h\"\n",
+    "#line 6545 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -30136,7 +30250,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6611 \"springls.h\"\n",
+    "#line 6639 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -30357,7 +30471,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6833 \"springls.h\"\n",
+    "#line 6861 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -30387,7 +30501,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6863 \"springls.h\"\n",
+    "#line 6891 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30402,7 +30516,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6879 \"springls.h\"\n",
+    "#line 6907 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -30571,7 +30685,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7048 \"springls.h\"\n",
+    "#line 7076 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30586,7 +30700,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7063 \"springls.h\"\n",
+    "#line 7091 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -30755,7 +30869,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7232 \"springls.h\"\n",
+    "#line 7260 \"springls.h\"\n",
     "\n",
     "/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -30809,7 +30923,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7287 \"springls.h\"\n",
+    "#line 7315 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -30835,7 +30949,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7313 \"springls.h\"\n",
+    "#line 7341 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30850,7 +30964,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7329 \"springls.h\"\n",
+    "#line 7357 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -30933,7 +31047,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7412 \"springls.h\"\n",
+    "#line 7440 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30948,7 +31062,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7427 \"springls.h\"\n",
+    "#line 7455 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -31031,7 +31145,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7510 \"springls.h\"\n",
+    "#line 7538 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -31106,7 +31220,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7586 \"springls.h\"\n",
+    "#line 7614 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -31657,7 +31771,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8138 \"springls.h\"\n",
+    "#line 8166 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -31754,7 +31868,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8236 \"springls.h\"\n",
+    "#line 8264 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -31878,7 +31992,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8361 \"springls.h\"\n",
+    "#line 8389 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -32148,7 +32262,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8632 \"springls.h\"\n",
+    "#line 8660 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -32224,7 +32338,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8709 \"springls.h\"\n",
+    "#line 8737 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -32366,7 +32480,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 8852 \"springls.h\"\n",
+    "#line 8880 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -32555,7 +32669,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9042 \"springls.h\"\n",
+    "#line 9070 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -32682,7 +32796,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9170 \"springls.h\"\n",
+    "#line 9198 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -32715,7 +32829,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (others == 0) return 0;\n",
     "    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;\n",
     "}\n",
-    "#line 9204 \"springls.h\"\n",
+    "#line 9232 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -33280,7 +33394,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9770 \"springls.h\"\n",
+    "#line 9798 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -33432,7 +33546,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 9923 \"springls.h\"\n",
+    "#line 9951 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -33536,7 +33650,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10028 \"springls.h\"\n",
+    "#line 10056 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -33633,7 +33747,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10126 \"springls.h\"\n",
+    "#line 10154 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -34179,7 +34293,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10673 \"springls.h\"\n",
+    "#line 10701 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -34255,7 +34369,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10750 \"springls.h\"\n",
+    "#line 10778 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -34491,7 +34605,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 10987 \"springls.h\"\n",
+    "#line 11015 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -34524,7 +34638,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11021 \"springls.h\"\n",
+    "#line 11049 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -34549,14 +34663,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11047 \"springls.h\"\n",
+    "#line 11075 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11054 \"springls.h\"\n",
+    "#line 11082 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34571,7 +34685,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 11070 \"springls.h\"\n",
+    "#line 11098 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -34701,7 +34815,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11200 \"springls.h\"\n",
+    "#line 11228 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34716,7 +34830,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11215 \"springls.h\"\n",
+    "#line 11243 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -34846,7 +34960,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11346 \"springls.h\"\n",
+    "#line 11374 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -35137,7 +35251,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11638 \"springls.h\"\n",
+    "#line 11666 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -35219,8 +35333,8 @@ static const char *const springls__kernel_lines[] = {
     "/* Lists kernels that have springls__name_elements besides, for several elements at once, which C calls. */\n",
     "#define SPRINGLS__SIMD_KERNELS(X)                                                                                                \\\n",
     "    X(displace, 128,                                                                                                             \\\n",
-    "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(moved_error)                   \\\n",
-    "          | SPRINGLS__ROLE_BIT(is_moving))                                                                                       \\\n",
+    "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
+    "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(is_moving))                                                                                       \\\n",
     "    X(relax, 128, SPRINGLS__ROLE_BIT(relaxed_springls))\n",
     "\n",
     "/* Lists kernels that only a device has, where work items do together what one loop does in C (collectives.cl, regions.cl): name,\n",
@@ -35237,7 +35351,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 35241 \"springls.h\"\n",
+    "#line 35355 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

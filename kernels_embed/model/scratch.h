@@ -15,6 +15,7 @@
     /* advect */                                                                                                                 \
     X(moved_springls, springls__springl, 0)     /* springls after a motion; trades places with S                              */ \
     X(displacement2, float, 1)                  /* of the particle, squared; FLT_MAX: not finite                              */ \
+    X(turning2, float, 2)                       /* of a springl: see springls__turned2                                        */ \
     X(moved_error, float, 4)                    /* ERROR after a motion; trades places with it                                */ \
     X(is_moving, uint8_t, 3)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \
     /* window */                                                                                                                 \

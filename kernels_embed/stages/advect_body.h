@@ -228,32 +228,41 @@ SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(corrected)(const springls__gri
     return d;
 }
 
-/* Returns the error of a springl's correspondence after its points have moved by d: adds d.error, the error of a motion that
-   turns or stretches as this one does, and that of rounding. */
-SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error, SPRINGLS__W(movers) at, SPRINGLS__W(movers) d)
+/* Returns the square of how far a springl turns or stretches when its points move by d: the largest displacement of a vertex
+   relative to the particle, as a share of their distance. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(turned2)(SPRINGLS__W(movers) at, SPRINGLS__W(movers) d)
 {
-    const float order = 1.0f / 60.0f, rounding = 2e-7f;
-    SPRINGLS__NUM length2 = SPRINGLS__W(length2)(d.x[0]), rate2 = SPRINGLS__W(broadcast)(0.0f);
-    SPRINGLS__NUM r = rounding * SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].x),
-                                                  SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].y), SPRINGLS__W(fabs)(at.x[0].z)));
+    SPRINGLS__NUM turning2 = SPRINGLS__W(broadcast)(0.0f);
     int m;
     for (m = 1; m < SPRINGLS__MOVERS; m++) {
         SPRINGLS__NUM arm2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(at.x[m], at.x[0]));
-        SPRINGLS__NUM rate = SPRINGLS__W(length2)(SPRINGLS__W(sub)(d.x[m], d.x[0])) / arm2;
-        rate2 = SPRINGLS__W(select)(arm2 > 1e-4f, SPRINGLS__W(max)(rate2, rate), rate2);
+        SPRINGLS__NUM share2 = SPRINGLS__W(length2)(SPRINGLS__W(sub)(d.x[m], d.x[0])) / arm2;
+        turning2 = SPRINGLS__W(select)(arm2 > 1e-4f, SPRINGLS__W(max)(turning2, share2), turning2);
     }
-    rate2 = SPRINGLS__W(min)(rate2, SPRINGLS__W(broadcast)(1.0f));
-    r = SPRINGLS__W(sqrt)(error * error + r * r) + order * rate2 * rate2 * SPRINGLS__W(sqrt)(length2) + d.error;
+    return turning2;
+}
+
+/* Returns the error of a springl's correspondence after its points have moved by d: adds d.error, the error of a motion that
+   turns or stretches as this one does, and that of rounding. */
+SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error, SPRINGLS__W(movers) at, SPRINGLS__W(movers) d,
+                                                             SPRINGLS__NUM turning2)
+{
+    const float order = 1.0f / 60.0f, rounding = 2e-7f;
+    SPRINGLS__NUM length2 = SPRINGLS__W(length2)(d.x[0]);
+    SPRINGLS__NUM r = rounding * SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].x),
+                                                  SPRINGLS__W(max)(SPRINGLS__W(fabs)(at.x[0].y), SPRINGLS__W(fabs)(at.x[0].z)));
+    turning2 = SPRINGLS__W(min)(turning2, SPRINGLS__W(broadcast)(1.0f));
+    r = SPRINGLS__W(sqrt)(error * error + r * r) + order * turning2 * turning2 * SPRINGLS__W(sqrt)(length2) + d.error;
     return SPRINGLS__W(select)(length2 > 0.0f, r, error);
 }
 
 /* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far
-   each moves, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite. error: of
-   their correspondences so far. */
+   each moves and turns, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite.
+   error: of their correspondences so far. */
 SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,
                                                     SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)
 {
-    SPRINGLS__NUM particle2, largest2;
+    SPRINGLS__NUM particle2, largest2, turning2;
     SPRINGLS__COND finite;
     SPRINGLS__W(springl) s;
     float squares[2][SPRINGLS__WIDTH];
@@ -272,7 +281,9 @@ SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model
         springls__is_moving(model)[first + lane] = springls__how_far(squares[0][lane], squares[1][lane]);
     particle2 = SPRINGLS__W(select)(finite, particle2, SPRINGLS__W(broadcast)(FLT_MAX));
     SPRINGLS__W(store)(springls__displacement2(model) + first, particle2);
-    if (!rule->euler) error = SPRINGLS__W(error_of_motion)(error, at, d);
+    turning2 = SPRINGLS__W(turned2)(at, d);
+    if (!rule->euler) error = SPRINGLS__W(error_of_motion)(error, at, d, turning2);
+    SPRINGLS__W(store)(springls__turning2(model) + first, turning2);
     SPRINGLS__W(store)(springls__moved_error(model) + first, error);
     s.p = SPRINGLS__W(add)(at.x[0], d.x[0]);
     for (m = 0; m < 3; m++) s.q[m] = SPRINGLS__W(add)(at.x[m + 1], d.x[m + 1]);

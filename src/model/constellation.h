@@ -63,7 +63,7 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
 SPRINGLS__FN void springls__mark_phi_synced(springls_context *ctx)
 {
     springls__run(ctx, SPRINGLS__KERNEL_mark_phi_synced, ctx->model.set.count, NULL);
-    ctx->lag = 0.0f;
+    ctx->lag = ctx->lag_turned = 0.0f;
     ctx->away = SPRINGLS__REST; /* of springls that are asleep */
 }
 

@@ -20,7 +20,7 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     ctx->component_count = ctx->event_count = ctx->event_part_count = 0;
     ctx->last_component_id = ctx->last_contact_body = 0;
     ctx->components_found = ctx->volumes_locked = false;
-    ctx->lag = 0.0f;
+    ctx->lag = ctx->lag_turned = 0.0f;
     ctx->away = FLT_MAX;
     ctx->opposed = true;
     ctx->saved.in_use = false;

@@ -85,7 +85,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     p.placement = SPRINGLS_PLACEMENT_QUADRATIC;
     p.evolve_iterations = 0;
     p.carry_level_set = 1;
-    p.lazy_distance = 2.1f;
+    p.lazy_distance = 3.5f;
     p.project_level_set = 1;
     p.nucleate = 1;
     p.fill_from_springls = 1;
@@ -133,7 +133,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     REAL(evolve_width, 0.5, 3)                                                                                                   \
     REAL(curvature, -0.2, 0.2)                                                                                                   \
     INTEGER(carry_level_set, 0, 1)                                                                                               \
-    REAL(lazy_distance, 0, 3)                                                                                                    \
+    REAL(lazy_distance, 0, 6)                                                                                                    \
     INTEGER(project_level_set, 0, 1)                                                                                             \
     INTEGER(nucleate, 0, 1)                                                                                                      \
     INTEGER(keep_edges, 0, 1)                                                                                                    \

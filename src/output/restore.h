@@ -218,6 +218,7 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     ctx->time = s->time;
     ctx->iteration = s->iteration;
     ctx->lag = s->lag;
+    ctx->lag_turned = s->lag_turned;
     ctx->away = FLT_MAX;
     ctx->opposed = s->opposed != 0;
     ctx->saved.in_use = false;

@@ -106,6 +106,7 @@ SPRINGLS__FN void springls__snapshot_fill(springls_context *ctx, springls_snapsh
     s->params = ctx->model.params;
     s->iteration = ctx->iteration;
     s->lag = ctx->lag;
+    s->lag_turned = ctx->lag_turned;
     s->opposed = ctx->opposed;
     s->springls = ctx->model.set.count;
     s->at_edges = ctx->model.set.at_edges;

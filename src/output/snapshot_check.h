@@ -137,7 +137,7 @@ SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
     if (s->inside_runs < 0 || s->reference_inside_runs < 0) return false;
     if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return false;
     if (!springls__flag_good(s->has_source) || !springls__flag_good(s->components_found)) return false;
-    if (!(s->lag >= 0.0f) || !springls__flag_good(s->opposed)) return false;
+    if (!(s->lag >= 0.0f) || !(s->lag_turned >= 0.0f) || !springls__flag_good(s->opposed)) return false;
     if (!springls__offset_good(s->window_x, s->window_y, s->window_z)
         || !springls__offset_good(s->original_window_x, s->original_window_y, s->original_window_z)) return false;
     if (!springls__flag_good(s->components_fresh) || !springls__flag_good(s->volumes_locked)) return false;

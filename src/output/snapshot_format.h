@@ -230,7 +230,8 @@ SPRINGLS__FN void springls__code_attribute(springls__coder *c, springls__attribu
     X(int32_t, volumes_locked) X(uint32_t, last_component_id) X(uint32_t, last_contact_body)                                     \
     X(int32_t, reference_bricks) X(int32_t, original) X(int32_t, given) X(int32_t, has_source)                                   \
     X(int32_t, steps) X(int64_t, added) X(int64_t, split) X(int64_t, removed) X(int64_t, reshaped) X(int64_t, refused)           \
-    X(float, volume_correction) X(float, largest_displacement) X(float, moving_share) X(float, lag) X(int32_t, opposed)          \
+    X(float, volume_correction) X(float, largest_displacement) X(float, moving_share) X(float, lag) X(float, lag_turned)         \
+    X(int32_t, opposed)                                                                                                          \
     X(int64_t, left) X(int32_t, window_x) X(int32_t, window_y) X(int32_t, window_z)                                              \
     X(int32_t, original_window_x) X(int32_t, original_window_y) X(int32_t, original_window_z)                                    \
     X(int32_t, inside_runs) X(int32_t, reference_inside_runs)

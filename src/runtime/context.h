@@ -77,6 +77,8 @@ typedef enum springls__late_count {
     SPRINGLS__COUNT_NOW, /* read at once */
     SPRINGLS__COUNT_LARGEST,
     SPRINGLS__COUNT_ABOVE_LIMIT,
+    SPRINGLS__COUNT_TURNING,
+    SPRINGLS__COUNT_TURNING_ABOVE_LIMIT, /* not used: comes with the one before it */
     SPRINGLS__COUNT_DISPLACEMENT,
     SPRINGLS__COUNT_DISPLACED,
     SPRINGLS__COUNT_OPPOSED,
@@ -171,6 +173,7 @@ typedef struct springls__motion {
     int *listed;            /* the springls in it, ascending; NULL: all                                         */
     int count;              /* how many springls the forces act on                                              */
     float moved;            /* the largest displacement of a particle, voxels; negative: not finite             */
+    float turned;           /* how far a springl turns or stretches at most: see springls__turned2              */
     bool still;             /* no point has moved at all                                                        */
     int moving;
 } springls__motion;
@@ -180,7 +183,7 @@ typedef struct springls__saved_level_set {
     springls__buffer memory; /* SPRINGLS__SAVED_BITS, one after the other                                       */
     springls__table table;
     int active_count, free_count, slot_count, some_asleep;
-    float lag, away;
+    float lag, lag_turned, away;
     bool opposed, in_use;
 } springls__saved_level_set;
 
@@ -211,6 +214,7 @@ typedef struct springls__stepping {
     double end_time;        /* of the step                                                                      */
     float time_left;        /* of dt; 0 where the step is not cut into sub-steps                                */
     float longest_substep;  /* that the force permits                                                           */
+    float longest_displacement; /* of a particle in the next sub-step, voxels                                   */
     float expected;         /* largest displacement in the next sub-step, voxels; 0: not known                  */
     int substeps;           /* so far                                                                           */
     bool resamples;         /* this sub-step contracts and resamples                                            */
@@ -265,6 +269,7 @@ struct springls_context {
     int iteration;          /* k of Algorithm 2                                                                 */
     float lag;              /* voxels that springls have moved at most, in lazy steps, since phi last followed; FLT_MAX:
                                they have been moved otherwise, and phi follows in the next step                 */
+    float lag_turned;       /* the same of how far springls have turned: the sum of motion.turned                */
     float away;             /* voxels: no particle is further from its synced_position; FLT_MAX: not known      */
     bool opposed;           /* the model may have thin sheets or gaps, whose sides are near one voxel           */
     springls__saved_level_set saved;

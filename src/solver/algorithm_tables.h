@@ -22,9 +22,11 @@
 
 /* ---- conditions of entries ---- */
 
-SPRINGLS__FN bool springls__resample_due(const springls_context *ctx, int iteration)
+/* Returns true when resampling is due in a whole step that counts as so many. */
+SPRINGLS__FN bool springls__resample_due(const springls_context *ctx, int counts_as)
 {
-    return iteration % ctx->model.params.resample_period == 0;
+    const int period = ctx->model.params.resample_period;
+    return ctx->iteration % period + counts_as >= period;
 }
 
 SPRINGLS__FN bool springls__locks_volume(const springls_context *ctx) { return ctx->model.params.volume_lock != 0; }
@@ -50,7 +52,7 @@ SPRINGLS__FN bool springls__components_outdated(const springls_context *ctx)
 /* Returns true when contract will use phi as it was before the springls moved. */
 SPRINGLS__FN bool springls__needs_phi_before(const springls_context *ctx)
 {
-    return !ctx->step.desc.one_to_one && !ctx->model.params.resample_last && springls__resample_due(ctx, ctx->iteration + 1);
+    return !ctx->step.desc.one_to_one && !ctx->model.params.resample_last && springls__resample_due(ctx, 1);
 }
 
 SPRINGLS__FN bool springls__resamples(const springls_context *ctx) { return ctx->step.resamples; }
@@ -83,12 +85,17 @@ SPRINGLS__FN bool springls__vertices_flow(const springls_context *ctx)
         && (forces->velocity || forces->velocity_batch || forces->velocity_grid.data);
 }
 
+/* Returns true when a flow keeps springls in order until they are resampled: it turns them as it turns the surface. */
+SPRINGLS__FN bool springls__flow_keeps_order(const springls_context *ctx)
+{
+    return ctx->model.params.cover && !ctx->step.desc.one_to_one && springls__vertices_flow(ctx);
+}
+
 /* Returns true when relax runs whole, shares of the surface too, before phi follows. Springls that cover do that after resampling
-   instead; while a flow turns them they need it on resampling steps alone, unless they are at edges. */
+   instead. */
 SPRINGLS__FN bool springls__relaxes(const springls_context *ctx)
 {
-    if (springls__covers_again(ctx)) return false;
-    return !ctx->model.params.cover || ctx->step.desc.one_to_one || ctx->model.set.at_edges > 0 || !springls__vertices_flow(ctx);
+    return !springls__covers_again(ctx) && !springls__flow_keeps_order(ctx);
 }
 
 SPRINGLS__FN bool springls__phi_is_from_springls(const springls_context *ctx) { return ctx->step.phi_from_springls; }
@@ -114,18 +121,31 @@ SPRINGLS__FN bool springls__must_catch_up(const springls_context *ctx)
         && (!springls__may_be_lazy(ctx) || ctx->lag + ctx->step.expected > ctx->model.grid.far_value);
 }
 
-/* Returns true when springls may move once more, as far as just now, before phi follows. The sides of thin sheets and gaps may
-   move against each other, and phi would lose what is between them: they are followed more closely. */
-SPRINGLS__FN bool springls__stays_lazy(const springls_context *ctx)
+/* Returns how far springls may move before phi follows, voxels. The sides of thin sheets and gaps may move against each other,
+   and phi would lose what is between them: they are followed more closely. */
+SPRINGLS__FN float springls__lazy_limit(const springls_context *ctx)
 {
-    const float closely = 0.15f;
-    float limit = ctx->opposed ? springls__min(closely, ctx->model.params.lazy_distance) : ctx->model.params.lazy_distance;
-    return springls__may_be_lazy(ctx) && ctx->motion.moved > 0.0f && ctx->lag + 2.0f * ctx->motion.moved <= limit;
+    const float closely = 0.15f, sure = 0.5f; /* leaves room in the band that phi is known in */
+    float limit = springls__min(ctx->model.params.lazy_distance, ctx->model.grid.far_value - sure);
+    return ctx->opposed ? springls__min(closely, limit) : limit;
 }
 
+/* How far springls may turn or stretch before phi follows: see springls__turning2. */
+#define SPRINGLS__LAZY_TURN 0.2f
+
+/* Returns true when springls may move and turn once more, as far as just now, before phi follows. */
+SPRINGLS__FN bool springls__stays_lazy(const springls_context *ctx)
+{
+    const springls__motion *motion = &ctx->motion;
+    return springls__may_be_lazy(ctx) && motion->moved > 0.0f && ctx->lag + 2.0f * motion->moved <= springls__lazy_limit(ctx)
+        && ctx->lag_turned + 2.0f * motion->turned <= SPRINGLS__LAZY_TURN;
+}
+
+/* Returns true when edges are to be found again, and springls kept at them. */
 SPRINGLS__FN bool springls__has_edges(const springls_context *ctx)
 {
-    return ctx->model.params.keep_edges && ctx->model.set.at_edges > 0;
+    return ctx->model.params.keep_edges && ctx->model.set.at_edges > 0
+        && (ctx->step.resamples || !springls__flow_keeps_order(ctx));
 }
 
 SPRINGLS__FN bool springls__carries(const springls_context *ctx)
@@ -182,11 +202,23 @@ SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
     }
     if (!springls__components_enabled(ctx)) springls__clear_components(ctx);
     SPRINGLS__TRY(springls__motion_begin(ctx, &step->forces, (float)ctx->time, dt));
-    ctx->motion.max_displacement = step->time_left > 0.0f ? step->desc.max_displacement * 1.0001f : 0.0f;
+    ctx->motion.max_displacement = step->time_left > 0.0f ? step->longest_displacement * 1.0001f : 0.0f;
     ctx->motion.stop_at_topology = step->desc.stop_at_topology;
     if (step->desc.mode != SPRINGLS_MODE_ADVECT_ONLY)
         ctx->motion.rule.smoothing = springls__smoothing(&ctx->model.params, step->desc.max_displacement);
     return SPRINGLS_OK;
+}
+
+/* Returns how far a particle may move in a sub-step, voxels: max_displacement, or where phi may stay behind an equal part of the
+   way until it follows. Springls turn with the way as in the motion that was measured last. */
+SPRINGLS__FN float springls__longest_displacement(const springls_context *ctx)
+{
+    const float even = 0.995f; /* parts differ a little */
+    const springls__motion *motion = &ctx->motion;
+    float longest = ctx->step.desc.max_displacement, limit = even * springls__lazy_limit(ctx), part;
+    if (!springls__may_be_lazy(ctx) || limit <= longest) return longest;
+    part = limit / (springls__floor(limit / longest * 0.9999f) + 1.0f);
+    return 2.0f * part * motion->turned <= SPRINGLS__LAZY_TURN * motion->moved ? part : longest;
 }
 
 /* Ends the step, or begins another sub-step: as long as the displacement of the last one permits, at most half as long again. */
@@ -194,13 +226,14 @@ SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
 {
     const float growth = 1.5f;
     springls__stepping *step = &ctx->step;
-    float longest = step->desc.max_displacement, moved = ctx->motion.moved;
+    float longest = springls__longest_displacement(ctx), moved = ctx->motion.moved;
     if (step->time_left == 0.0f) {
         step->active = false;
         return SPRINGLS_OK;
     }
     step->time_left = (float)(step->end_time - ctx->time);
     step->longest_substep = ctx->motion.dt * (growth * moved > longest ? longest / moved : growth);
+    step->longest_displacement = longest;
     step->expected = springls__min(growth * moved, longest);
     if (step->time_left > 1e-6f * step->desc.dt) {
         step->next = step->algorithm;
@@ -214,6 +247,25 @@ SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
 /* What is left of a lazy sub-step when springls have moved. */
 static const springls__step_entry springls__lazy_end[] = { { SPRINGLS__ENTRY_RUN, -1, NULL, springls__substep_end } };
 
+/* Returns how many steps of resample_period a whole step counts as: one for each two voxels that springls have moved since the
+   one before. Without resample_last, 1: contract has to know before they move. */
+SPRINGLS__FN int springls__counts_as(const springls_context *ctx)
+{
+    const float usual = 2.0f;
+    float moved = springls__phi_lags(ctx) ? ctx->lag + ctx->motion.moved : ctx->motion.moved;
+    return ctx->model.params.resample_last ? springls__imax(1, (int)(moved / usual + 0.5f)) : 1;
+}
+
+/* Counts a whole step, and decides whether springls are resampled in it. */
+SPRINGLS__FN void springls__count_whole_step(springls_context *ctx)
+{
+    int counts_as = springls__counts_as(ctx);
+    bool due = springls__resample_due(ctx, counts_as);
+    ctx->iteration += counts_as;
+    if (due) ctx->iteration -= ctx->iteration % ctx->model.params.resample_period;
+    ctx->step.resamples = due && !ctx->step.desc.one_to_one;
+}
+
 /* Counts the sub-step whose springls have just moved, and decides what it does from here on. */
 SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
 {
@@ -222,12 +274,12 @@ SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
     ctx->model.set.step = (uint32_t)ctx->stats.steps & 0x3fffffffu;
     if (springls__stays_lazy(ctx)) {
         ctx->lag += ctx->motion.moved;
+        ctx->lag_turned += ctx->motion.turned;
         ctx->step.next = springls__lazy_end;
         return SPRINGLS_OK;
     }
     if (ctx->step.desc.mode == SPRINGLS_MODE_ADVECT_ONLY) ctx->lag = FLT_MAX;
-    ctx->iteration++;
-    ctx->step.resamples = !ctx->step.desc.one_to_one && springls__resample_due(ctx, ctx->iteration);
+    springls__count_whole_step(ctx);
     ctx->step.phi_from_springls = ctx->step.desc.mode == SPRINGLS_MODE_ELASTIC;
     return SPRINGLS_OK;
 }
@@ -296,11 +348,13 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
         return springls__next_phase(ctx, SPRINGLS__PLAN_DECIDE);
     }
     SPRINGLS__TRY(springls__max_speed_end(ctx, "step", &speed));
-    step->expected = desc->dt > 0.0f ? springls__min(speed * desc->dt, limit) : limit;
     if (desc->dt == 0.0f) { /* section 4.8: dt = d_max / f_max */
+        step->expected = limit;
         step->longest_substep = speed > 1e-6f ? limit / speed : 0.0f;
         return SPRINGLS_OK;
     }
+    limit = step->longest_displacement = springls__longest_displacement(ctx);
+    step->expected = springls__min(speed * desc->dt, limit);
     if (!(speed * desc->dt <= (float)SPRINGLS__MAX_SUBSTEPS * limit))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps of max_displacement",
                               SPRINGLS__MAX_SUBSTEPS);

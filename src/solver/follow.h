@@ -54,6 +54,7 @@ SPRINGLS__FN springls_status springls__save_level_set(springls_context *ctx)
     saved->slot_count = ctx->model.grid.slot_count;
     saved->some_asleep = ctx->model.grid.some_asleep;
     saved->lag = ctx->lag;
+    saved->lag_turned = ctx->lag_turned;
     saved->away = ctx->away;
     saved->opposed = ctx->opposed;
     saved->in_use = true;
@@ -72,6 +73,7 @@ SPRINGLS__FN void springls__end_reading(springls_context *ctx)
     springls__copy_saved(ctx, (char *)saved->memory.data, true);
     ctx->model.grid.some_asleep = saved->some_asleep;
     ctx->lag = saved->lag;
+    ctx->lag_turned = saved->lag_turned;
     ctx->away = saved->away;
     ctx->opposed = saved->opposed;
     ctx->at_rest = false;

@@ -455,15 +455,18 @@ SPRINGLS__FN springls_status springls__displace_in_blocks(springls__motion *moti
     return SPRINGLS_OK;
 }
 
-/* Finds, after that, how many particles move, and the largest displacement; a negative number when that of a point is not
-   finite. */
+/* Finds, after that, how many particles move, the largest displacement, a negative number when that of a point is not finite,
+   and how far springls turn. */
 SPRINGLS__FN void springls__displaced(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
-    springls__largest largest =
-        springls__find_largest(ctx, SPRINGLS__ROLE_ARRAY(displacement2), motion->count, SPRINGLS__MOVING2);
+    springls__largest largest;
+    springls__largest_later(ctx, SPRINGLS__COUNT_LARGEST, SPRINGLS__ROLE_ARRAY(displacement2), motion->count, SPRINGLS__MOVING2);
+    springls__largest_later(ctx, SPRINGLS__COUNT_TURNING, SPRINGLS__ROLE_ARRAY(turning2), motion->count, FLT_MAX);
+    largest = springls__largest_found(ctx, SPRINGLS__COUNT_LARGEST);
     motion->moved = largest.value < 1e18f ? springls__sqrt(largest.value) : -1.0f;
     motion->moving = largest.more;
+    motion->turned = springls__sqrt(springls__largest_found(ctx, SPRINGLS__COUNT_TURNING).value);
     motion->still = largest.value == 0.0f
         && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), motion->count, SPRINGLS__MOVED_NOT) == motion->count;
 }
@@ -550,6 +553,7 @@ SPRINGLS__FN springls_status springls__displace_all(springls__motion *motion)
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, moved_springls, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, moved_error, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement2, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, turning2, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, is_moving, count));
     if (ctx->on_device) SPRINGLS__TRY(springls__reserve_counts(ctx));
     if (by_kernel && ctx->on_device) {

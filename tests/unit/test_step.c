@@ -113,7 +113,7 @@ TEST phi_follows_before_a_sudden_step(void)
     springls_forces forces = fixture_forces(fixture_wind, wind);
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
     int i, from = 0;
-    step.max_displacement = 2.0f;
+    step.max_displacement = 3.0f;
     for (i = 0; i < 9; i++) {
         from = d.count;
         if (i == 8) wind[0] = 1.95f;
