@@ -37,6 +37,7 @@
     X(stir, 4096, SPRINGLS__BIT(CALM))                                                                                           \
     X(awake, 64, SPRINGLS__BIT(AWAKE))                                                                                           \
     X(near_awake, 64, SPRINGLS__BIT(NEAR_AWAKE))                                                                                 \
+    X(asleep, 1024, SPRINGLS__BIT(ASLEEP))                                                                                       \
     X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \
     X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \
     X(shorten_arms, 512, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                   \

@@ -582,10 +582,17 @@ SPRINGLS__MATHS int springls__slot_of_place(const springls__grid *g, springls__v
     return springls__slot_at(g, voxel[0], voxel[1], voxel[2]);
 }
 
-/* Returns true when springl i is asleep, as its brick is: stages leave it as it is. */
+/* Finds whether springl i is asleep, as its brick is. */
+SPRINGLS__MATHS void springls__asleep_element(const springls__model *model, springls__arguments args, int i)
+{
+    (void)args;
+    model->cells.asleep[i] = !model->grid.awake[springls__slot_of_place(&model->grid, model->set.s[i].p)];
+}
+
+/* Returns true when springl i is asleep: stages leave it as it is. */
 SPRINGLS__MATHS bool springls__is_asleep(const springls__model *model, int i)
 {
-    return model->grid.some_asleep && !model->grid.awake[springls__slot_of_place(&model->grid, model->set.s[i].p)];
+    return model->grid.some_asleep && i < model->cells.asleep_count && model->cells.asleep[i];
 }
 
 /* Marks phi as synced with particle i, unless it is asleep: stores its place. */

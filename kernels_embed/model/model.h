@@ -57,7 +57,8 @@
 #define SPRINGLS__SEARCH_ARRAYS(X)                                                                                               \
     X(IDS, uint32_t, 1, cells, ids)                 /* springls by cell, ascending within a cell                              */ \
     X(KEY, uint32_t, 1, cells, key)                 /* the cell of each springl, counted through all slots                    */ \
-    X(NEIGHBORS, int, SPRINGLS__NEIGHBOR_ROW, cells, neighbors) /* the nearest edges of its vertices (neighbors.h)            */
+    X(NEIGHBORS, int, SPRINGLS__NEIGHBOR_ROW, cells, neighbors) /* the nearest edges of its vertices (neighbors.h)            */ \
+    X(ASLEEP, uint8_t, 1, cells, asleep)            /* 1: its brick was asleep when that was last found (sleep.h)             */
 #define SPRINGLS__LIST_ARRAYS(X)                                                                                                 \
     X(PLACES, float, 3, cells, places)              /* particles in the order of ids, in blocks: eight x, eight y, eight z    */ \
     X(BRICK_LIST_FIRST, uint32_t, 1, cells, brick_list_first) /* list of active brick i: [i] .. [i + 1] - 1 of brick_list_ids */ \
@@ -171,6 +172,7 @@ typedef struct springls__cell_list {
     SPRINGLS__LIST_ARRAYS(SPRINGLS__ARRAY_MEMBER)
     float bounding_radius;  /* the largest of the springls that are in cells                         */
     int large_count;
+    int asleep_count;       /* springls that `asleep` is of: later ones are awake                    */
 } springls__cell_list;
 
 /* Forces that kernels evaluate by themselves (advect.h). */
@@ -336,7 +338,8 @@ SPRINGLS__MATHS void springls__displacement_element(const springls__model *model
     X(int, springls, set.count) X(int, at_edges, set.at_edges) X(uint32_t, next_id, set.next_id) X(uint32_t, step, set.step)     \
     X(int, active_count, grid.active_count) X(int, free_count, grid.free_count) X(int, slot_count, grid.slot_count)              \
     X(int, large_count, cells.large_count) X(float, bounding_radius, cells.bounding_radius)                                      \
-    X(int, some_asleep, grid.some_asleep) X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)
+    X(int, some_asleep, grid.some_asleep) X(int, asleep_count, cells.asleep_count)                                               \
+    X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)
 
 typedef struct springls__shape {
     int size[3], bricks[3];

@@ -81,12 +81,13 @@
 
      stage              paper   default   does
      advect             every   every     moves springls by the forces
-     relax              every   Mth       lets each springl seek equilibrium with its neighbours; every step in models with
-                                          sharp edges, with pressure or curvature, without a velocity, or with one_to_one
+     relax              every   Mth       lets each springl seek equilibrium with its neighbours; every step with pressure
+                                          or curvature, without a velocity, or with one_to_one
      contract           Mth     -         removes, reshapes or merges springls
      resample           Mth     -         splits large springls
      relax              Mth     -
-     keep_edges         -       every     turns springls at sharp edges to their own side; only in models that have such edges
+     keep_edges         -       Mth       turns springls at sharp edges to their own side; only in models that have such
+                                          edges, and every step where relax is
      project            -       every     carries phi along with the springls, and makes it their distance
      evolve, rebuild    4 x     -         moves phi towards the springls; makes it a distance again
      (orientation)      Mth     Mth       turns triangles that face against grad phi (section 4.3.1);
@@ -194,7 +195,7 @@
                 reshape              1: a bad triangle is given a good shape; 0: removed 1         0
                 merge_distance       of two nearer particles the younger goes; 0: never  0.6       0         voxel
                 keep_thin            1: springls of a thin sheet stay                    1         0
-     M          resample_period      steps from one resampling to the next               5         5
+     M          resample_period      steps from one resampling to the next: LAZY STEPS   5         5
                 resample_last        1: resampling comes after phi has followed          1         0
                 split_edge           split when the longest edge exceeds it              2         never (d) voxel
                 split_area           or the area exceeds it                              4         3 (p)     voxel^2
@@ -206,7 +207,7 @@
      epsilon    evolve_width         half-width of the compact delta                     1.5       1.5 (d)   voxel
      lambda     curvature            of eq. 22; positive smooths: see CURVATURE          0         0         voxel
                 carry_level_set      1: springls carry phi along                         1         0
-                lazy_distance        voxels that springls may be ahead of phi: LAZY STEPS 2.1      0         voxel
+                lazy_distance        voxels that springls may be ahead of phi: LAZY STEPS 3.5      0         voxel
                 project_level_set    1: near springls phi is their oriented distance     1         0
                 nucleate             1: project makes voxels of thin sheets inside       1         0
                 fill_from_springls   1: first fill holes among the springls              1         0
@@ -231,11 +232,15 @@
    LAZY STEPS
 
    With lazy_distance > 0 a step of SPRINGLS_MODE_FLUID, or a sub-step, only advects while springls have moved at most that far since
-   phi last followed: by the sum of the largest displacements, with a next step as long as this one. In models with thin sheets
-   or gaps the limit is 0.15 voxel, because their sides may move against each other. The step after that is a whole one: relax,
-   keep_edges and project run, and every resample_period-th whole step resamples. So steps much shorter than two voxels cost
-   little more than advect. A step with max_displacement that goes so much further than those before it that phi could not be
-   carried along makes phi follow first.
+   phi last followed: by the sum of the largest displacements, with a next step as long as this one. Three limits are lower:
+   springls have turned or stretched by at most 0.2 (the largest displacement of a vertex relative to its particle, as a share of
+   their distance); phi is known as far as springls move (band_half_width + 0.5 voxel); in models with thin sheets or gaps,
+   whose sides may move against each other, 0.15 voxel.
+
+   The step after that is a whole one: relax, keep_edges and project run. It counts as one of resample_period for each two voxels
+   that springls have moved. So short steps cost little more than advect, and where max_displacement cuts a step into sub-steps
+   they are equal parts of lazy_distance. A step with max_displacement that goes so much further than those before it that phi
+   could not be carried along makes phi follow first.
 
      - Phi is never seen behind: every call that reads the level set makes it follow first. After a lazy step that takes the time
        of project once, and memory for a second phi. Springls stay as they are, and so do views of them.

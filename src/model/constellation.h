@@ -9,7 +9,7 @@
 /* Makes room for count springls; keeps those that are there. */
 SPRINGLS__FN springls_status springls__constellation_reserve(springls_context *ctx, int count)
 {
-    return springls__grow_all(ctx, SPRINGLS__SET_BITS, (size_t)count, (size_t)ctx->model.set.count);
+    return springls__grow_all(ctx, SPRINGLS__SET_BITS | SPRINGLS__BIT(ASLEEP), (size_t)count, (size_t)ctx->model.set.count);
 }
 
 /* Counts springls that springls__springl_add has put behind the others. */
@@ -40,8 +40,15 @@ SPRINGLS__FN int springls__constellation_append(springls_context *ctx, const spr
     return i;
 }
 
+/* Finds which springls are asleep. */
+SPRINGLS__FN void springls__find_sleepers(springls_context *ctx)
+{
+    springls__run(ctx, SPRINGLS__KERNEL_asleep, ctx->model.set.count, NULL);
+    ctx->model.cells.asleep_count = ctx->model.set.count;
+}
+
 /* Drops the springls whose contract_action is REMOVE; the others stay in order. */
-SPRINGLS__FN springls_status springls__constellation_compact(springls_context *ctx)
+SPRINGLS__FN springls_status springls__drop_removed(springls_context *ctx)
 {
     const uint8_t *action = springls__contract_action(&ctx->model);
     int i, n = 0, count = ctx->model.set.count;
@@ -56,6 +63,14 @@ SPRINGLS__FN springls_status springls__constellation_compact(springls_context *c
         n++;
     }
     ctx->model.set.count = n;
+    return SPRINGLS_OK;
+}
+
+/* Drops the springls whose contract_action is REMOVE, where they and the others, which stay in order, may be asleep. */
+SPRINGLS__FN springls_status springls__constellation_compact(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__drop_removed(ctx));
+    if (ctx->model.grid.some_asleep) springls__find_sleepers(ctx);
     return SPRINGLS_OK;
 }
 

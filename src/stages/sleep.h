@@ -49,6 +49,7 @@ SPRINGLS__FN void springls__find_awake_now(springls_context *ctx)
     }
     springls__run(ctx, SPRINGLS__KERNEL_awake, g->active_count, NULL);
     springls__run(ctx, SPRINGLS__KERNEL_near_awake, g->active_count, NULL);
+    springls__find_sleepers(ctx);
     g->some_asleep = 1;
     ctx->at_rest = false;
     if (ctx->on_device && ctx->motion.moved > SPRINGLS__REST) return; /* saves a blocking read */

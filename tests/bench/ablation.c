@@ -64,7 +64,7 @@ static const struct improvement improvements[] = {
     {"springls fill holes among them", {P(fill_from_springls)}},
     {"springls carry phi instead of eq. 23; projected",
      {P(carry_level_set), P(evolve_iterations), P(project_level_set)}}, /* carried alone it decays */
-    {"phi follows when springls have moved two voxels", {P(lazy_distance)}},
+    {"phi follows when springls have moved far or turned", {P(lazy_distance)}},
     {"level set projected onto springls", {P(project_level_set)}},
     {"springls put lost sheets back into phi", {P(nucleate)}},
     {"sharp edges stay (a ball has none)", {P(keep_edges)}},

@@ -124,6 +124,61 @@ TEST phi_follows_before_a_sudden_step(void)
     PASS();
 }
 
+/* Turns about the middle of the grid, by *angle a unit of time. */
+static void turn(void *angle, const float *points, int count, float time, float *out)
+{
+    const float middle = 16.0f, a = *(const float *)angle;
+    int i;
+    (void)time;
+    for (i = 0; i < count; i++) {
+        out[3 * i] = a * (middle - points[3 * i + 1]);
+        out[3 * i + 1] = a * (points[3 * i] - middle);
+        out[3 * i + 2] = 0.0f;
+    }
+}
+
+/* Phi follows when springls have turned by a fifth, however little they have moved. */
+TEST phi_follows_when_springls_turn(void)
+{
+    static diary d;
+    springls_context *ctx = traced(1, 3.5f, &d);
+    float angle = 0.045f;
+    springls_forces forces = fixture_forces(turn, &angle);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
+    int i, from;
+    for (i = 0; i < 9; i++) {
+        from = d.count;
+        ASSERT_OK(springls_step(ctx, &step));
+        ASSERT_LT(springls_get_stats(ctx).largest_displacement, 0.5f);
+        ASSERT_STR_EQ(i % 4 ? "A" : "AP", stages_since(&d, from));
+    }
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* Sub-steps are equal parts of the way until phi follows, no longer than max_displacement; resampling counts two voxels. */
+TEST substeps_divide_the_lazy_distance(void)
+{
+    static diary d;
+    springls_context *ctx = traced(1, 3.5f, &d);
+    float wind[3] = { 1.0f, 0.0f, 0.0f };
+    springls_forces forces = fixture_forces(fixture_wind, wind);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.2f);
+    int i, from;
+    ASSERT_OK(springls_step(ctx, &step)); /* a whole one: whether there are thin sheets is not known */
+    step.dt = 3.47f;
+    step.max_displacement = 2.0f;
+    for (i = 0; i < 6; i++) {
+        from = d.count;
+        wind[0] = i % 2 ? 1.0f : -1.0f;
+        ASSERT_OK(springls_step(ctx, &step));
+        ASSERT_IN_RANGE(1.735f, springls_get_stats(ctx).largest_displacement, 1e-3f);
+        ASSERT_STR_EQ(i % 3 == 1 ? "AARPCSFR" : "AAP", stages_since(&d, from));
+    }
+    springls_destroy(ctx);
+    PASS();
+}
+
 static void no_pressure(void *user, const float *points, const float *normals, int count, float time, float *out)
 {
     (void)user, (void)points, (void)normals, (void)time;
@@ -728,6 +783,8 @@ SUITE(step)
         RUN_TESTp(free_springls_are_not_stopped, which);
     }
     RUN_TEST(lazy_steps_only_advect);
+    RUN_TEST(phi_follows_when_springls_turn);
+    RUN_TEST(substeps_divide_the_lazy_distance);
     RUN_TEST(phi_follows_before_a_sudden_step);
     RUN_TESTp(relax_is_left_out_in_a_flow_only, 0, 1, 0.0f);
     RUN_TESTp(relax_is_left_out_in_a_flow_only, 1, 1, 0.0f);
