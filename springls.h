@@ -367,7 +367,7 @@
 
    With lazy_distance > 0 a step of SPRINGLS_MODE_FLUID, or a sub-step, only advects while springls have moved at most that far since
    phi last followed: by the sum of the largest displacements, with a next step as long as this one. Three limits are lower:
-   springls have turned or stretched by at most 0.2 (the largest displacement of a vertex relative to its particle, as a share of
+   springls have turned or stretched by at most 0.18 (the largest displacement of a vertex relative to its particle, as a share of
    their distance); phi is known as far as springls move (band_half_width + 0.5 voxel); in models with thin sheets or gaps,
    whose sides may move against each other, 0.15 voxel.
 
@@ -18156,7 +18156,7 @@ SPRINGLS__FN float springls__lazy_limit(const springls_context *ctx)
 }
 
 /* How far springls may turn or stretch before phi follows: see springls__turning2. */
-#define SPRINGLS__LAZY_TURN 0.2f
+#define SPRINGLS__LAZY_TURN 0.18f
 
 /* Returns true when springls may move and turn once more, as far as just now, before phi follows. */
 SPRINGLS__FN bool springls__stays_lazy(const springls_context *ctx)

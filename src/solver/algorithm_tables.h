@@ -131,7 +131,7 @@ SPRINGLS__FN float springls__lazy_limit(const springls_context *ctx)
 }
 
 /* How far springls may turn or stretch before phi follows: see springls__turning2. */
-#define SPRINGLS__LAZY_TURN 0.2f
+#define SPRINGLS__LAZY_TURN 0.18f
 
 /* Returns true when springls may move and turn once more, as far as just now, before phi follows. */
 SPRINGLS__FN bool springls__stays_lazy(const springls_context *ctx)

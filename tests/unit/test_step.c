@@ -137,12 +137,12 @@ static void turn(void *angle, const float *points, int count, float time, float 
     }
 }
 
-/* Phi follows when springls have turned by a fifth, however little they have moved. */
+/* Phi follows when springls have turned by 0.18, however little they have moved. */
 TEST phi_follows_when_springls_turn(void)
 {
     static diary d;
     springls_context *ctx = traced(1, 3.5f, &d);
-    float angle = 0.045f;
+    float angle = 0.04f;
     springls_forces forces = fixture_forces(turn, &angle);
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
     int i, from;
