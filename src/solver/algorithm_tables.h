@@ -88,7 +88,8 @@ SPRINGLS__FN bool springls__vertices_flow(const springls_context *ctx)
 /* Returns true when a flow keeps springls in order until they are resampled: it turns them as it turns the surface. */
 SPRINGLS__FN bool springls__flow_keeps_order(const springls_context *ctx)
 {
-    return ctx->model.params.cover && !ctx->step.desc.one_to_one && springls__vertices_flow(ctx);
+    const springls_step_desc *desc = &ctx->step.desc;
+    return ctx->model.params.cover && desc->mode == SPRINGLS_MODE_FLUID && !desc->one_to_one && springls__vertices_flow(ctx);
 }
 
 /* Returns true when relax runs whole, shares of the surface too, before phi follows. Springls that cover do that after resampling
@@ -130,7 +131,7 @@ SPRINGLS__FN float springls__lazy_limit(const springls_context *ctx)
     return ctx->opposed ? springls__min(closely, limit) : limit;
 }
 
-/* How far springls may turn or stretch before phi follows: see springls__turning2. */
+/* How far springls may turn or stretch before phi follows: see springls__turned2. */
 #define SPRINGLS__LAZY_TURN 0.18f
 
 /* Returns true when springls may move and turn once more, as far as just now, before phi follows. */
@@ -251,18 +252,17 @@ static const springls__step_entry springls__lazy_end[] = { { SPRINGLS__ENTRY_RUN
    one before. Without resample_last, 1: contract has to know before they move. */
 SPRINGLS__FN int springls__counts_as(const springls_context *ctx)
 {
-    const float usual = 2.0f;
+    const float usual = 2.0f; /* voxels */
     float moved = springls__phi_lags(ctx) ? ctx->lag + ctx->motion.moved : ctx->motion.moved;
-    return ctx->model.params.resample_last ? springls__imax(1, (int)(moved / usual + 0.5f)) : 1;
+    return ctx->model.params.resample_last ? (int)springls__max(1.0f, moved / usual + 0.5f) : 1;
 }
 
 /* Counts a whole step, and decides whether springls are resampled in it. */
 SPRINGLS__FN void springls__count_whole_step(springls_context *ctx)
 {
-    int counts_as = springls__counts_as(ctx);
-    bool due = springls__resample_due(ctx, counts_as);
-    ctx->iteration += counts_as;
-    if (due) ctx->iteration -= ctx->iteration % ctx->model.params.resample_period;
+    const int counts_as = springls__counts_as(ctx);
+    const bool due = springls__resample_due(ctx, counts_as);
+    ctx->iteration = due ? 0 : ctx->iteration + counts_as;
     ctx->step.resamples = due && !ctx->step.desc.one_to_one;
 }
 
