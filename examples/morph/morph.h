@@ -96,6 +96,7 @@ struct morph {
     springls_context *ctx, *other; /* the model; the posed target */
     springls_backend *backend;
     float *pressure, *shape, *source_phi, *target_phi; /* dense volumes, voxels; shape: the level set wanted in this frame */
+    float *way; /* of each voxel, 3: the velocity to where the model lags */
     int *source_nearest, *target_nearest; /* triangle of the posed body nearest to each voxel, -1: none near */
     struct known_weights *known; /* a hash table by correspondence, of known_room places */
     size_t known_room;

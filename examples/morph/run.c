@@ -11,7 +11,6 @@
 #include <string.h>
 
 #define ROD 1.4f      /* voxels: radius that limbs have at least before the target is reached */
-#define BRIDGE 0.8f   /* part of that which stays where the target has bodies that touch nothing */
 #define VICINITY 5.0f /* voxels: up to where springls have the weights of the target near them */
 #define BAND 1.1f     /* voxels: up to where signed distances of posed bodies are exact */
 
@@ -335,12 +334,13 @@ bool morph_prepare(struct morph *morph)
     desc.params = &morph->params;
     desc.backend = morph->backend = run_backend("morph", &morph->settings.common);
     morph->pressure = malloc(morph_voxel_count(morph) * sizeof(float));
+    morph->way = malloc(3 * morph_voxel_count(morph) * sizeof(float));
     morph->shape = malloc(morph_voxel_count(morph) * sizeof(float));
     morph->source_phi = malloc(morph_voxel_count(morph) * sizeof(float));
     morph->target_phi = malloc(morph_voxel_count(morph) * sizeof(float));
     morph->source_nearest = malloc(morph_voxel_count(morph) * sizeof(int));
     morph->target_nearest = malloc(morph_voxel_count(morph) * sizeof(int));
-    if (!morph->pressure || !morph->shape || !morph->source_phi || !morph->target_phi || !morph->source_nearest
+    if (!morph->pressure || !morph->way || !morph->shape || !morph->source_phi || !morph->target_phi || !morph->source_nearest
         || !morph->target_nearest) {
         return morph_no_memory();
     }
@@ -651,8 +651,7 @@ static bool pose_between(struct morph *morph, float part)
     } else {
         memcpy(phi, target, (size_t)count * sizeof *phi);
     }
-    const float least = morph->target.solid.joined > 0 ? BRIDGE : 0.0f,
-                rod = ROD * fmaxf(least, fminf(1.0f, 5.0f * (1.0f - part)));
+    const float rod = ROD * fminf(1.0f, 5.0f * (1.0f - part));
     if (rod > 0.0f) { add_rods(morph, rod, part, phi); }
     return solid_repair(&voxels, phi, morph->settings.reach, &repair) || morph_no_memory();
 }
@@ -919,6 +918,7 @@ void morph_free(struct morph *morph)
     free(morph->skin_before);
     free(morph->skin_places);
     free(morph->pressure);
+    free(morph->way);
     free(morph->shape);
     free(morph->known);
     free(morph->source_phi);
