@@ -14,6 +14,7 @@
 
 #include "base/vec3.h"
 
+#include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -176,17 +177,18 @@ static bool lead_where_it_lags(struct morph *morph, const float *model)
     return good;
 }
 
-/* Steps `iterations` times, and more for as long as the model lags in fewer voxels than a step before: limbs have to grow, or
- * crevices to deepen. Those that are thinner than a voxel never end. The last frame is to be the target: there steps go on
+/* Steps `iterations` times, and more for as long as that at least halves the number of voxels where the model lags: limbs have to
+ * grow, or crevices to deepen. Those that are thinner than a voxel never end. The last frame is to be the target: there steps go on
  * until some in a row have gained nothing. */
 static bool approach_shape(struct morph *morph, float *model, bool last)
 {
     const int most = last ? LAST_STEPS : STEPS, patience = last ? PATIENCE : 1;
+    const float enough = last ? 1.0f : 0.5f;
     bool good = true;
-    for (int step = 0, before = 0, vain = 0; good && (step < most || step < morph->settings.iterations); ++step) {
+    for (int step = 0, before = INT_MAX, vain = 0; good && (step < most || step < morph->settings.iterations); ++step) {
         good = morph_check(morph->ctx, springls_copy_level_set(morph->ctx, model), "level set");
         const int lags = good ? press_everywhere(morph, model) : 0;
-        vain = lags < before ? 0 : vain + 1;
+        vain = (float)lags < enough * (float)before ? 0 : vain + 1;
         before = lags;
         if (step >= morph->settings.iterations && (lags == 0 || vain >= patience)) { break; }
         good = good && (lags == 0 || lead_where_it_lags(morph, model) || morph_no_memory())

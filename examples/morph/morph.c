@@ -109,7 +109,8 @@ int main(int argc, char **argv)
         status = list(set->source);
         return status == CLI_EXIT_OK && set->target ? list(set->target) : status;
     }
-    status = run_options("morph", &set->common, set->overrides, &morph.params);
+    status = run_options("morph", &set->common, "keep_edges=0", &morph.params); /* the source's are not the target's */
+    status = status == CLI_CONTINUE ? run_set_members("morph", set->overrides, &morph.params) : status;
     if (status != CLI_CONTINUE) {
         return status;
     }
