@@ -120,17 +120,17 @@ static void search_ways(const struct morph *morph, const float *model, struct se
     for (int done = 0; done < s->count; ++done) { search_around(morph, model, s->queue[done], s); }
 }
 
-/* Sets the full pace at a voxel of the shape's inside or outside and around, beyond its border too: a limb grows thick and then
- * thin. Adds the direction that leads there. */
+/* Sets the full pace at a voxel and at those around it of its side, and adds the direction that leads there. */
 static void lead_to(struct morph *morph, int voxel, int before)
 {
     const int *size = morph->grid.size, direction[3] = {voxel % size[0] - before % size[0],
                                                         voxel / size[0] % size[1] - before / size[0] % size[1],
                                                         voxel / (size[0] * size[1]) - before / (size[0] * size[1])};
-    const float pace = morph->shape[voxel] < 0.0f ? morph->settings.pace : -morph->settings.pace;
+    const bool inside = morph->shape[voxel] < 0.0f;
+    const float pace = morph->settings.pace;
     size_t around[27];
     for (int k = voxels_around(size, (size_t)voxel, around) - 1; k >= 0; --k) {
-        morph->pressure[around[k]] = pace;
+        if ((morph->shape[around[k]] < 0.0f) == inside) { morph->pressure[around[k]] = inside ? pace : -pace; }
         for (int i = 0; i < 3; ++i) { morph->way[3 * around[k] + (size_t)i] += (float)direction[i]; }
     }
 }
@@ -222,6 +222,7 @@ static void press_changes(struct morph *morph, const float *model, const float *
     memset(pressure, 0, count * sizeof *pressure);
     for (size_t n = 0; n < count; ++n) {
         if ((model[n] < 0.0f) == (repaired[n] < 0.0f)) { continue; }
+        pressure[n] = repaired[n] < 0.0f ? 1.0f : -1.0f; /* a drop at the grid's border leaves it */
         for (int k = voxels_around(morph->grid.size, n, around) - 1; k >= 0; --k) {
             if (repaired[n] < 0.0f) {
                 pressure[around[k]] = 1.0f;
@@ -246,7 +247,7 @@ static bool make_whole(struct morph *morph, float *model)
     }
     for (int step = 0; good && parts && step < MEND; ++step) {
         for (size_t n = 0; n < count; ++n) { repaired[n] = morph->shape[n] > OUTSIDE ? fmaxf(model[n], BARELY) : model[n]; }
-        good = solid_repair(&voxels, repaired, morph->settings.reach, &repair) || morph_no_memory();
+        good = solid_repair(&voxels, repaired, morph->settings.reach, false, &repair) || morph_no_memory();
         if (good) {
             press_changes(morph, model, repaired);
             good = contour_step(morph, NULL) && is_in_parts(morph, model, &parts);

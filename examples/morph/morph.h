@@ -19,6 +19,10 @@
 #include "surface/mesh_check.h"
 #include "surface/surface_distances.h"
 
+/* Parameters that differ from the default: the source's edges are not the target's, and springls of a limb that grows are far apart
+ * after two steps. */
+#define MORPH_SET "keep_edges=0,resample_period=2"
+
 enum { MORPH_MAX_FRAMES = 1000, MORPH_SPECK = 27 };
 
 struct morph_settings {

@@ -653,7 +653,7 @@ static bool pose_between(struct morph *morph, float part)
     }
     const float rod = ROD * fminf(1.0f, 5.0f * (1.0f - part));
     if (rod > 0.0f) { add_rods(morph, rod, part, phi); }
-    return solid_repair(&voxels, phi, morph->settings.reach, &repair) || morph_no_memory();
+    return solid_repair(&voxels, phi, morph->settings.reach, true, &repair) || morph_no_memory();
 }
 
 /* Samples a dense level set at a place in voxel coordinates, trilinearly. */

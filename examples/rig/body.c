@@ -103,7 +103,7 @@ static bool embed(const struct rig *rig, const char *path, const float *up, cons
     good = good && run_check("rig", body->ctx, springls_copy_level_set(body->ctx, phi), path)
         && thicken_sheets(rig, path, body, phi);
     good = good
-        && ((solid_repair(&body->grid, phi, (int)(BRIDGE * rig->settings.common.grid), &body->repair)
+        && ((solid_repair(&body->grid, phi, (int)(BRIDGE * rig->settings.common.grid), false, &body->repair)
              && solid_create(&body->grid, phi, band, &body->solid))
             || rig_fail("not enough memory"));
     good = good && run_check("rig", body->ctx, springls_set_level_set(body->ctx, phi), path);

@@ -301,7 +301,7 @@ static bool join_parts(struct repair *r, int reach, struct solid_repair *report)
     return true;
 }
 
-bool solid_repair(const struct solid_grid *grid, float *phi, int reach, struct solid_repair *report)
+bool solid_repair(const struct solid_grid *grid, float *phi, int reach, bool open, struct solid_repair *report)
 {
     struct repair r = {grid, (size_t)grid->size[0] * (size_t)grid->size[1] * (size_t)grid->size[2], phi, NULL, NULL,
                        NULL};
@@ -315,7 +315,7 @@ bool solid_repair(const struct solid_grid *grid, float *phi, int reach, struct s
     r.before = malloc(r.count * sizeof *r.before);
     bool good = r.label && r.queue && r.before && label_parts(&r) >= 0;
     if (good) {
-        open_crevices(&r);
+        if (open) { open_crevices(&r); }
         fill_hollows(&r, report);
         report->parts = label_parts(&r);
         good = report->parts >= 0 && join_parts(&r, reach, report);
