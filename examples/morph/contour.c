@@ -177,13 +177,13 @@ static bool lead_where_it_lags(struct morph *morph, const float *model)
     return good;
 }
 
-/* Steps `iterations` times, and more for as long as that at least halves the number of voxels where the model lags: limbs have to
+/* Steps `iterations` times, and more for as long as that makes the voxels where the model lags fewer by a third: limbs have to
  * grow, or crevices to deepen. Those that are thinner than a voxel never end. The last frame is to be the target: there steps go on
  * until some in a row have gained nothing. */
 static bool approach_shape(struct morph *morph, float *model, bool last)
 {
     const int most = last ? LAST_STEPS : STEPS, patience = last ? PATIENCE : 1;
-    const float enough = last ? 1.0f : 0.5f;
+    const float enough = last ? 1.0f : 2.0f / 3.0f;
     bool good = true;
     for (int step = 0, before = INT_MAX, vain = 0; good && (step < most || step < morph->settings.iterations); ++step) {
         good = morph_check(morph->ctx, springls_copy_level_set(morph->ctx, model), "level set");

@@ -75,8 +75,9 @@ struct morph_frame {
     double weight_error;  /* largest |sum of bone weights - 1| of its vertices */
     double volume;        /* of the mesh, voxels */
     double distance;      /* mean |target's signed distance| of particles, voxels */
+    double stray;         /* largest of these, voxels */
     double missing;       /* mean |model's signed distance| of vertices of the target's zero level, voxels */
-    double worst;         /* largest of these, voxels; at most the narrow band */
+    double worst;         /* largest of those, voxels; at most the narrow band */
     double far;           /* share of the target's vertices that are more than a voxel from the model */
     double seconds, seconds_skinning, seconds_contour, seconds_target;
     int springls, steps; /* steps: of the model, sub-steps counted */
