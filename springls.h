@@ -2957,7 +2957,7 @@ SPRINGLS__MATHS springls__v3 springls__tri_point(springls__tri t, const float ba
                              t.a.z * bary[0] + t.b.z * bary[1] + t.c.z * bary[2]);
 }
 
-SPRINGLS__MATHS springls__tri_hit springls__tri_hit_make(springls__tri t, springls__v3 x, float u, float v, float w)
+SPRINGLS__INNER springls__tri_hit springls__tri_hit_make(springls__tri t, springls__v3 x, float u, float v, float w)
 {
     springls__tri_hit h;
     h.bary[0] = u; h.bary[1] = v; h.bary[2] = w;
@@ -3823,7 +3823,7 @@ SPRINGLS__MATHS float springls__grid_sample_spline(const springls__grid *g, SPRI
 }
 
 /* Returns the gradient of the trilinear values by central differences over one voxel. */
-SPRINGLS__MATHS springls__v3 springls__grid_gradient(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
+SPRINGLS__INNER springls__v3 springls__grid_gradient(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
 {
     const float h = 0.5f;
     return springls__v3_make(springls__grid_sample(g, phi, springls__v3_make(x.x + h, x.y, x.z))
@@ -10845,7 +10845,7 @@ SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, 
         for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = background ? 1.0f : -1.0f;
 }
 
-SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int y, int z)
+SPRINGLS__INNER bool springls__background_at(const springls__grid *g, int x, int y, int z)
 {
     return !springls__table_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;
 }
@@ -27086,7 +27086,7 @@ static const char *const springls__kernel_lines[] = {
     "                             t.a.z * bary[0] + t.b.z * bary[1] + t.c.z * bary[2]);\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__tri_hit springls__tri_hit_make(springls__tri t, springls__v3 x, float u, float v, float w)\n",
+    "SPRINGLS__INNER springls__tri_hit springls__tri_hit_make(springls__tri t, springls__v3 x, float u, float v, float w)\n",
     "{\n",
     "    springls__tri_hit h;\n",
     "    h.bary[0] = u; h.bary[1] = v; h.bary[2] = w;\n",
@@ -27949,7 +27949,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns the gradient of the trilinear values by central differences over one voxel. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__grid_gradient(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)\n",
+    "SPRINGLS__INNER springls__v3 springls__grid_gradient(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)\n",
     "{\n",
     "    const float h = 0.5f;\n",
     "    return springls__v3_make(springls__grid_sample(g, phi, springls__v3_make(x.x + h, x.y, x.z))\n",
@@ -34359,7 +34359,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = background ? 1.0f : -1.0f;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int y, int z)\n",
+    "SPRINGLS__INNER bool springls__background_at(const springls__grid *g, int x, int y, int z)\n",
     "{\n",
     "    return !springls__table_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;\n",
     "}\n",

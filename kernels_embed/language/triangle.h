@@ -29,7 +29,7 @@ SPRINGLS__MATHS springls__v3 springls__tri_point(springls__tri t, const float ba
                              t.a.z * bary[0] + t.b.z * bary[1] + t.c.z * bary[2]);
 }
 
-SPRINGLS__MATHS springls__tri_hit springls__tri_hit_make(springls__tri t, springls__v3 x, float u, float v, float w)
+SPRINGLS__INNER springls__tri_hit springls__tri_hit_make(springls__tri t, springls__v3 x, float u, float v, float w)
 {
     springls__tri_hit h;
     h.bary[0] = u; h.bary[1] = v; h.bary[2] = w;

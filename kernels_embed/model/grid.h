@@ -268,7 +268,7 @@ SPRINGLS__MATHS float springls__grid_sample_spline(const springls__grid *g, SPRI
 }
 
 /* Returns the gradient of the trilinear values by central differences over one voxel. */
-SPRINGLS__MATHS springls__v3 springls__grid_gradient(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
+SPRINGLS__INNER springls__v3 springls__grid_gradient(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
 {
     const float h = 0.5f;
     return springls__v3_make(springls__grid_sample(g, phi, springls__v3_make(x.x + h, x.y, x.z))
