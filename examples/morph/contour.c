@@ -80,10 +80,10 @@ static int press_everywhere(struct morph *morph, const float *model)
     return lags;
 }
 
-/* Voxels of the shape's side that the model has not reached. */
+/* A search through voxels where the model is not yet on the shape's side, from those where it is. */
 struct search {
     int *queue, count; /* from the model on */
-    int *before;       /* of each voxel: the one before it on the way from the model, -1: none */
+    int *before;       /* of each voxel: the one before it on its way, -1: not found yet */
     bool *leads;       /* of each voxel: it is on the way to where the model lags */
 };
 
@@ -135,7 +135,7 @@ static void lead_to(struct morph *morph, int voxel, int before)
     }
 }
 
-/* Marks voxels on the way to where the model lags: those that lag, what is around, and what is before them. Leads springls there. */
+/* Leads springls along the ways to all voxels where the model lags, and to those beside them. */
 static void lead_along(struct morph *morph, const float *model, struct search *s)
 {
     const float *shape = morph->shape;
@@ -177,9 +177,9 @@ static bool lead_where_it_lags(struct morph *morph, const float *model)
     return good;
 }
 
-/* Steps `iterations` times, and more for as long as that makes the voxels where the model lags fewer by a third: limbs have to
- * grow, or crevices to deepen. Those that are thinner than a voxel never end. The last frame is to be the target: there steps go on
- * until some in a row have gained nothing. */
+/* Steps `iterations` times, and goes on as long as each step leaves the model lagging in less than two thirds of the voxels: limbs
+ * have to grow, or crevices to deepen; where they are thinner than a voxel that never ends. The last frame is to be the target:
+ * there steps go on until PATIENCE in a row have gained nothing. */
 static bool approach_shape(struct morph *morph, float *model, bool last)
 {
     const int most = last ? LAST_STEPS : STEPS, patience = last ? PATIENCE : 1;
@@ -222,7 +222,7 @@ static void press_changes(struct morph *morph, const float *model, const float *
     memset(pressure, 0, count * sizeof *pressure);
     for (size_t n = 0; n < count; ++n) {
         if ((model[n] < 0.0f) == (repaired[n] < 0.0f)) { continue; }
-        pressure[n] = repaired[n] < 0.0f ? 1.0f : -1.0f; /* a drop at the grid's border leaves it */
+        pressure[n] = repaired[n] < 0.0f ? 1.0f : -1.0f; /* also at the grid's border, where no voxel is around: a drop there is pushed out */
         for (int k = voxels_around(morph->grid.size, n, around) - 1; k >= 0; --k) {
             if (repaired[n] < 0.0f) {
                 pressure[around[k]] = 1.0f;

@@ -25,7 +25,7 @@ static int read_command_line(struct morph_settings *set, int argc, char **argv)
         {"fps", CLI_INT, &set->fps, "N", "frames a second of the animation", 1, 120, NULL},
         {"iterations", CLI_INT, &set->iterations, "N",
          "of the active contour a frame at least; up to ten while limbs grow or crevices deepen", 1, 1000, NULL},
-        {"pace", CLI_FLOAT, &set->pace, "X", "voxels that the contour moves in an iteration at most", 0.001, 1, NULL},
+        {"pace", CLI_FLOAT, &set->pace, "X", "voxels that the contour moves in an iteration, half as much again at most where the model lags", 0.001, 1, NULL},
         {"blend", CLI_INT, &set->blend, "N", "frames in which the source becomes the target", 1, 1000, NULL},
         {"thicken", CLI_FLOAT, &set->thicken, "X",
          "voxels of thickness that sheets get, such as capes (default 1, with a note); 0: leave them out", 0, 10, NULL},

@@ -19,8 +19,8 @@
 #include "surface/mesh_check.h"
 #include "surface/surface_distances.h"
 
-/* Parameters that differ from the default: the source's edges are not the target's, and springls of a limb that grows are far apart
- * after two steps. */
+/* Parameters that differ from the default. Edges of the source are not kept, since they are not the target's; springls are
+ * resampled every second step: after five, those of a growing limb are so far apart that it tears. */
 #define MORPH_SET "keep_edges=0,resample_period=2"
 
 enum { MORPH_MAX_FRAMES = 1000, MORPH_SPECK = 27 };
@@ -31,7 +31,7 @@ struct morph_settings {
     int frames;      /* at most */
     int fps;
     int iterations;  /* of the active contour a frame, at least */
-    float pace;      /* maximum motion of the contour in an iteration, voxels */
+    float pace;      /* motion of the contour by pressure in an iteration, voxels, at most */
     int blend;       /* frames in which the source becomes the target */
     float thicken;   /* voxels: sheets become solids of this thickness; 0: they are left out; negative: 1, with a note */
     int reach;       /* voxels: longest bridge to a body of a character that touches nothing */

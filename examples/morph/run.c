@@ -18,7 +18,7 @@ enum { MARGIN = 5, LEAD_IN = 8, LEAD_OUT = 12 }; /* voxels around; steps from th
 
 #define COINCIDE 0.125  /* voxels: mean distance in both directions below which the two coincide... */
 #define LEFT_OVER 0.005 /* ...if at most this share of the target is further than a voxel away, since tips grow last, */
-#define WORST 2.0       /* and neither is further from the other than this anywhere */
+#define WORST 2.0       /* and no particle or vertex is further from the other than this */
 
 bool morph_fail(const char *format, ...)
 {

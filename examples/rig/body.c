@@ -21,7 +21,7 @@ bool rig_find_template(const char *name, const char *program, char *path, size_t
     const char *slash = strrchr(program, '/');
     const bool is_file = strchr(name, '.') != NULL;
     FILE *file = NULL;
-    for (int k = 0; k < 2 && !file; ++k) {
+    for (int k = 0; k < (is_file ? 1 : 2) && !file; ++k) {
         if (is_file) {
             snprintf(path, size, "%s", name);
         } else if (k == 0) {

@@ -198,7 +198,7 @@ void mesh_free(struct mesh *mesh)
     memset(mesh, 0, sizeof *mesh);
 }
 
-/* Refuses: a PNG wants a library, and the page has no option for a texture. */
+/* Refuses: a PNG needs a library, and the page has no option for textures. */
 bool textured_mesh_write(const char *path, const struct gltf_mesh *surface, int size)
 {
     (void)path, (void)surface, (void)size;

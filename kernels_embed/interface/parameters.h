@@ -76,8 +76,8 @@ typedef struct springls_params {
     float evolve_width;      /* half-width of the compact delta of eq. 23                                          */
     float curvature;         /* voxel; lambda of eq. 22: positive smooths (manual, CURVATURE)                      */
     int carry_level_set;     /* 1: springls carry phi along, so that evolve_iterations may be 0; 0: the paper      */
-    float lazy_distance;     /* voxels: as long as springls have moved less since phi followed, a step only advects (manual,
-                                LAZY STEPS); 0: phi follows in every step, as in the paper                         */
+    float lazy_distance;     /* voxels that springls may move before phi follows; until then a step only advects (manual, LAZY
+                                STEPS); 0: phi follows in every step, as in the paper                              */
     int project_level_set;   /* 1: phi near springls is their oriented distance, to second order; 0: the paper     */
     int nucleate;            /* 1: project makes a voxel between the two sides of a thin sheet inside; 0: it does not */
     int fill_from_springls;  /* 1: fill_gaps first fills holes among springls, then the zero level; 0: the paper   */

@@ -42,7 +42,8 @@
   #if defined(__clang__)
     #pragma STDC FP_CONTRACT OFF
   #endif
-  /* Only the maths of inner loops is inline: the rest makes the code larger and slower to compile, and a step no faster. */
+  /* Only the maths of inner loops is inline: to inline the rest would make the code larger and slower to compile, and no step
+     faster. */
   #if defined(__GNUC__)
     #define SPRINGLS__MATHS __attribute__((unused)) static
     #define SPRINGLS__INNER __attribute__((unused)) static inline

@@ -243,7 +243,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(turned2)(SPRINGLS__W(movers) at, SPR
 }
 
 /* Returns the error of a springl's correspondence after its points have moved by d: adds d.error, the error of a motion that
-   turns or stretches as this one does, and that of rounding. */
+   turns or stretches as this one does, and that of rounding. turning2: as turned2 returns it. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error, SPRINGLS__W(movers) at, SPRINGLS__W(movers) d,
                                                              SPRINGLS__NUM turning2)
 {

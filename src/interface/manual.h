@@ -231,16 +231,21 @@
 
    LAZY STEPS
 
-   With lazy_distance > 0 a step of SPRINGLS_MODE_FLUID, or a sub-step, only advects while springls have moved at most that far since
-   phi last followed: by the sum of the largest displacements, with a next step as long as this one. Three limits are lower:
-   springls have turned or stretched by at most 0.18 (the largest displacement of a vertex relative to its particle, as a share of
-   their distance); phi is known as far as springls move (band_half_width + 0.5 voxel); in models with thin sheets or gaps,
-   whose sides may move against each other, 0.15 voxel.
+   With lazy_distance > 0 a step of SPRINGLS_MODE_FLUID, or a sub-step, may be lazy: it only advects. It is lazy if springls stay
+   near the place where phi last followed, and would with one more step like it. Summed over the steps since then,
 
-   The step after that is a whole one: relax, keep_edges and project run. It counts as one of resample_period for each two voxels
-   that springls have moved. So short steps cost little more than advect, and where max_displacement cuts a step into sub-steps
-   they are equal parts of lazy_distance. A step with max_displacement that goes so much further than those before it that phi
-   could not be carried along makes phi follow first.
+     - the largest displacements are at most lazy_distance, and at most band_half_width + 0.5 voxel, beyond which phi is not known
+       well enough; in models with thin sheets or gaps, whose sides may move against each other, at most 0.15 voxel;
+     - springls turn or stretch by at most 0.18: the largest displacement of a vertex relative to its particle, as a share of
+       their distance.
+
+   The step after that is a whole one: phi follows, and the other stages run as in the table of DATA FLOW. With resample_last = 1
+   it counts as several of resample_period where springls have moved far since phi last followed: one for each two voxels,
+   rounded, so that three voxels still count as one. So the default set resamples after about ten voxels.
+
+   Where max_displacement cuts a step into sub-steps they are equal parts of the distance above, unless these would be shorter
+   than three quarters of max_displacement, or springls turn too much for two of them. A step with max_displacement that goes so
+   much further than those before it that phi could not be carried along makes phi follow first.
 
      - Phi is never seen behind: every call that reads the level set makes it follow first. After a lazy step that takes the time
        of project once, and memory for a second phi. Springls stay as they are, and so do views of them.

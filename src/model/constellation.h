@@ -66,7 +66,8 @@ SPRINGLS__FN springls_status springls__drop_removed(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Drops the springls whose contract_action is REMOVE, where they and the others, which stay in order, may be asleep. */
+/* Drops the springls whose contract_action is REMOVE; the others stay in order, but get other numbers: so those that are asleep are
+   found again. */
 SPRINGLS__FN springls_status springls__constellation_compact(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__drop_removed(ctx));

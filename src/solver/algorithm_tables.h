@@ -85,18 +85,19 @@ SPRINGLS__FN bool springls__vertices_flow(const springls_context *ctx)
         && (forces->velocity || forces->velocity_batch || forces->velocity_grid.data);
 }
 
-/* Returns true when a flow keeps springls in order until they are resampled: it turns them as it turns the surface. */
-SPRINGLS__FN bool springls__flow_keeps_order(const springls_context *ctx)
+/* Returns true when relax and keep_edges may wait until springls are resampled: a velocity alone moves springls, and turns them as
+   it turns the surface. */
+SPRINGLS__FN bool springls__may_relax_later(const springls_context *ctx)
 {
     const springls_step_desc *desc = &ctx->step.desc;
     return ctx->model.params.cover && desc->mode == SPRINGLS_MODE_FLUID && !desc->one_to_one && springls__vertices_flow(ctx);
 }
 
 /* Returns true when relax runs whole, shares of the surface too, before phi follows. Springls that cover do that after resampling
-   instead. */
+   instead, or wait for it while a flow turns them. */
 SPRINGLS__FN bool springls__relaxes(const springls_context *ctx)
 {
-    return !springls__covers_again(ctx) && !springls__flow_keeps_order(ctx);
+    return !springls__covers_again(ctx) && !springls__may_relax_later(ctx);
 }
 
 SPRINGLS__FN bool springls__phi_is_from_springls(const springls_context *ctx) { return ctx->step.phi_from_springls; }
@@ -143,10 +144,10 @@ SPRINGLS__FN bool springls__stays_lazy(const springls_context *ctx)
 }
 
 /* Returns true when edges are to be found again, and springls kept at them. */
-SPRINGLS__FN bool springls__has_edges(const springls_context *ctx)
+SPRINGLS__FN bool springls__keeps_edges(const springls_context *ctx)
 {
     return ctx->model.params.keep_edges && ctx->model.set.at_edges > 0
-        && (ctx->step.resamples || !springls__flow_keeps_order(ctx));
+        && (ctx->step.resamples || !springls__may_relax_later(ctx));
 }
 
 SPRINGLS__FN bool springls__carries(const springls_context *ctx)
@@ -210,11 +211,13 @@ SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Returns how far a particle may move in a sub-step, voxels: max_displacement, or where phi may stay behind an equal part of the
-   way until it follows, if that is not much less. Springls turn with the way as in the motion that was measured last. */
+/* Returns how far a particle may move in a sub-step, voxels: max_displacement. Where phi may stay behind, an equal part of the lazy
+   limit, so that phi follows just at that limit; not where the part is much shorter, which would cost more sub-steps than it
+   saves, nor where springls turn so much that no such sub-step would be lazy, by the motion that was measured last. */
 SPRINGLS__FN float springls__longest_displacement(const springls_context *ctx)
 {
-    const float even = 0.995f, enough = 0.75f; /* parts differ a little */
+    const float even = 0.995f;  /* parts differ a little */
+    const float enough = 0.75f; /* of max_displacement */
     const springls__motion *motion = &ctx->motion;
     float longest = ctx->step.desc.max_displacement, limit = even * springls__lazy_limit(ctx), part;
     if (!springls__may_be_lazy(ctx) || limit <= longest) return longest;
@@ -228,11 +231,12 @@ SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
 {
     const float growth = 1.5f;
     springls__stepping *step = &ctx->step;
-    float longest = springls__longest_displacement(ctx), moved = ctx->motion.moved;
+    float longest, moved = ctx->motion.moved;
     if (step->time_left == 0.0f) {
         step->active = false;
         return SPRINGLS_OK;
     }
+    longest = springls__longest_displacement(ctx);
     step->time_left = (float)(step->end_time - ctx->time);
     step->longest_substep = ctx->motion.dt * (growth * moved > longest ? longest / moved : growth);
     step->longest_displacement = longest;
@@ -249,13 +253,13 @@ SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
 /* What is left of a lazy sub-step when springls have moved. */
 static const springls__step_entry springls__lazy_end[] = { { SPRINGLS__ENTRY_RUN, -1, NULL, springls__substep_end } };
 
-/* Returns how many steps of resample_period a whole step counts as: one for each two voxels that springls have moved since the
-   one before. Without resample_last, 1: contract has to know before they move. */
+/* Returns how many steps of resample_period a whole step counts as: the voxels that springls have moved since phi last followed,
+   over those of a usual step, rounded; at least 1. Without resample_last always 1: contract needs phi from before the motion. */
 SPRINGLS__FN int springls__counts_as(const springls_context *ctx)
 {
-    const float usual = 2.0f, round_up = 0.45f; /* three voxels count as one */
+    const float usual = 2.0f, rounding = 0.45f; /* below 0.5: 3 voxels are one step, 3.5 are two */
     float moved = springls__phi_lags(ctx) ? ctx->lag + ctx->motion.moved : ctx->motion.moved;
-    return ctx->model.params.resample_last ? (int)springls__max(1.0f, moved / usual + round_up) : 1;
+    return ctx->model.params.resample_last ? (int)springls__max(1.0f, moved / usual + rounding) : 1;
 }
 
 /* Counts a whole step, and decides whether springls are resampled in it. */
@@ -389,7 +393,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
 /* Makes the level set follow the springls. */
 #define SPRINGLS__FOLLOW                                                                     \
     SPRINGLS__DO(springls__follow_begin),                                                    \
-    SPRINGLS__STAGE_IF(springls__has_edges, KEEP_EDGES, springls__keep_edges),               \
+    SPRINGLS__STAGE_IF(springls__keeps_edges, KEEP_EDGES, springls__keep_edges),               \
     SPRINGLS__STAGE_IF(springls__carries, PROJECT, springls__carry_level_set),               \
     SPRINGLS__REPEAT_WHILE(springls__iterates),                                              \
         SPRINGLS__STAGE(EVOLVE, springls__evolve),                                           \

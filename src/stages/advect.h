@@ -455,8 +455,8 @@ SPRINGLS__FN springls_status springls__displace_in_blocks(springls__motion *moti
     return SPRINGLS_OK;
 }
 
-/* Finds, after that, how many particles move, the largest displacement, a negative number when that of a point is not finite,
-   and how far springls turn. */
+/* Finds, after that, how many particles move, how far springls turn at most, and the largest displacement: negative where that of a
+   point is not finite. */
 SPRINGLS__FN void springls__displaced(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;

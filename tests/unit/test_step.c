@@ -137,7 +137,7 @@ static void turn(void *angle, const float *points, int count, float time, float 
     }
 }
 
-/* Phi follows when springls have turned by 0.18, however little they have moved. */
+/* Phi follows before springls have turned by more than 0.18, however little they have moved. */
 TEST phi_follows_when_springls_turn(void)
 {
     static diary d;
@@ -156,7 +156,8 @@ TEST phi_follows_when_springls_turn(void)
     PASS();
 }
 
-/* Sub-steps are equal parts of the way until phi follows, no longer than max_displacement; resampling counts two voxels. */
+/* Sub-steps are equal parts of the lazy distance, no longer than max_displacement; a whole step of 3.5 voxels counts as two of
+   resample_period. */
 TEST substeps_divide_the_lazy_distance(void)
 {
     static diary d;

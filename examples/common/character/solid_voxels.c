@@ -94,10 +94,10 @@ bool solid_is_whole(const struct solid_grid *grid, const float *phi, bool *whole
 
 /* ---- one body of a level set ---- */
 
-#define NARROW 1.0f  /* voxel: depth within a hollow that a crevice has nowhere */
-#define OPENING 0.5f /* voxel: phi where the film that closes a crevice was */
+#define NARROW 1.0f  /* voxel: a hollow that is nowhere this deep is a crevice */
+#define OPENING 0.5f /* voxel: phi of the voxel that is taken out of a film */
 
-enum { HOLLOW = -1, CAVITY = -2 }; /* labels of voxels outside: cavities are hollows that are no crevices */
+enum { HOLLOW = -1, CAVITY = -2 }; /* labels of voxels in hollows; CAVITY: known to be no crevice */
 
 struct repair {
     const struct solid_grid *grid;
@@ -107,7 +107,7 @@ struct repair {
     int *queue, *before;
 };
 
-/* Calls for each face neighbor within the grid. */
+/* Lists the face neighbors within the grid; returns how many. */
 static int face_neighbors(const int size[3], int at, int neighbors[6])
 {
     const int step[3] = {1, size[0], size[0] * size[1]},
@@ -182,7 +182,7 @@ static int film_beside(const struct repair *r, int at)
     return -1;
 }
 
-/* Opens crevices that a film of a single voxel closes: in truth it is thinner, or there is none. */
+/* Opens crevices that a film one voxel thick closes, by one voxel of it: so thin a film is only an effect of the grid. */
 static void open_crevices(struct repair *r)
 {
     bool opened = true;

@@ -92,7 +92,8 @@ static bool next_line(struct header *h)
     return true;
 }
 
-/* Returns whether a line of an OFF file has a face of 1 to 9 corners, as assimp reads, and whether it has these corners. */
+/* Returns whether the line of a face in an OFF file names 1 to 9 corners, which is what assimp reads, all of them vertices that
+ * there are. */
 static bool face_is_good(struct header *h, double number, double vertices)
 {
     char *rest;
@@ -110,7 +111,7 @@ static bool face_is_good(struct header *h, double number, double vertices)
 }
 
 /* Returns whether as many vertices and faces follow as the counts promise, which stand behind the first word or on the line after
- * it. assimp reads beyond the end of a file in which lines are missing, and takes other vertices for those that there are not. */
+ * it. assimp reads beyond the end of a file in which lines are missing, and takes other vertices for those that do not exist. */
 static bool off_is_whole(struct header *h, const char *behind)
 {
     double count[2];
