@@ -1981,6 +1981,7 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
   #pragma OPENCL FP_CONTRACT OFF
   /* Marks a function of the shared maths. PoCL 3.1 loses stores to local memory in functions that it does not inline. */
   #define SPRINGLS__MATHS   static inline __attribute__((always_inline))
+  #define SPRINGLS__INNER   SPRINGLS__MATHS    /* the maths of inner loops              */
   #define SPRINGLS__GLOBAL  __global           /* memory that kernels and host share    */
   #define SPRINGLS__LOCAL   __local            /* memory of one work group              */
   #define SPRINGLS__BARRIER barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE)
@@ -2015,10 +2016,13 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
   #if defined(__clang__)
     #pragma STDC FP_CONTRACT OFF
   #endif
+  /* Only the maths of inner loops is inline: the rest makes the code larger and slower to compile, and a step no faster. */
   #if defined(__GNUC__)
-    #define SPRINGLS__MATHS __attribute__((unused)) static inline
+    #define SPRINGLS__MATHS __attribute__((unused)) static
+    #define SPRINGLS__INNER __attribute__((unused)) static inline
   #else
     #define SPRINGLS__MATHS static inline
+    #define SPRINGLS__INNER static inline
   #endif
   #define SPRINGLS__GLOBAL
   #define SPRINGLS__LOCAL
@@ -2099,7 +2103,7 @@ SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }
 #define SPRINGLS__NUM3 springls__v3
 #define SPRINGLS__COND bool
 #define SPRINGLS__W(name) springls__##name
-#define SPRINGLS__W_MATHS SPRINGLS__MATHS
+#define SPRINGLS__W_MATHS SPRINGLS__INNER
 
 /* ======== >>vector_body:kernel  (kernels_embed/language/vector_body.h) ========================================= */
 /* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for
@@ -2244,7 +2248,7 @@ SPRINGLS__MATHS springls__v3 springls__any_tangent(springls__v3 n)
 }
 
 /* Interpolates between eight corners: corner c lies at (c & 1, (c >> 1) & 1, c >> 2). */
-SPRINGLS__MATHS float springls__trilinear(const float corner[8], float u, float v, float w)
+SPRINGLS__INNER float springls__trilinear(const float corner[8], float u, float v, float w)
 {
     float x00 = corner[0] + (corner[1] - corner[0]) * u, x10 = corner[2] + (corner[3] - corner[2]) * u;
     float x01 = corner[4] + (corner[5] - corner[4]) * u, x11 = corner[6] + (corner[7] - corner[6]) * u;
@@ -2841,7 +2845,7 @@ typedef struct springls__tri_plan {
 #define SPRINGLS__NUM3 springls__v3
 #define SPRINGLS__COND bool
 #define SPRINGLS__W(name) springls__##name
-#define SPRINGLS__W_MATHS SPRINGLS__MATHS
+#define SPRINGLS__W_MATHS SPRINGLS__INNER
 
 /* ======== >>triangle_body:kernel  (kernels_embed/language/triangle_body.h) ===================================== */
 /* triangle_body.h - distances to segments and triangles, for single points and for several at once. */
@@ -2959,7 +2963,7 @@ SPRINGLS__MATHS springls__v3 springls__tri_point(springls__tri t, const float ba
                              t.a.z * bary[0] + t.b.z * bary[1] + t.c.z * bary[2]);
 }
 
-SPRINGLS__MATHS springls__tri_hit springls__tri_hit_make(springls__tri t, springls__v3 x, float u, float v, float w)
+SPRINGLS__INNER springls__tri_hit springls__tri_hit_make(springls__tri t, springls__v3 x, float u, float v, float w)
 {
     springls__tri_hit h;
     h.bary[0] = u; h.bary[1] = v; h.bary[2] = w;
@@ -2994,19 +2998,19 @@ SPRINGLS__MATHS springls__tri_hit springls__tri_closest(springls__tri t, springl
 }
 
 /* Returns twice the vector area: its direction is the outward normal of a counter-clockwise triangle. */
-SPRINGLS__MATHS springls__v3 springls__tri_area2(springls__tri t)
+SPRINGLS__INNER springls__v3 springls__tri_area2(springls__tri t)
 {
     return springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a));
 }
 
-SPRINGLS__MATHS springls__v3 springls__tri_normal(springls__tri t) { return springls__normalize(springls__tri_area2(t)); }
+SPRINGLS__INNER springls__v3 springls__tri_normal(springls__tri t) { return springls__normalize(springls__tri_area2(t)); }
 
 SPRINGLS__MATHS springls__v3 springls__tri_centroid(springls__tri t)
 {
     return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);
 }
 
-SPRINGLS__MATHS springls__tri_plan springls__tri_plan_make(springls__tri t)
+SPRINGLS__INNER springls__tri_plan springls__tri_plan_make(springls__tri t)
 {
     springls__tri_plan plan;
     float n2;
@@ -3039,7 +3043,7 @@ SPRINGLS__MATHS springls__tri_plan springls__tri_plan_make(springls__tri t)
 #define SPRINGLS__NUM3 springls__v3
 #define SPRINGLS__COND bool
 #define SPRINGLS__W(name) springls__##name
-#define SPRINGLS__W_MATHS SPRINGLS__MATHS
+#define SPRINGLS__W_MATHS SPRINGLS__INNER
 
 /* ======== >>springl_body:kernel  (kernels_embed/model/springl_body.h) ========================================== */
 /* springl_body.h - the record of one springl, and of several at once, one a lane. */
@@ -3424,7 +3428,7 @@ SPRINGLS__MATHS springls__tri springls__springl_tri(springls__springl s)
     return t;
 }
 
-SPRINGLS__MATHS springls__v3 springls__springl_normal(springls__springl s)
+SPRINGLS__INNER springls__v3 springls__springl_normal(springls__springl s)
 {
     return springls__tri_normal(springls__springl_tri(s));
 }
@@ -3634,7 +3638,7 @@ SPRINGLS__MATHS int springls__cell_coordinate(float x, int lower, int upper)
 }
 
 /* Finds the voxel that x lies in, the nearest one of those that the top table has. */
-SPRINGLS__MATHS void springls__voxel_of_place(const springls__grid *g, springls__v3 x, int voxel[3])
+SPRINGLS__INNER void springls__voxel_of_place(const springls__grid *g, springls__v3 x, int voxel[3])
 {
     voxel[0] = springls__cell_coordinate(x.x, g->table.lower[0], g->table.upper[0]);
     voxel[1] = springls__cell_coordinate(x.y, g->table.lower[1], g->table.upper[1]);
@@ -3714,7 +3718,7 @@ SPRINGLS__MATHS uint32_t springls__neighbor_mask_of_row(bool first_x, bool last_
 }
 
 /* Returns the value at a voxel that the top table has. */
-SPRINGLS__MATHS float springls__grid_voxel(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int x, int y, int z)
+SPRINGLS__INNER float springls__grid_voxel(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int x, int y, int z)
 {
     return field[(size_t)springls__slot_at(g, x, y, z) * SPRINGLS__BRICK_VOXELS + (size_t)springls__voxel_in_brick(x, y, z)];
 }
@@ -3725,7 +3729,7 @@ SPRINGLS__MATHS bool springls__grid_contains(const springls__grid *g, int x, int
 }
 
 /* Returns phi at any voxel, by the border rule beyond the domain. It holds beyond the top table too, where phi is far outside. */
-SPRINGLS__MATHS float springls__grid_phi(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)
+SPRINGLS__INNER float springls__grid_phi(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)
 {
     const springls__table *t = &g->table;
     float v = springls__grid_voxel(g, phi, springls__iclamp(x, t->lower[0], t->upper[0] - 1),
@@ -3828,7 +3832,7 @@ SPRINGLS__MATHS float springls__grid_sample_spline(const springls__grid *g, SPRI
 }
 
 /* Returns the gradient of the trilinear values by central differences over one voxel. */
-SPRINGLS__MATHS springls__v3 springls__grid_gradient(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
+SPRINGLS__INNER springls__v3 springls__grid_gradient(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
 {
     const float h = 0.5f;
     return springls__v3_make(springls__grid_sample(g, phi, springls__v3_make(x.x + h, x.y, x.z))
@@ -3876,7 +3880,7 @@ SPRINGLS__MATHS void springls__copy_voxel_row(SPRINGLS__GLOBAL const float *from
 }
 
 /* Loads row (y, z), counted from a brick's first voxel, of a tile of it with `margin` voxels around. entry: of the brick. */
-SPRINGLS__MATHS void springls__load_tile_row(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
+SPRINGLS__INNER void springls__load_tile_row(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
                                              int entry, bool border, int margin, int y, int z, SPRINGLS__LOCAL float *out)
 {
     int x;
@@ -3895,7 +3899,7 @@ SPRINGLS__MATHS void springls__load_tile_row(const springls__grid *g, SPRINGLS__
 }
 
 /* Loads a tile with `margin` voxels around, each item of a group some of its rows; it is complete for all items on return. */
-SPRINGLS__MATHS void springls__load_rows(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
+SPRINGLS__INNER void springls__load_rows(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
                                          bool border, int margin, springls__group group, SPRINGLS__LOCAL float *tile)
 {
     const int width = SPRINGLS__BRICK + 2 * margin, entry = springls__entry_at(g, origin[0], origin[1], origin[2]);
@@ -3983,7 +3987,7 @@ typedef struct springls__wide_tile {
 } springls__wide_tile;
 
 /* Loads a wide tile into tile->value, as springls__load_rows does, if it is `wanted`. */
-SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
+SPRINGLS__INNER void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
                                               springls__group group, bool wanted, springls__wide_tile *tile)
 {
     const int m = SPRINGLS__WIDE_MARGIN;
@@ -4263,7 +4267,7 @@ typedef struct springls__cell_walk {
     float r2;                             /* squared limit of the distance from there; below 0: none                     */
 } springls__cell_walk;
 
-SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__model *model, springls__v3 lower,
+SPRINGLS__INNER springls__cell_walk springls__cell_walk_begin(const springls__model *model, springls__v3 lower,
                                                               springls__v3 upper)
 {
     springls__cell_walk walk;
@@ -4284,7 +4288,7 @@ SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__mo
 }
 
 /* Goes on to the next row; returns false at the end. */
-SPRINGLS__MATHS bool springls__cell_walk_row(springls__cell_walk *walk)
+SPRINGLS__INNER bool springls__cell_walk_row(springls__cell_walk *walk)
 {
     const springls__grid *g = walk->g;
     SPRINGLS__GLOBAL const uint32_t *cell;
@@ -4377,7 +4381,7 @@ SPRINGLS__MATHS bool springls__is_large(float bounding_radius)
 }
 
 /* Finds the key of particle i: its cell, counted through all slots, plus 1 for the scan. */
-SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, springls__arguments args, int i)
+SPRINGLS__INNER void springls__cell_key_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
@@ -4519,7 +4523,7 @@ typedef struct springls__fit_equation {
     float term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;
 } springls__fit_equation;
 
-SPRINGLS__MATHS springls__fit_equation springls__fit_equation_of(const springls__fit *fit, springls__v3 p, springls__v3 normal,
+SPRINGLS__INNER springls__fit_equation springls__fit_equation_of(const springls__fit *fit, springls__v3 p, springls__v3 normal,
                                                                  springls__v3 a)
 {
     springls__v3 from_origin = springls__sub(p, fit->origin);
@@ -4585,7 +4589,7 @@ SPRINGLS__MATHS bool springls__fit_factor(const springls__fit *fit, int terms, f
 }
 
 /* Solves for one right-hand side, and replaces it in x by the solution. */
-SPRINGLS__MATHS void springls__fit_substitute(const float l[21], int terms, float x[SPRINGLS__FIT_TERMS])
+SPRINGLS__INNER void springls__fit_substitute(const float l[21], int terms, float x[SPRINGLS__FIT_TERMS])
 {
     int i, k;
     for (i = 0; i < terms; i++) {
@@ -4992,7 +4996,7 @@ SPRINGLS__MATHS uint8_t springls__how_far(float particle2, float largest2)
 #define SPRINGLS__NUM3 springls__v3
 #define SPRINGLS__COND bool
 #define SPRINGLS__W(name) springls__##name
-#define SPRINGLS__W_MATHS SPRINGLS__MATHS
+#define SPRINGLS__W_MATHS SPRINGLS__INNER
 
 /* ======== >>advect_body:kernel  (kernels_embed/stages/advect_body.h) =========================================== */
 /* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,
@@ -5975,7 +5979,7 @@ struct springls_context {
     int calls;              /* depth of the stages and steps at work, one inside the other                       */
     springls_stats stats;
     double time;
-    int iteration;          /* k of Algorithm 2                                                                 */
+    int iteration;          /* k of Algorithm 2, from resampling to resampling                                  */
     float lag;              /* voxels that springls have moved at most, in lazy steps, since phi last followed; FLT_MAX:
                                they have been moved otherwise, and phi follows in the next step                 */
     float lag_turned;       /* the same of how far springls have turned: the sum of motion.turned                */
@@ -6468,7 +6472,7 @@ SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, spri
 
 /* Returns true when springl `other` lies beside x on its side of the surface: its particle is within r of x and at most `high`
    above or below its tangent plane. Those of other bodies than springl `of` do not count. */
-SPRINGLS__MATHS bool springls__lies_beside(const springls__model *model, int of, int other, springls__v3 x, springls__v3 n,
+SPRINGLS__INNER bool springls__lies_beside(const springls__model *model, int of, int other, springls__v3 x, springls__v3 n,
                                            float r, float high)
 {
     springls__springl s = model->set.s[other];
@@ -6719,7 +6723,7 @@ SPRINGLS__MATHS int springls__is_beside(springls__v3 d, springls__v3 n, springls
 
 /* Returns phi at x. Beyond the domain samples are constant, so the distance to it is added: springls pushed out of the grid are
    far from the zero level. */
-SPRINGLS__MATHS float springls__phi_or_beyond(const springls__grid *g, springls__v3 x)
+SPRINGLS__INNER float springls__phi_or_beyond(const springls__grid *g, springls__v3 x)
 {
     springls__v3 border = springls__v3_make(springls__clamp(x.x, -1.0f, (float)g->size[0]),
                                             springls__clamp(x.y, -1.0f, (float)g->size[1]),
@@ -6916,7 +6920,7 @@ SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_para
 #define SPRINGLS__NUM3 springls__v3
 #define SPRINGLS__COND bool
 #define SPRINGLS__W(name) springls__##name
-#define SPRINGLS__W_MATHS SPRINGLS__MATHS
+#define SPRINGLS__W_MATHS SPRINGLS__INNER
 
 /* ======== >>relax_body:kernel  (kernels_embed/stages/relax_body.h) ============================================= */
 /* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.
@@ -7366,7 +7370,7 @@ typedef struct springls__oriented { springls__v3 p, n, moved; int edge; } spring
 #define SPRINGLS__NUM3 springls__v3
 #define SPRINGLS__COND bool
 #define SPRINGLS__W(name) springls__##name
-#define SPRINGLS__W_MATHS SPRINGLS__MATHS
+#define SPRINGLS__W_MATHS SPRINGLS__INNER
 
 /* ======== >>project_body:kernel  (kernels_embed/stages/project_body.h) ========================================= */
 /* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around
@@ -8405,7 +8409,7 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
    centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */
 
 /* Returns the direction of the first arm of the equilateral triangle that is most like the triangle of s, which faces n. */
-SPRINGLS__MATHS springls__v3 springls__first_arm(springls__springl s, springls__v3 n)
+SPRINGLS__INNER springls__v3 springls__first_arm(springls__springl s, springls__v3 n)
 {
     springls__v3 arm = springls__sub(s.q[0], springls__lerp(s.q[1], s.q[2], 0.5f));
     arm = springls__mad(arm, springls__cross(n, springls__sub(s.q[2], s.q[1])), 0.866025404f);
@@ -8608,7 +8612,7 @@ SPRINGLS__MATHS springls__v3 springls__turn_by_third(springls__v3 u, springls__v
 }
 
 /* Returns q, stretched about the centre as the share is, at the same area. */
-SPRINGLS__MATHS springls__v3 springls__stretched(springls__v3 q, springls__v3 centre, springls__v3 u, springls__v3 v,
+SPRINGLS__INNER springls__v3 springls__stretched(springls__v3 q, springls__v3 centre, springls__v3 u, springls__v3 v,
                                                  springls__share share)
 {
     float c = 0.5f * share.longer, s = 0.5f * share.askew, scale = 1.0f / springls__sqrt(1.0f - (c * c + s * s));
@@ -9048,7 +9052,7 @@ SPRINGLS__MATHS springls__cube_range springls__brick_cubes(const springls__grid 
     return range;
 }
 
-SPRINGLS__MATHS springls__mc_cell springls__tile_cube(SPRINGLS__LOCAL const float *tile, int x, int y, int z)
+SPRINGLS__INNER springls__mc_cell springls__tile_cube(SPRINGLS__LOCAL const float *tile, int x, int y, int z)
 {
     springls__mc_cell cell;
     int c;
@@ -9064,7 +9068,7 @@ SPRINGLS__MATHS springls__mc_cell springls__grid_cube(const springls__grid *g, i
     return cell;
 }
 
-SPRINGLS__MATHS springls__v3 springls__cube_vertex(const springls__cube_range *range, springls__mc_cell cell, int x, int y, int z,
+SPRINGLS__INNER springls__v3 springls__cube_vertex(const springls__cube_range *range, springls__mc_cell cell, int x, int y, int z,
                                                    int edge)
 {
     return springls__mc_point(range->origin[0] + x, range->origin[1] + y, range->origin[2] + z, edge,
@@ -10010,7 +10014,7 @@ SPRINGLS__MATHS bool springls__stirs(const springls__model *model, int i, int wh
 }
 
 /* Ends the calm of the octant that a place lies in. */
-SPRINGLS__MATHS void springls__end_calm_at(const springls__grid *g, springls__v3 x)
+SPRINGLS__INNER void springls__end_calm_at(const springls__grid *g, springls__v3 x)
 {
     int voxel[3], octant;
     springls__voxel_of_place(g, x, voxel);
@@ -10094,7 +10098,7 @@ SPRINGLS__MATHS unsigned int springls__mask27_spread_z(unsigned int m)
 /* Returns 1 when the center is next to exactly one component of the inside (topological number T6 = 1). Components are
    6-connected through the 18 neighbors that share a face or an edge with the center; only those with one of the 6 face
    neighbors count. */
-SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)
+SPRINGLS__INNER int springls__touches_one_inside(unsigned int mask27)
 {
     unsigned int faces = mask27 & 0x0415410u;
     unsigned int near18 = mask27 & 0x2ebdebau;
@@ -10108,7 +10112,7 @@ SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)
 }
 
 /* Returns 1 when the center is next to exactly one component of the outside, 26-connected through its 26 neighbors (T26 = 1). */
-SPRINGLS__MATHS int springls__touches_one_outside(unsigned int mask27)
+SPRINGLS__INNER int springls__touches_one_outside(unsigned int mask27)
 {
     unsigned int outside = ~mask27 & 0x7ffdfffu;
     unsigned int component = outside & (~outside + 1u), before = 0u;
@@ -10237,7 +10241,7 @@ SPRINGLS__MATHS bool springls__part_has(const springls__part *part, const int at
 }
 
 /* Adds a voxel, unless the part has it; returns false where the part would be too wide. */
-SPRINGLS__MATHS bool springls__part_add(springls__part *part, const int at[3])
+SPRINGLS__INNER bool springls__part_add(springls__part *part, const int at[3])
 {
     int axis, word;
     uint32_t bit = springls__part_bit(at, &word);
@@ -10408,7 +10412,7 @@ SPRINGLS__MATHS bool springls__is_best_joint(const springls__model *model, const
 }
 
 /* Returns true when one of eight voxels is a joint candidate; phi points into a tile. */
-SPRINGLS__MATHS bool springls__row_has_joint_candidate(SPRINGLS__LOCAL const float *phi)
+SPRINGLS__INNER bool springls__row_has_joint_candidate(SPRINGLS__LOCAL const float *phi)
 {
     const int y = SPRINGLS__TILE, z = SPRINGLS__TILE * SPRINGLS__TILE;
     int i;
@@ -10442,7 +10446,7 @@ SPRINGLS__MATHS void springls__find_joint_candidates_element(const springls__mod
 }
 
 /* Loads active brick i into a tile, copies its phi to phi_next, and finds its first voxel. */
-SPRINGLS__MATHS void springls__copy_brick(const springls__model *model, int i, SPRINGLS__LOCAL float *tile, int origin[3])
+SPRINGLS__INNER void springls__copy_brick(const springls__model *model, int i, SPRINGLS__LOCAL float *tile, int origin[3])
 {
     const springls__grid *g = &model->grid;
     int row, x;
@@ -10884,7 +10888,7 @@ SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, 
         for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = background ? 1.0f : -1.0f;
 }
 
-SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int y, int z)
+SPRINGLS__INNER bool springls__background_at(const springls__grid *g, int x, int y, int z)
 {
     return !springls__table_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;
 }
@@ -11107,7 +11111,7 @@ SPRINGLS__MATHS void springls__write_element(const springls__model *model, sprin
 #define SPRINGLS__NUM3 springls__v3
 #define SPRINGLS__COND bool
 #define SPRINGLS__W(name) springls__##name
-#define SPRINGLS__W_MATHS SPRINGLS__MATHS
+#define SPRINGLS__W_MATHS SPRINGLS__INNER
 
 /* ======== >>correspondence_fit_body:kernel  (kernels_embed/model/correspondence_fit_body.h) ==================== */
 /* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */
@@ -18113,7 +18117,8 @@ SPRINGLS__FN bool springls__vertices_flow(const springls_context *ctx)
 /* Returns true when a flow keeps springls in order until they are resampled: it turns them as it turns the surface. */
 SPRINGLS__FN bool springls__flow_keeps_order(const springls_context *ctx)
 {
-    return ctx->model.params.cover && !ctx->step.desc.one_to_one && springls__vertices_flow(ctx);
+    const springls_step_desc *desc = &ctx->step.desc;
+    return ctx->model.params.cover && desc->mode == SPRINGLS_MODE_FLUID && !desc->one_to_one && springls__vertices_flow(ctx);
 }
 
 /* Returns true when relax runs whole, shares of the surface too, before phi follows. Springls that cover do that after resampling
@@ -18155,7 +18160,7 @@ SPRINGLS__FN float springls__lazy_limit(const springls_context *ctx)
     return ctx->opposed ? springls__min(closely, limit) : limit;
 }
 
-/* How far springls may turn or stretch before phi follows: see springls__turning2. */
+/* How far springls may turn or stretch before phi follows: see springls__turned2. */
 #define SPRINGLS__LAZY_TURN 0.18f
 
 /* Returns true when springls may move and turn once more, as far as just now, before phi follows. */
@@ -18235,15 +18240,16 @@ SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
 }
 
 /* Returns how far a particle may move in a sub-step, voxels: max_displacement, or where phi may stay behind an equal part of the
-   way until it follows. Springls turn with the way as in the motion that was measured last. */
+   way until it follows, if that is not much less. Springls turn with the way as in the motion that was measured last. */
 SPRINGLS__FN float springls__longest_displacement(const springls_context *ctx)
 {
-    const float even = 0.995f; /* parts differ a little */
+    const float even = 0.995f, enough = 0.75f; /* parts differ a little */
     const springls__motion *motion = &ctx->motion;
     float longest = ctx->step.desc.max_displacement, limit = even * springls__lazy_limit(ctx), part;
     if (!springls__may_be_lazy(ctx) || limit <= longest) return longest;
     part = limit / (springls__floor(limit / longest * 0.9999f) + 1.0f);
-    return 2.0f * part * motion->turned <= SPRINGLS__LAZY_TURN * motion->moved ? part : longest;
+    if (part < enough * longest || 2.0f * part * motion->turned > SPRINGLS__LAZY_TURN * motion->moved) return longest;
+    return part;
 }
 
 /* Ends the step, or begins another sub-step: as long as the displacement of the last one permits, at most half as long again. */
@@ -18276,18 +18282,17 @@ static const springls__step_entry springls__lazy_end[] = { { SPRINGLS__ENTRY_RUN
    one before. Without resample_last, 1: contract has to know before they move. */
 SPRINGLS__FN int springls__counts_as(const springls_context *ctx)
 {
-    const float usual = 2.0f;
+    const float usual = 2.0f, round_up = 0.45f; /* three voxels count as one */
     float moved = springls__phi_lags(ctx) ? ctx->lag + ctx->motion.moved : ctx->motion.moved;
-    return ctx->model.params.resample_last ? springls__imax(1, (int)(moved / usual + 0.5f)) : 1;
+    return ctx->model.params.resample_last ? (int)springls__max(1.0f, moved / usual + round_up) : 1;
 }
 
 /* Counts a whole step, and decides whether springls are resampled in it. */
 SPRINGLS__FN void springls__count_whole_step(springls_context *ctx)
 {
-    int counts_as = springls__counts_as(ctx);
-    bool due = springls__resample_due(ctx, counts_as);
-    ctx->iteration += counts_as;
-    if (due) ctx->iteration -= ctx->iteration % ctx->model.params.resample_period;
+    const int counts_as = springls__counts_as(ctx);
+    const bool due = springls__resample_due(ctx, counts_as);
+    ctx->iteration = due ? 0 : ctx->iteration + counts_as;
     ctx->step.resamples = due && !ctx->step.desc.one_to_one;
 }
 
@@ -21577,28 +21582,30 @@ SPRINGLS__FN void springls__try_candidate(const springls__model *model, const sp
 }
 
 /* Returns the candidates whose particles are nearest to the vertices, as floats, which numbers as small fit in; at least one is
-   listed. */
-SPRINGLS__FN springls__vec springls__nearest_particles(const springls__candidates *c, springls__vec3 x)
+   listed. Leaves the squared distances to all that are listed in c->sample. */
+SPRINGLS__FN springls__vec springls__nearest_particles(springls__candidates *c, springls__vec3 x)
 {
     springls__vec best = springls__vec_broadcast(FLT_MAX), nearest = springls__vec_broadcast(0.0f);
     int i;
     for (i = 0; i < c->listed; i++) {
         const springls__vec d2 = springls__vec_length2(springls__vec_sub(springls__particle_of(c, c->list[i]), x));
+        springls__vec_store(c->sample + SPRINGLS__LANES * i, d2);
         nearest = springls__vec_select(d2 < best, springls__vec_broadcast((float)c->list[i]), nearest);
         best = springls__vec_min(d2, best);
     }
     return nearest;
 }
 
-/* Returns where a vertex, at d from the particle of candidate k, is within the limit of the plane of its triangle. */
-SPRINGLS__FN springls__vmask springls__reaches_plane(const springls__candidates *c, int k, springls__vec3 d, springls__vec limit)
+/* Returns where vertices are within the limit of the plane of candidate k's triangle. */
+SPRINGLS__FN springls__vmask springls__reaches_plane(const springls__candidates *c, int k, springls__vec3 x, springls__vec limit)
 {
+    const springls__vec3 d = springls__vec_sub(x, springls__particle_of(c, k));
     return springls__vec_fabs(springls__vec_dot(d, springls__vec_broadcast3(c->n[k])) - c->height[k]) <= limit;
 }
 
 /* Finds the candidates nearest to the vertices. Those whose particles are nearest come first: after them few others can be
    nearer. */
-SPRINGLS__FN void springls__find_nearest(const springls__model *model, const springls__candidates *c, springls__vertex_group *group)
+SPRINGLS__FN void springls__find_nearest(const springls__model *model, springls__candidates *c, springls__vertex_group *group)
 {
     springls__nearest_search search;
     springls__vec guess;
@@ -21617,9 +21624,8 @@ SPRINGLS__FN void springls__find_nearest(const springls__model *model, const spr
     for (i = 0; i < c->listed; i++) {
         const int k = c->list[i];
         const springls__vec limit = springls__vec_load(search.limit), within = limit + c->bounding_radius[k];
-        const springls__vec3 d = springls__vec_sub(group->x, springls__particle_of(c, k));
-        const springls__vmask reaches = springls__vec_length2(d) <= within * within;
-        if (springls__vec_any(reaches) && springls__vec_any(reaches & springls__reaches_plane(c, k, d, limit))
+        const springls__vmask reaches = springls__vec_load(c->sample + SPRINGLS__LANES * i) <= within * within;
+        if (springls__vec_any(reaches) && springls__vec_any(reaches & springls__reaches_plane(c, k, group->x, limit))
             && !springls__vec_any(guess == (float)k))
             springls__try_candidate(model, c, k, group, &search);
     }
@@ -26232,6 +26238,7 @@ static const char *const springls__kernel_lines[] = {
     "  #pragma OPENCL FP_CONTRACT OFF\n",
     "  /* Marks a function of the shared maths. PoCL 3.1 loses stores to local memory in functions that it does not inline. */\n",
     "  #define SPRINGLS__MATHS   static inline __attribute__((always_inline))\n",
+    "  #define SPRINGLS__INNER   SPRINGLS__MATHS    /* the maths of inner loops              */\n",
     "  #define SPRINGLS__GLOBAL  __global           /* memory that kernels and host share    */\n",
     "  #define SPRINGLS__LOCAL   __local            /* memory of one work group              */\n",
     "  #define SPRINGLS__BARRIER barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE)\n",
@@ -26266,10 +26273,13 @@ static const char *const springls__kernel_lines[] = {
     "  #if defined(__clang__)\n",
     "    #pragma STDC FP_CONTRACT OFF\n",
     "  #endif\n",
+    "  /* Only the maths of inner loops is inline: the rest makes the code larger and slower to compile, and a step no faster. */\n",
     "  #if defined(__GNUC__)\n",
-    "    #define SPRINGLS__MATHS __attribute__((unused)) static inline\n",
+    "    #define SPRINGLS__MATHS __attribute__((unused)) static\n",
+    "    #define SPRINGLS__INNER __attribute__((unused)) static inline\n",
     "  #else\n",
     "    #define SPRINGLS__MATHS static inline\n",
+    "    #define SPRINGLS__INNER static inline\n",
     "  #endif\n",
     "  #define SPRINGLS__GLOBAL\n",
     "  #define SPRINGLS__LOCAL\n",
@@ -26312,7 +26322,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2066 \"springls.h\"\n",
+    "#line 2070 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -26334,7 +26344,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2089 \"springls.h\"\n",
+    "#line 2093 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26348,8 +26358,8 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__NUM3 springls__v3\n",
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
-    "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2105 \"springls.h\"\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
+    "#line 2109 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -26473,7 +26483,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2229 \"springls.h\"\n",
+    "#line 2233 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -26492,14 +26502,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Interpolates between eight corners: corner c lies at (c & 1, (c >> 1) & 1, c >> 2). */\n",
-    "SPRINGLS__MATHS float springls__trilinear(const float corner[8], float u, float v, float w)\n",
+    "SPRINGLS__INNER float springls__trilinear(const float corner[8], float u, float v, float w)\n",
     "{\n",
     "    float x00 = corner[0] + (corner[1] - corner[0]) * u, x10 = corner[2] + (corner[3] - corner[2]) * u;\n",
     "    float x01 = corner[4] + (corner[5] - corner[4]) * u, x11 = corner[6] + (corner[7] - corner[6]) * u;\n",
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2256 \"springls.h\"\n",
+    "#line 2260 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -26719,7 +26729,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2477 \"springls.h\"\n",
+    "#line 2481 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26734,7 +26744,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2492 \"springls.h\"\n",
+    "#line 2496 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -26858,14 +26868,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2616 \"springls.h\"\n",
+    "#line 2620 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2624 \"springls.h\"\n",
+    "#line 2628 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -26964,7 +26974,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 2724 \"springls.h\"\n",
+    "#line 2728 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -27058,7 +27068,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 2819 \"springls.h\"\n",
+    "#line 2823 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -27070,7 +27080,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2831 \"springls.h\"\n",
+    "#line 2835 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27084,8 +27094,8 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__NUM3 springls__v3\n",
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
-    "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 2847 \"springls.h\"\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
+    "#line 2851 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -27129,7 +27139,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2891 \"springls.h\"\n",
+    "#line 2895 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27144,7 +27154,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2906 \"springls.h\"\n",
+    "#line 2910 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -27188,7 +27198,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2950 \"springls.h\"\n",
+    "#line 2954 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -27201,7 +27211,7 @@ static const char *const springls__kernel_lines[] = {
     "                             t.a.z * bary[0] + t.b.z * bary[1] + t.c.z * bary[2]);\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__tri_hit springls__tri_hit_make(springls__tri t, springls__v3 x, float u, float v, float w)\n",
+    "SPRINGLS__INNER springls__tri_hit springls__tri_hit_make(springls__tri t, springls__v3 x, float u, float v, float w)\n",
     "{\n",
     "    springls__tri_hit h;\n",
     "    h.bary[0] = u; h.bary[1] = v; h.bary[2] = w;\n",
@@ -27236,19 +27246,19 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns twice the vector area: its direction is the outward normal of a counter-clockwise triangle. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__tri_area2(springls__tri t)\n",
+    "SPRINGLS__INNER springls__v3 springls__tri_area2(springls__tri t)\n",
     "{\n",
     "    return springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a));\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__v3 springls__tri_normal(springls__tri t) { return springls__normalize(springls__tri_area2(t)); }\n",
+    "SPRINGLS__INNER springls__v3 springls__tri_normal(springls__tri t) { return springls__normalize(springls__tri_area2(t)); }\n",
     "\n",
     "SPRINGLS__MATHS springls__v3 springls__tri_centroid(springls__tri t)\n",
     "{\n",
     "    return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__tri_plan springls__tri_plan_make(springls__tri t)\n",
+    "SPRINGLS__INNER springls__tri_plan springls__tri_plan_make(springls__tri t)\n",
     "{\n",
     "    springls__tri_plan plan;\n",
     "    float n2;\n",
@@ -27267,7 +27277,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3029 \"springls.h\"\n",
+    "#line 3033 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27281,8 +27291,8 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__NUM3 springls__v3\n",
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
-    "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 3045 \"springls.h\"\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
+    "#line 3049 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -27349,7 +27359,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3112 \"springls.h\"\n",
+    "#line 3116 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27364,7 +27374,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3127 \"springls.h\"\n",
+    "#line 3131 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -27431,7 +27441,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3195 \"springls.h\"\n",
+    "#line 3199 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -27664,7 +27674,7 @@ static const char *const springls__kernel_lines[] = {
     "    return t;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__v3 springls__springl_normal(springls__springl s)\n",
+    "SPRINGLS__INNER springls__v3 springls__springl_normal(springls__springl s)\n",
     "{\n",
     "    return springls__tri_normal(springls__springl_tri(s));\n",
     "}\n",
@@ -27800,7 +27810,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3565 \"springls.h\"\n",
+    "#line 3569 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -27873,7 +27883,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Finds the voxel that x lies in, the nearest one of those that the top table has. */\n",
-    "SPRINGLS__MATHS void springls__voxel_of_place(const springls__grid *g, springls__v3 x, int voxel[3])\n",
+    "SPRINGLS__INNER void springls__voxel_of_place(const springls__grid *g, springls__v3 x, int voxel[3])\n",
     "{\n",
     "    voxel[0] = springls__cell_coordinate(x.x, g->table.lower[0], g->table.upper[0]);\n",
     "    voxel[1] = springls__cell_coordinate(x.y, g->table.lower[1], g->table.upper[1]);\n",
@@ -27953,7 +27963,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns the value at a voxel that the top table has. */\n",
-    "SPRINGLS__MATHS float springls__grid_voxel(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int x, int y, int z)\n",
+    "SPRINGLS__INNER float springls__grid_voxel(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int x, int y, int z)\n",
     "{\n",
     "    return field[(size_t)springls__slot_at(g, x, y, z) * SPRINGLS__BRICK_VOXELS + (size_t)springls__voxel_in_brick(x, y, z)];\n",
     "}\n",
@@ -27964,7 +27974,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns phi at any voxel, by the border rule beyond the domain. It holds beyond the top table too, where phi is far outside. */\n",
-    "SPRINGLS__MATHS float springls__grid_phi(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)\n",
+    "SPRINGLS__INNER float springls__grid_phi(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)\n",
     "{\n",
     "    const springls__table *t = &g->table;\n",
     "    float v = springls__grid_voxel(g, phi, springls__iclamp(x, t->lower[0], t->upper[0] - 1),\n",
@@ -28067,7 +28077,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns the gradient of the trilinear values by central differences over one voxel. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__grid_gradient(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)\n",
+    "SPRINGLS__INNER springls__v3 springls__grid_gradient(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)\n",
     "{\n",
     "    const float h = 0.5f;\n",
     "    return springls__v3_make(springls__grid_sample(g, phi, springls__v3_make(x.x + h, x.y, x.z))\n",
@@ -28115,7 +28125,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Loads row (y, z), counted from a brick's first voxel, of a tile of it with `margin` voxels around. entry: of the brick. */\n",
-    "SPRINGLS__MATHS void springls__load_tile_row(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],\n",
+    "SPRINGLS__INNER void springls__load_tile_row(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],\n",
     "                                             int entry, bool border, int margin, int y, int z, SPRINGLS__LOCAL float *out)\n",
     "{\n",
     "    int x;\n",
@@ -28134,7 +28144,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Loads a tile with `margin` voxels around, each item of a group some of its rows; it is complete for all items on return. */\n",
-    "SPRINGLS__MATHS void springls__load_rows(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],\n",
+    "SPRINGLS__INNER void springls__load_rows(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],\n",
     "                                         bool border, int margin, springls__group group, SPRINGLS__LOCAL float *tile)\n",
     "{\n",
     "    const int width = SPRINGLS__BRICK + 2 * margin, entry = springls__entry_at(g, origin[0], origin[1], origin[2]);\n",
@@ -28222,7 +28232,7 @@ static const char *const springls__kernel_lines[] = {
     "} springls__wide_tile;\n",
     "\n",
     "/* Loads a wide tile into tile->value, as springls__load_rows does, if it is `wanted`. */\n",
-    "SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],\n",
+    "SPRINGLS__INNER void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],\n",
     "                                              springls__group group, bool wanted, springls__wide_tile *tile)\n",
     "{\n",
     "    const int m = SPRINGLS__WIDE_MARGIN;\n",
@@ -28446,7 +28456,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4212 \"springls.h\"\n",
+    "#line 4216 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -28501,7 +28511,7 @@ static const char *const springls__kernel_lines[] = {
     "    float r2;                             /* squared limit of the distance from there; below 0: none                     */\n",
     "} springls__cell_walk;\n",
     "\n",
-    "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__model *model, springls__v3 lower,\n",
+    "SPRINGLS__INNER springls__cell_walk springls__cell_walk_begin(const springls__model *model, springls__v3 lower,\n",
     "                                                              springls__v3 upper)\n",
     "{\n",
     "    springls__cell_walk walk;\n",
@@ -28522,7 +28532,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Goes on to the next row; returns false at the end. */\n",
-    "SPRINGLS__MATHS bool springls__cell_walk_row(springls__cell_walk *walk)\n",
+    "SPRINGLS__INNER bool springls__cell_walk_row(springls__cell_walk *walk)\n",
     "{\n",
     "    const springls__grid *g = walk->g;\n",
     "    SPRINGLS__GLOBAL const uint32_t *cell;\n",
@@ -28615,7 +28625,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Finds the key of particle i: its cell, counted through all slots, plus 1 for the scan. */\n",
-    "SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, springls__arguments args, int i)\n",
+    "SPRINGLS__INNER void springls__cell_key_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
@@ -28707,7 +28717,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4474 \"springls.h\"\n",
+    "#line 4478 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -28756,7 +28766,7 @@ static const char *const springls__kernel_lines[] = {
     "    float term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;\n",
     "} springls__fit_equation;\n",
     "\n",
-    "SPRINGLS__MATHS springls__fit_equation springls__fit_equation_of(const springls__fit *fit, springls__v3 p, springls__v3 normal,\n",
+    "SPRINGLS__INNER springls__fit_equation springls__fit_equation_of(const springls__fit *fit, springls__v3 p, springls__v3 normal,\n",
     "                                                                 springls__v3 a)\n",
     "{\n",
     "    springls__v3 from_origin = springls__sub(p, fit->origin);\n",
@@ -28822,7 +28832,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Solves for one right-hand side, and replaces it in x by the solution. */\n",
-    "SPRINGLS__MATHS void springls__fit_substitute(const float l[21], int terms, float x[SPRINGLS__FIT_TERMS])\n",
+    "SPRINGLS__INNER void springls__fit_substitute(const float l[21], int terms, float x[SPRINGLS__FIT_TERMS])\n",
     "{\n",
     "    int i, k;\n",
     "    for (i = 0; i < terms; i++) {\n",
@@ -28944,7 +28954,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Returns how many terms a number of neighbors is enough for: a quadratic's with ten or more, a plane's with four or more. */\n",
     "SPRINGLS__MATHS int springls__fit_terms(float count) { return count >= 10.0f ? 6 : count >= 4.0f ? 3 : 0; }\n",
-    "#line 4712 \"springls.h\"\n",
+    "#line 4716 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -29063,7 +29073,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 4832 \"springls.h\"\n",
+    "#line 4836 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -29213,7 +29223,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;\n",
     "}\n",
     "\n",
-    "#line 4982 \"springls.h\"\n",
+    "#line 4986 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29227,8 +29237,8 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__NUM3 springls__v3\n",
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
-    "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 4998 \"springls.h\"\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
+    "#line 5002 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -29570,7 +29580,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5340 \"springls.h\"\n",
+    "#line 5344 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29585,7 +29595,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5355 \"springls.h\"\n",
+    "#line 5359 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -29927,7 +29937,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5697 \"springls.h\"\n",
+    "#line 5701 \"springls.h\"\n",
     "\n",
     "/* Finds what becomes of springl i by the forces of the rule. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -29944,7 +29954,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 6302 \"springls.h\"\n",
+    "#line 6306 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -29970,7 +29980,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6329 \"springls.h\"\n",
+    "#line 6333 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -30059,7 +30069,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6419 \"springls.h\"\n",
+    "#line 6423 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -30112,7 +30122,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Returns true when springl `other` lies beside x on its side of the surface: its particle is within r of x and at most `high`\n",
     "   above or below its tangent plane. Those of other bodies than springl `of` do not count. */\n",
-    "SPRINGLS__MATHS bool springls__lies_beside(const springls__model *model, int of, int other, springls__v3 x, springls__v3 n,\n",
+    "SPRINGLS__INNER bool springls__lies_beside(const springls__model *model, int of, int other, springls__v3 x, springls__v3 n,\n",
     "                                           float r, float high)\n",
     "{\n",
     "    springls__springl s = model->set.s[other];\n",
@@ -30199,7 +30209,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6560 \"springls.h\"\n",
+    "#line 6564 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -30292,7 +30302,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6654 \"springls.h\"\n",
+    "#line 6658 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -30361,7 +30371,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Returns phi at x. Beyond the domain samples are constant, so the distance to it is added: springls pushed out of the grid are\n",
     "   far from the zero level. */\n",
-    "SPRINGLS__MATHS float springls__phi_or_beyond(const springls__grid *g, springls__v3 x)\n",
+    "SPRINGLS__INNER float springls__phi_or_beyond(const springls__grid *g, springls__v3 x)\n",
     "{\n",
     "    springls__v3 border = springls__v3_make(springls__clamp(x.x, -1.0f, (float)g->size[0]),\n",
     "                                            springls__clamp(x.y, -1.0f, (float)g->size[1]),\n",
@@ -30513,7 +30523,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6876 \"springls.h\"\n",
+    "#line 6880 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -30543,7 +30553,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6906 \"springls.h\"\n",
+    "#line 6910 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30557,8 +30567,8 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__NUM3 springls__v3\n",
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
-    "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 6922 \"springls.h\"\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
+    "#line 6926 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -30727,7 +30737,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7091 \"springls.h\"\n",
+    "#line 7095 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30742,7 +30752,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7106 \"springls.h\"\n",
+    "#line 7110 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -30911,7 +30921,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7275 \"springls.h\"\n",
+    "#line 7279 \"springls.h\"\n",
     "\n",
     "/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -30965,7 +30975,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7330 \"springls.h\"\n",
+    "#line 7334 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -30991,7 +31001,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7356 \"springls.h\"\n",
+    "#line 7360 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31005,8 +31015,8 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__NUM3 springls__v3\n",
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
-    "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 7372 \"springls.h\"\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
+    "#line 7376 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -31089,7 +31099,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7455 \"springls.h\"\n",
+    "#line 7459 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31104,7 +31114,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7470 \"springls.h\"\n",
+    "#line 7474 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -31187,7 +31197,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7553 \"springls.h\"\n",
+    "#line 7557 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -31262,7 +31272,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7629 \"springls.h\"\n",
+    "#line 7633 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -31813,7 +31823,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8181 \"springls.h\"\n",
+    "#line 8185 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -31910,7 +31920,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8279 \"springls.h\"\n",
+    "#line 8283 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -32034,12 +32044,12 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8404 \"springls.h\"\n",
+    "#line 8408 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
     "/* Returns the direction of the first arm of the equilateral triangle that is most like the triangle of s, which faces n. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__first_arm(springls__springl s, springls__v3 n)\n",
+    "SPRINGLS__INNER springls__v3 springls__first_arm(springls__springl s, springls__v3 n)\n",
     "{\n",
     "    springls__v3 arm = springls__sub(s.q[0], springls__lerp(s.q[1], s.q[2], 0.5f));\n",
     "    arm = springls__mad(arm, springls__cross(n, springls__sub(s.q[2], s.q[1])), 0.866025404f);\n",
@@ -32242,7 +32252,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns q, stretched about the centre as the share is, at the same area. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__stretched(springls__v3 q, springls__v3 centre, springls__v3 u, springls__v3 v,\n",
+    "SPRINGLS__INNER springls__v3 springls__stretched(springls__v3 q, springls__v3 centre, springls__v3 u, springls__v3 v,\n",
     "                                                 springls__share share)\n",
     "{\n",
     "    float c = 0.5f * share.longer, s = 0.5f * share.askew, scale = 1.0f / springls__sqrt(1.0f - (c * c + s * s));\n",
@@ -32304,7 +32314,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8675 \"springls.h\"\n",
+    "#line 8679 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -32380,7 +32390,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8752 \"springls.h\"\n",
+    "#line 8756 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -32522,7 +32532,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 8895 \"springls.h\"\n",
+    "#line 8899 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -32679,7 +32689,7 @@ static const char *const springls__kernel_lines[] = {
     "    return range;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__mc_cell springls__tile_cube(SPRINGLS__LOCAL const float *tile, int x, int y, int z)\n",
+    "SPRINGLS__INNER springls__mc_cell springls__tile_cube(SPRINGLS__LOCAL const float *tile, int x, int y, int z)\n",
     "{\n",
     "    springls__mc_cell cell;\n",
     "    int c;\n",
@@ -32695,7 +32705,7 @@ static const char *const springls__kernel_lines[] = {
     "    return cell;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__v3 springls__cube_vertex(const springls__cube_range *range, springls__mc_cell cell, int x, int y, int z,\n",
+    "SPRINGLS__INNER springls__v3 springls__cube_vertex(const springls__cube_range *range, springls__mc_cell cell, int x, int y, int z,\n",
     "                                                   int edge)\n",
     "{\n",
     "    return springls__mc_point(range->origin[0] + x, range->origin[1] + y, range->origin[2] + z, edge,\n",
@@ -32711,7 +32721,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9085 \"springls.h\"\n",
+    "#line 9089 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -32838,7 +32848,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9213 \"springls.h\"\n",
+    "#line 9217 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -32871,7 +32881,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (others == 0) return 0;\n",
     "    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;\n",
     "}\n",
-    "#line 9247 \"springls.h\"\n",
+    "#line 9251 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -33436,7 +33446,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9813 \"springls.h\"\n",
+    "#line 9817 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -33588,7 +33598,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 9966 \"springls.h\"\n",
+    "#line 9970 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -33636,7 +33646,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Ends the calm of the octant that a place lies in. */\n",
-    "SPRINGLS__MATHS void springls__end_calm_at(const springls__grid *g, springls__v3 x)\n",
+    "SPRINGLS__INNER void springls__end_calm_at(const springls__grid *g, springls__v3 x)\n",
     "{\n",
     "    int voxel[3], octant;\n",
     "    springls__voxel_of_place(g, x, voxel);\n",
@@ -33692,7 +33702,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10071 \"springls.h\"\n",
+    "#line 10075 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -33719,7 +33729,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Returns 1 when the center is next to exactly one component of the inside (topological number T6 = 1). Components are\n",
     "   6-connected through the 18 neighbors that share a face or an edge with the center; only those with one of the 6 face\n",
     "   neighbors count. */\n",
-    "SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)\n",
+    "SPRINGLS__INNER int springls__touches_one_inside(unsigned int mask27)\n",
     "{\n",
     "    unsigned int faces = mask27 & 0x0415410u;\n",
     "    unsigned int near18 = mask27 & 0x2ebdebau;\n",
@@ -33733,7 +33743,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns 1 when the center is next to exactly one component of the outside, 26-connected through its 26 neighbors (T26 = 1). */\n",
-    "SPRINGLS__MATHS int springls__touches_one_outside(unsigned int mask27)\n",
+    "SPRINGLS__INNER int springls__touches_one_outside(unsigned int mask27)\n",
     "{\n",
     "    unsigned int outside = ~mask27 & 0x7ffdfffu;\n",
     "    unsigned int component = outside & (~outside + 1u), before = 0u;\n",
@@ -33789,7 +33799,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10169 \"springls.h\"\n",
+    "#line 10173 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -33861,7 +33871,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Adds a voxel, unless the part has it; returns false where the part would be too wide. */\n",
-    "SPRINGLS__MATHS bool springls__part_add(springls__part *part, const int at[3])\n",
+    "SPRINGLS__INNER bool springls__part_add(springls__part *part, const int at[3])\n",
     "{\n",
     "    int axis, word;\n",
     "    uint32_t bit = springls__part_bit(at, &word);\n",
@@ -34032,7 +34042,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns true when one of eight voxels is a joint candidate; phi points into a tile. */\n",
-    "SPRINGLS__MATHS bool springls__row_has_joint_candidate(SPRINGLS__LOCAL const float *phi)\n",
+    "SPRINGLS__INNER bool springls__row_has_joint_candidate(SPRINGLS__LOCAL const float *phi)\n",
     "{\n",
     "    const int y = SPRINGLS__TILE, z = SPRINGLS__TILE * SPRINGLS__TILE;\n",
     "    int i;\n",
@@ -34066,7 +34076,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Loads active brick i into a tile, copies its phi to phi_next, and finds its first voxel. */\n",
-    "SPRINGLS__MATHS void springls__copy_brick(const springls__model *model, int i, SPRINGLS__LOCAL float *tile, int origin[3])\n",
+    "SPRINGLS__INNER void springls__copy_brick(const springls__model *model, int i, SPRINGLS__LOCAL float *tile, int origin[3])\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    int row, x;\n",
@@ -34335,7 +34345,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10716 \"springls.h\"\n",
+    "#line 10720 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -34411,7 +34421,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10793 \"springls.h\"\n",
+    "#line 10797 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -34506,7 +34516,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = background ? 1.0f : -1.0f;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int y, int z)\n",
+    "SPRINGLS__INNER bool springls__background_at(const springls__grid *g, int x, int y, int z)\n",
     "{\n",
     "    return !springls__table_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;\n",
     "}\n",
@@ -34647,7 +34657,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11030 \"springls.h\"\n",
+    "#line 11034 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -34680,7 +34690,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11064 \"springls.h\"\n",
+    "#line 11068 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -34705,14 +34715,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11090 \"springls.h\"\n",
+    "#line 11094 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11097 \"springls.h\"\n",
+    "#line 11101 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34726,8 +34736,8 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__NUM3 springls__v3\n",
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
-    "#define SPRINGLS__W_MATHS SPRINGLS__MATHS\n",
-    "#line 11113 \"springls.h\"\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
+    "#line 11117 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -34857,7 +34867,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11243 \"springls.h\"\n",
+    "#line 11247 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34872,7 +34882,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11258 \"springls.h\"\n",
+    "#line 11262 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35002,7 +35012,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11389 \"springls.h\"\n",
+    "#line 11393 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -35293,7 +35303,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11681 \"springls.h\"\n",
+    "#line 11685 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -35394,7 +35404,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 35398 \"springls.h\"\n",
+    "#line 35408 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

@@ -1,22 +1,27 @@
 /* contour.c - active contours push the model to the shape of a frame (run.c), and keep it in one piece.
  *
- * The pressure is minus the shape's signed distance, at most `pace`. In a crevice or at the tip of a thin limb that is little, so
- * where the model lags behind, and on the way there, the pressure is the full pace. What is thinner than a voxel tears, and where
- * bodies part drops stay.
+ * The pressure is minus the shape's signed distance, at most `pace`. In a crevice or at the tip of a thin limb that is little, and
+ * hardly a springl faces the way that a limb grows: its sides are where they should be. So where the model lags behind, and on the
+ * way there, the pressure is the full pace, and a velocity leads springls along that way. What is thinner than a voxel tears, and
+ * where bodies part drops stay.
  * The shape is one body without hollows, but a contour only moves surfaces: it joins nothing. So where the model is in parts its
  * level set is repaired as that of a character is (solid_voxels.h), and where the repair has changed its side the contour moves the
  * model there: drops and hollows shrink until they vanish, and a larger part grows along the shortest bridge until it meets the
  * rest.
  *
- * A step is the paper's eq. 1 with the pressure rho alone. */
+ * A step is the paper's eq. 1 with the pressure rho and, where the model lags, the velocity sigma. */
 #include "morph/morph.h"
 
+#include "base/vec3.h"
+
+#include <limits.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #define LAG 1.0f     /* voxel: a model further than this from a voxel of the shape's other side lags... */
 #define SURE 0.1f    /* ...if that lies this deep inside or outside the shape */
+#define LEAD 0.5f    /* part of the pace: velocity along the way to where the model lags */
 #define OUTSIDE 0.5f /* voxel: parts of the model that are this far outside the shape are not joined to the rest, but given up */
 #define BARELY 1e-3f /* voxel: phi of what is given up, just outside */
 
@@ -24,13 +29,15 @@ enum { STEPS = 10, LAST_STEPS = 30 }; /* towards the shape of a frame, and of th
 enum { PATIENCE = 4 };                /* the last frame's steps in a row by which nothing is gained */
 enum { MEND = 30 };                   /* steps that mend parts, at most: a voxel each */
 
-static bool contour_step(struct morph *morph)
+/* way: a velocity beside the pressure, NULL: none. */
+static bool contour_step(struct morph *morph, const float *way)
 {
     springls_forces forces;
     springls_step_desc step;
     memset(&forces, 0, sizeof forces);
     memset(&step, 0, sizeof step);
     forces.pressure_grid.data = morph->pressure;
+    forces.velocity_grid.data = way;
     step.forces = &forces;
     step.mode = SPRINGLS_MODE_FLUID;
     step.dt = 1.0f;
@@ -73,51 +80,119 @@ static int press_everywhere(struct morph *morph, const float *model)
     return lags;
 }
 
-/* Sets the full pace where the model lags and on the way there: through voxels of the shape's side that the model has not
- * reached. Returns false if memory is short. */
-static bool press_where_it_lags(struct morph *morph, const float *model)
+/* Voxels of the shape's side that the model has not reached. */
+struct search {
+    int *queue, count; /* from the model on */
+    int *before;       /* of each voxel: the one before it on the way from the model, -1: none */
+    bool *leads;       /* of each voxel: it is on the way to where the model lags */
+};
+
+/* Appends to the search what is beside a voxel and not yet in it. */
+static void search_around(const struct morph *morph, const float *model, int from, struct search *s)
 {
-    const int count = (int)morph_voxel_count(morph);
-    const float pace = morph->settings.pace, *shape = morph->shape;
-    unsigned char *found = calloc((size_t)count, 1);
-    int *queue = malloc((size_t)count * sizeof *queue), end = 0;
-    for (int n = 0; found && queue && n < count; ++n) {
-        found[n] = lags_inside(shape[n], model[n]) || lags_outside(shape[n], model[n]);
-        if (found[n]) { queue[end++] = n; }
-    }
-    for (int done = 0; done < end; ++done) {
-        const bool grow = shape[queue[done]] < 0.0f;
-        size_t around[27];
-        for (int k = voxels_around(morph->grid.size, (size_t)queue[done], around) - 1; k >= 0; --k) {
-            const size_t next = around[k];
-            if ((shape[next] < 0.0f) != grow) { continue; }
-            morph->pressure[next] = grow ? pace : -pace;
-            if (!found[next] && (model[next] < 0.0f) != grow) {
-                found[next] = 1;
-                queue[end++] = (int)next;
-            }
+    const bool inside = morph->shape[from] < 0.0f;
+    size_t around[27];
+    for (int k = voxels_around(morph->grid.size, (size_t)from, around) - 1; k >= 0; --k) {
+        const size_t next = around[k];
+        if (s->before[next] < 0 && (morph->shape[next] < 0.0f) == inside && (model[next] < 0.0f) != inside) {
+            s->before[next] = from;
+            s->queue[s->count++] = (int)next;
         }
     }
-    const bool good = found && queue;
-    free(found);
-    free(queue);
+}
+
+/* Searches from all voxels that the model has reached. */
+static void search_ways(const struct morph *morph, const float *model, struct search *s)
+{
+    const int count = (int)morph_voxel_count(morph);
+    const float *shape = morph->shape;
+    size_t around[27];
+    for (int n = 0; n < count; ++n) { s->before[n] = -1; }
+    for (int n = 0; n < count; ++n) {
+        if ((shape[n] < 0.0f) == (model[n] < 0.0f)) { continue; }
+        for (int k = voxels_around(morph->grid.size, (size_t)n, around) - 1; k >= 0 && s->before[n] < 0; --k) {
+            const size_t next = around[k];
+            if ((shape[next] < 0.0f) != (shape[n] < 0.0f) || (model[next] < 0.0f) != (shape[n] < 0.0f)) { continue; }
+            s->before[n] = (int)next;
+            s->queue[s->count++] = n;
+        }
+    }
+    for (int done = 0; done < s->count; ++done) { search_around(morph, model, s->queue[done], s); }
+}
+
+/* Sets the full pace at a voxel and at those around it of its side, and adds the direction that leads there. */
+static void lead_to(struct morph *morph, int voxel, int before)
+{
+    const int *size = morph->grid.size, direction[3] = {voxel % size[0] - before % size[0],
+                                                        voxel / size[0] % size[1] - before / size[0] % size[1],
+                                                        voxel / (size[0] * size[1]) - before / (size[0] * size[1])};
+    const bool inside = morph->shape[voxel] < 0.0f;
+    const float pace = morph->settings.pace;
+    size_t around[27];
+    for (int k = voxels_around(size, (size_t)voxel, around) - 1; k >= 0; --k) {
+        if ((morph->shape[around[k]] < 0.0f) == inside) { morph->pressure[around[k]] = inside ? pace : -pace; }
+        for (int i = 0; i < 3; ++i) { morph->way[3 * around[k] + (size_t)i] += (float)direction[i]; }
+    }
+}
+
+/* Marks voxels on the way to where the model lags: those that lag, what is around, and what is before them. Leads springls there. */
+static void lead_along(struct morph *morph, const float *model, struct search *s)
+{
+    const float *shape = morph->shape;
+    size_t around[27];
+    for (int i = 0; i < s->count; ++i) {
+        const int n = s->queue[i];
+        if (!lags_inside(shape[n], model[n]) && !lags_outside(shape[n], model[n])) { continue; }
+        for (int k = voxels_around(morph->grid.size, (size_t)n, around) - 1; k >= 0; --k) { s->leads[around[k]] = true; }
+    }
+    for (int i = s->count - 1; i >= 0; --i) {
+        const int n = s->queue[i];
+        if (s->leads[n]) {
+            s->leads[s->before[n]] = true;
+            lead_to(morph, n, s->before[n]);
+        }
+    }
+}
+
+/* Sets the full pace and the velocity where the model lags and on the way there. Returns false if memory is short. */
+static bool lead_where_it_lags(struct morph *morph, const float *model)
+{
+    const size_t count = morph_voxel_count(morph);
+    const float speed = LEAD * morph->settings.pace;
+    struct search s = {malloc(count * sizeof *s.queue), 0, malloc(count * sizeof *s.before), calloc(count, sizeof *s.leads)};
+    const bool good = s.queue && s.before && s.leads;
+    if (good) {
+        memset(morph->way, 0, 3 * count * sizeof *morph->way);
+        search_ways(morph, model, &s);
+        lead_along(morph, model, &s);
+    }
+    for (size_t n = 0; good && n < count; ++n) {
+        float *way = morph->way + 3 * n;
+        const float length = vec3_length(way);
+        for (int i = 0; length > 0.0f && i < 3; ++i) { way[i] *= speed / length; }
+    }
+    free(s.queue);
+    free(s.before);
+    free(s.leads);
     return good;
 }
 
-/* Steps `iterations` times, and more for as long as the model lags in fewer voxels than a step before: limbs have to grow, or
- * crevices to deepen. Those that are thinner than a voxel never end. The last frame is to be the target: there steps go on
+/* Steps `iterations` times, and more for as long as that makes the voxels where the model lags fewer by a third: limbs have to
+ * grow, or crevices to deepen. Those that are thinner than a voxel never end. The last frame is to be the target: there steps go on
  * until some in a row have gained nothing. */
 static bool approach_shape(struct morph *morph, float *model, bool last)
 {
     const int most = last ? LAST_STEPS : STEPS, patience = last ? PATIENCE : 1;
+    const float enough = last ? 1.0f : 2.0f / 3.0f;
     bool good = true;
-    for (int step = 0, before = 0, vain = 0; good && (step < most || step < morph->settings.iterations); ++step) {
+    for (int step = 0, before = INT_MAX, vain = 0; good && (step < most || step < morph->settings.iterations); ++step) {
         good = morph_check(morph->ctx, springls_copy_level_set(morph->ctx, model), "level set");
         const int lags = good ? press_everywhere(morph, model) : 0;
-        vain = lags < before ? 0 : vain + 1;
+        vain = (float)lags < enough * (float)before ? 0 : vain + 1;
         before = lags;
         if (step >= morph->settings.iterations && (lags == 0 || vain >= patience)) { break; }
-        good = good && (lags == 0 || press_where_it_lags(morph, model) || morph_no_memory()) && contour_step(morph);
+        good = good && (lags == 0 || lead_where_it_lags(morph, model) || morph_no_memory())
+            && contour_step(morph, lags > 0 ? morph->way : NULL);
     }
     return good;
 }
@@ -147,6 +222,7 @@ static void press_changes(struct morph *morph, const float *model, const float *
     memset(pressure, 0, count * sizeof *pressure);
     for (size_t n = 0; n < count; ++n) {
         if ((model[n] < 0.0f) == (repaired[n] < 0.0f)) { continue; }
+        pressure[n] = repaired[n] < 0.0f ? 1.0f : -1.0f; /* a drop at the grid's border leaves it */
         for (int k = voxels_around(morph->grid.size, n, around) - 1; k >= 0; --k) {
             if (repaired[n] < 0.0f) {
                 pressure[around[k]] = 1.0f;
@@ -171,10 +247,10 @@ static bool make_whole(struct morph *morph, float *model)
     }
     for (int step = 0; good && parts && step < MEND; ++step) {
         for (size_t n = 0; n < count; ++n) { repaired[n] = morph->shape[n] > OUTSIDE ? fmaxf(model[n], BARELY) : model[n]; }
-        good = solid_repair(&voxels, repaired, morph->settings.reach, &repair) || morph_no_memory();
+        good = solid_repair(&voxels, repaired, morph->settings.reach, false, &repair) || morph_no_memory();
         if (good) {
             press_changes(morph, model, repaired);
-            good = contour_step(morph) && is_in_parts(morph, model, &parts);
+            good = contour_step(morph, NULL) && is_in_parts(morph, model, &parts);
         }
     }
     free(repaired);

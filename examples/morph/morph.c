@@ -109,7 +109,8 @@ int main(int argc, char **argv)
         status = list(set->source);
         return status == CLI_EXIT_OK && set->target ? list(set->target) : status;
     }
-    status = run_options("morph", &set->common, set->overrides, &morph.params);
+    status = run_options("morph", &set->common, strcmp(set->common.params, "paper") == 0 ? NULL : MORPH_SET, &morph.params);
+    status = status == CLI_CONTINUE ? run_set_members("morph", set->overrides, &morph.params) : status;
     if (status != CLI_CONTINUE) {
         return status;
     }

@@ -19,6 +19,10 @@
 #include "surface/mesh_check.h"
 #include "surface/surface_distances.h"
 
+/* Parameters that differ from the default: the source's edges are not the target's, and springls of a limb that grows are far apart
+ * after two steps. */
+#define MORPH_SET "keep_edges=0,resample_period=2"
+
 enum { MORPH_MAX_FRAMES = 1000, MORPH_SPECK = 27 };
 
 struct morph_settings {
@@ -71,8 +75,9 @@ struct morph_frame {
     double weight_error;  /* largest |sum of bone weights - 1| of its vertices */
     double volume;        /* of the mesh, voxels */
     double distance;      /* mean |target's signed distance| of particles, voxels */
+    double stray;         /* largest of these, voxels */
     double missing;       /* mean |model's signed distance| of vertices of the target's zero level, voxels */
-    double worst;         /* largest of these, voxels; at most the narrow band */
+    double worst;         /* largest of those, voxels; at most the narrow band */
     double far;           /* share of the target's vertices that are more than a voxel from the model */
     double seconds, seconds_skinning, seconds_contour, seconds_target;
     int springls, steps; /* steps: of the model, sub-steps counted */
@@ -96,6 +101,7 @@ struct morph {
     springls_context *ctx, *other; /* the model; the posed target */
     springls_backend *backend;
     float *pressure, *shape, *source_phi, *target_phi; /* dense volumes, voxels; shape: the level set wanted in this frame */
+    float *way; /* of each voxel, 3: the velocity to where the model lags */
     int *source_nearest, *target_nearest; /* triangle of the posed body nearest to each voxel, -1: none near */
     struct known_weights *known; /* a hash table by correspondence, of known_room places */
     size_t known_room;

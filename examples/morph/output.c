@@ -243,6 +243,7 @@ static void report_frame(struct json_writer *json, const struct morph_frame *fra
     json_integer(json, "euler", frame->check.euler);
     json_number(json, "volume_voxels", frame->volume);
     json_number(json, "distance_voxels", frame->distance);
+    json_number(json, "distance_worst_voxels", frame->stray);
     json_number(json, "missing_voxels", frame->missing);
     json_number(json, "missing_worst_voxels", frame->worst);
     json_number(json, "share_beyond_a_voxel", frame->far);

@@ -11,7 +11,6 @@
 #include <string.h>
 
 #define ROD 1.4f      /* voxels: radius that limbs have at least before the target is reached */
-#define BRIDGE 0.8f   /* part of that which stays where the target has bodies that touch nothing */
 #define VICINITY 5.0f /* voxels: up to where springls have the weights of the target near them */
 #define BAND 1.1f     /* voxels: up to where signed distances of posed bodies are exact */
 
@@ -19,7 +18,7 @@ enum { MARGIN = 5, LEAD_IN = 8, LEAD_OUT = 12 }; /* voxels around; steps from th
 
 #define COINCIDE 0.125  /* voxels: mean distance in both directions below which the two coincide... */
 #define LEFT_OVER 0.005 /* ...if at most this share of the target is further than a voxel away, since tips grow last, */
-#define WORST 2.0       /* and no vertex by more voxels than this */
+#define WORST 2.0       /* and neither is further from the other than this anywhere */
 
 bool morph_fail(const char *format, ...)
 {
@@ -335,12 +334,13 @@ bool morph_prepare(struct morph *morph)
     desc.params = &morph->params;
     desc.backend = morph->backend = run_backend("morph", &morph->settings.common);
     morph->pressure = malloc(morph_voxel_count(morph) * sizeof(float));
+    morph->way = malloc(3 * morph_voxel_count(morph) * sizeof(float));
     morph->shape = malloc(morph_voxel_count(morph) * sizeof(float));
     morph->source_phi = malloc(morph_voxel_count(morph) * sizeof(float));
     morph->target_phi = malloc(morph_voxel_count(morph) * sizeof(float));
     morph->source_nearest = malloc(morph_voxel_count(morph) * sizeof(int));
     morph->target_nearest = malloc(morph_voxel_count(morph) * sizeof(int));
-    if (!morph->pressure || !morph->shape || !morph->source_phi || !morph->target_phi || !morph->source_nearest
+    if (!morph->pressure || !morph->way || !morph->shape || !morph->source_phi || !morph->target_phi || !morph->source_nearest
         || !morph->target_nearest) {
         return morph_no_memory();
     }
@@ -651,10 +651,9 @@ static bool pose_between(struct morph *morph, float part)
     } else {
         memcpy(phi, target, (size_t)count * sizeof *phi);
     }
-    const float least = morph->target.solid.joined > 0 ? BRIDGE : 0.0f,
-                rod = ROD * fmaxf(least, fminf(1.0f, 5.0f * (1.0f - part)));
+    const float rod = ROD * fminf(1.0f, 5.0f * (1.0f - part));
     if (rod > 0.0f) { add_rods(morph, rod, part, phi); }
-    return solid_repair(&voxels, phi, morph->settings.reach, &repair) || morph_no_memory();
+    return solid_repair(&voxels, phi, morph->settings.reach, true, &repair) || morph_no_memory();
 }
 
 /* Samples a dense level set at a place in voxel coordinates, trilinearly. */
@@ -681,15 +680,16 @@ static float sample(const int size[3], const float *phi, const float place[3])
 
 /* ---- measures of a frame ---- */
 
-/* Returns the mean of |phi| of the target at the model's particles, voxels. */
-static double distance_to_target(const struct morph *morph)
+/* Measures |phi| of the target at the model's particles. */
+static void measure_stray(const struct morph *morph, struct morph_frame *frame)
 {
     const springls_view particles = springls_view_particles(morph->ctx);
-    double sum = 0.0;
+    frame->distance = frame->stray = 0.0;
     for (int i = 0; i < particles.count; ++i) {
-        sum += fabs((double)sample(morph->grid.size, morph->target_phi, springl_item(particles, i))) / particles.count;
+        const double voxels = fabs((double)sample(morph->grid.size, morph->target_phi, springl_item(particles, i)));
+        frame->distance += voxels / particles.count;
+        frame->stray = fmax(frame->stray, voxels);
     }
-    return sum;
 }
 
 /* Measures |phi| of the model at vertices of the target, except those inside it, where it overlaps itself. */
@@ -734,7 +734,7 @@ static double enclosed_volume(const springls_mesh *mesh)
 static bool measure(struct morph *morph, struct morph_frame *frame)
 {
     const double voxel = morph->grid.spacing[0], speck = MORPH_SPECK * voxel * voxel * voxel;
-    frame->distance = distance_to_target(morph);
+    measure_stray(morph, frame);
     const bool good = measure_missing(morph, frame)
         && morph_check(morph->ctx, springls_extract_mesh(morph->ctx, &frame->mesh), "mesh") && morph_look(morph, frame);
     frame->specks = good ? mesh_drop_specks(frame->mesh.positions, frame->mesh.vertex_count, frame->mesh.triangles,
@@ -873,7 +873,7 @@ bool morph_run(struct morph *morph)
         morph->frame_count += good;
         const struct morph_frame *frame = &morph->frames[f];
         if (good && f >= morph->settings.blend && frame->distance < COINCIDE && frame->missing < COINCIDE
-            && frame->far < LEFT_OVER && frame->worst < WORST) {
+            && frame->far < LEFT_OVER && fmax(frame->worst, frame->stray) < WORST) {
             morph->coincided = f;
         }
         progress_update(&bar, (size_t)f + 1, NULL);
@@ -919,6 +919,7 @@ void morph_free(struct morph *morph)
     free(morph->skin_before);
     free(morph->skin_places);
     free(morph->pressure);
+    free(morph->way);
     free(morph->shape);
     free(morph->known);
     free(morph->source_phi);

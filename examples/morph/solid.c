@@ -124,7 +124,7 @@ bool morph_solid_make(const struct morph *morph, springls_context *ctx, const sp
     memset(solid, 0, sizeof *solid);
     bool good = (phi || morph_no_memory()) && sample_phi(ctx, name, character, count, phi, &empty, solid)
         && thicken_sheets(morph, name, &voxels, phi, character, empty, solid)
-        && (solid_repair(&voxels, phi, reach, &repair) || morph_no_memory());
+        && (solid_repair(&voxels, phi, reach, false, &repair) || morph_no_memory());
     if (good) {
         solid->filled = repair.filled;
         solid->found = repair.parts;

@@ -5,6 +5,7 @@
 #include "character/sheets.h"
 #include "pictures/raycast.h"
 
+#include <errno.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -18,18 +19,19 @@ static const double BRIDGE = 0.1;      /* of the longest side: the longest bridg
 bool rig_find_template(const char *name, const char *program, char *path, size_t size)
 {
     const char *slash = strrchr(program, '/');
-    const int folder = slash ? (int)(slash - program + 1) : 0;
+    const bool is_file = strchr(name, '.') != NULL;
     FILE *file = NULL;
-    for (int k = 0; k < 3 && !file; ++k) {
-        if (k == 0) {
+    for (int k = 0; k < 2 && !file; ++k) {
+        if (is_file) {
             snprintf(path, size, "%s", name);
-        } else if (k == 1) {
+        } else if (k == 0) {
             snprintf(path, size, "examples/rig/%s.json", name);
         } else {
-            snprintf(path, size, "%.*s../examples/rig/%s.json", folder, program, name);
+            snprintf(path, size, "%.*s../examples/rig/%s.json", slash ? (int)(slash - program + 1) : 0, program, name);
         }
-        file = strchr(name, '.') || k > 0 ? fopen(path, "rb") : NULL;
+        file = fopen(path, "rb");
     }
+    if (!file && is_file) { return rig_fail("--template %s: %s", name, strerror(errno)); }
     if (!file) { return rig_fail("--template %s: biped, quadruped or a JSON file", name); }
     fclose(file);
     return true;
@@ -103,7 +105,7 @@ static bool embed(const struct rig *rig, const char *path, const float *up, cons
     good = good && run_check("rig", body->ctx, springls_copy_level_set(body->ctx, phi), path)
         && thicken_sheets(rig, path, body, phi);
     good = good
-        && ((solid_repair(&body->grid, phi, (int)(BRIDGE * rig->settings.common.grid), &body->repair)
+        && ((solid_repair(&body->grid, phi, (int)(BRIDGE * rig->settings.common.grid), false, &body->repair)
              && solid_create(&body->grid, phi, band, &body->solid))
             || rig_fail("not enough memory"));
     good = good && run_check("rig", body->ctx, springls_set_level_set(body->ctx, phi), path);

@@ -70,6 +70,9 @@ static int read_command_line(struct rig_settings *set, int argc, char **argv)
     if (set->common.grid < 48 || set->common.grid > 512) {
         return cli_fail("rig", CLI_EXIT_USAGE, "--grid %d: 48 to 512", set->common.grid);
     }
+    if (set->motion && !set->animation) {
+        return cli_fail("rig", CLI_EXIT_USAGE, "--motion %s: of which character? (--animation FILE)", set->motion);
+    }
     if (set->common.out && ends_with(set->common.out, ".glb")) {
         set->glb = set->common.out;
         set->common.out = NULL;

@@ -1,5 +1,6 @@
-/* mesh_file.c - mesh_io.h for the page: reads OBJ and binary STL without a library. */
+/* mesh_file.c - mesh_io.h for the page: reads OBJ and binary STL without a library; and textured_mesh.h, without images. */
 #include "surface/mesh_io.h"
+#include "surface/textured_mesh.h"
 
 #include <ctype.h>
 #include <math.h>
@@ -195,4 +196,11 @@ void mesh_free(struct mesh *mesh)
     free(mesh->positions);
     free(mesh->indices);
     memset(mesh, 0, sizeof *mesh);
+}
+
+/* Refuses: a PNG wants a library, and the page has no option for a texture. */
+bool textured_mesh_write(const char *path, const struct gltf_mesh *surface, int size)
+{
+    (void)path, (void)surface, (void)size;
+    return false;
 }

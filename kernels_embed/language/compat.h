@@ -7,6 +7,7 @@
   #pragma OPENCL FP_CONTRACT OFF
   /* Marks a function of the shared maths. PoCL 3.1 loses stores to local memory in functions that it does not inline. */
   #define SPRINGLS__MATHS   static inline __attribute__((always_inline))
+  #define SPRINGLS__INNER   SPRINGLS__MATHS    /* the maths of inner loops              */
   #define SPRINGLS__GLOBAL  __global           /* memory that kernels and host share    */
   #define SPRINGLS__LOCAL   __local            /* memory of one work group              */
   #define SPRINGLS__BARRIER barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE)
@@ -41,10 +42,13 @@
   #if defined(__clang__)
     #pragma STDC FP_CONTRACT OFF
   #endif
+  /* Only the maths of inner loops is inline: the rest makes the code larger and slower to compile, and a step no faster. */
   #if defined(__GNUC__)
-    #define SPRINGLS__MATHS __attribute__((unused)) static inline
+    #define SPRINGLS__MATHS __attribute__((unused)) static
+    #define SPRINGLS__INNER __attribute__((unused)) static inline
   #else
     #define SPRINGLS__MATHS static inline
+    #define SPRINGLS__INNER static inline
   #endif
   #define SPRINGLS__GLOBAL
   #define SPRINGLS__LOCAL

@@ -29,7 +29,7 @@ SPRINGLS__MATHS springls__v3 springls__tri_point(springls__tri t, const float ba
                              t.a.z * bary[0] + t.b.z * bary[1] + t.c.z * bary[2]);
 }
 
-SPRINGLS__MATHS springls__tri_hit springls__tri_hit_make(springls__tri t, springls__v3 x, float u, float v, float w)
+SPRINGLS__INNER springls__tri_hit springls__tri_hit_make(springls__tri t, springls__v3 x, float u, float v, float w)
 {
     springls__tri_hit h;
     h.bary[0] = u; h.bary[1] = v; h.bary[2] = w;
@@ -64,19 +64,19 @@ SPRINGLS__MATHS springls__tri_hit springls__tri_closest(springls__tri t, springl
 }
 
 /* Returns twice the vector area: its direction is the outward normal of a counter-clockwise triangle. */
-SPRINGLS__MATHS springls__v3 springls__tri_area2(springls__tri t)
+SPRINGLS__INNER springls__v3 springls__tri_area2(springls__tri t)
 {
     return springls__cross(springls__sub(t.b, t.a), springls__sub(t.c, t.a));
 }
 
-SPRINGLS__MATHS springls__v3 springls__tri_normal(springls__tri t) { return springls__normalize(springls__tri_area2(t)); }
+SPRINGLS__INNER springls__v3 springls__tri_normal(springls__tri t) { return springls__normalize(springls__tri_area2(t)); }
 
 SPRINGLS__MATHS springls__v3 springls__tri_centroid(springls__tri t)
 {
     return springls__scale(springls__add(springls__add(t.a, t.b), t.c), 1.0f / 3.0f);
 }
 
-SPRINGLS__MATHS springls__tri_plan springls__tri_plan_make(springls__tri t)
+SPRINGLS__INNER springls__tri_plan springls__tri_plan_make(springls__tri t)
 {
     springls__tri_plan plan;
     float n2;

@@ -43,7 +43,7 @@ SPRINGLS__MATHS springls__v3 springls__any_tangent(springls__v3 n)
 }
 
 /* Interpolates between eight corners: corner c lies at (c & 1, (c >> 1) & 1, c >> 2). */
-SPRINGLS__MATHS float springls__trilinear(const float corner[8], float u, float v, float w)
+SPRINGLS__INNER float springls__trilinear(const float corner[8], float u, float v, float w)
 {
     float x00 = corner[0] + (corner[1] - corner[0]) * u, x10 = corner[2] + (corner[3] - corner[2]) * u;
     float x01 = corner[4] + (corner[5] - corner[4]) * u, x11 = corner[6] + (corner[7] - corner[6]) * u;

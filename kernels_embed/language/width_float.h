@@ -11,4 +11,4 @@
 #define SPRINGLS__NUM3 springls__v3
 #define SPRINGLS__COND bool
 #define SPRINGLS__W(name) springls__##name
-#define SPRINGLS__W_MATHS SPRINGLS__MATHS
+#define SPRINGLS__W_MATHS SPRINGLS__INNER

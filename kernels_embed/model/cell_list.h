@@ -58,7 +58,7 @@ typedef struct springls__cell_walk {
     float r2;                             /* squared limit of the distance from there; below 0: none                     */
 } springls__cell_walk;
 
-SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__model *model, springls__v3 lower,
+SPRINGLS__INNER springls__cell_walk springls__cell_walk_begin(const springls__model *model, springls__v3 lower,
                                                               springls__v3 upper)
 {
     springls__cell_walk walk;
@@ -79,7 +79,7 @@ SPRINGLS__MATHS springls__cell_walk springls__cell_walk_begin(const springls__mo
 }
 
 /* Goes on to the next row; returns false at the end. */
-SPRINGLS__MATHS bool springls__cell_walk_row(springls__cell_walk *walk)
+SPRINGLS__INNER bool springls__cell_walk_row(springls__cell_walk *walk)
 {
     const springls__grid *g = walk->g;
     SPRINGLS__GLOBAL const uint32_t *cell;
@@ -172,7 +172,7 @@ SPRINGLS__MATHS bool springls__is_large(float bounding_radius)
 }
 
 /* Finds the key of particle i: its cell, counted through all slots, plus 1 for the scan. */
-SPRINGLS__MATHS void springls__cell_key_element(const springls__model *model, springls__arguments args, int i)
+SPRINGLS__INNER void springls__cell_key_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];

@@ -50,7 +50,7 @@ typedef struct springls__fit_equation {
     float term[SPRINGLS__FIT_TERMS], value[SPRINGLS__FIT_VALUES], weight;
 } springls__fit_equation;
 
-SPRINGLS__MATHS springls__fit_equation springls__fit_equation_of(const springls__fit *fit, springls__v3 p, springls__v3 normal,
+SPRINGLS__INNER springls__fit_equation springls__fit_equation_of(const springls__fit *fit, springls__v3 p, springls__v3 normal,
                                                                  springls__v3 a)
 {
     springls__v3 from_origin = springls__sub(p, fit->origin);
@@ -116,7 +116,7 @@ SPRINGLS__MATHS bool springls__fit_factor(const springls__fit *fit, int terms, f
 }
 
 /* Solves for one right-hand side, and replaces it in x by the solution. */
-SPRINGLS__MATHS void springls__fit_substitute(const float l[21], int terms, float x[SPRINGLS__FIT_TERMS])
+SPRINGLS__INNER void springls__fit_substitute(const float l[21], int terms, float x[SPRINGLS__FIT_TERMS])
 {
     int i, k;
     for (i = 0; i < terms; i++) {

@@ -74,7 +74,7 @@ SPRINGLS__MATHS int springls__cell_coordinate(float x, int lower, int upper)
 }
 
 /* Finds the voxel that x lies in, the nearest one of those that the top table has. */
-SPRINGLS__MATHS void springls__voxel_of_place(const springls__grid *g, springls__v3 x, int voxel[3])
+SPRINGLS__INNER void springls__voxel_of_place(const springls__grid *g, springls__v3 x, int voxel[3])
 {
     voxel[0] = springls__cell_coordinate(x.x, g->table.lower[0], g->table.upper[0]);
     voxel[1] = springls__cell_coordinate(x.y, g->table.lower[1], g->table.upper[1]);
@@ -154,7 +154,7 @@ SPRINGLS__MATHS uint32_t springls__neighbor_mask_of_row(bool first_x, bool last_
 }
 
 /* Returns the value at a voxel that the top table has. */
-SPRINGLS__MATHS float springls__grid_voxel(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int x, int y, int z)
+SPRINGLS__INNER float springls__grid_voxel(const springls__grid *g, SPRINGLS__GLOBAL const float *field, int x, int y, int z)
 {
     return field[(size_t)springls__slot_at(g, x, y, z) * SPRINGLS__BRICK_VOXELS + (size_t)springls__voxel_in_brick(x, y, z)];
 }
@@ -165,7 +165,7 @@ SPRINGLS__MATHS bool springls__grid_contains(const springls__grid *g, int x, int
 }
 
 /* Returns phi at any voxel, by the border rule beyond the domain. It holds beyond the top table too, where phi is far outside. */
-SPRINGLS__MATHS float springls__grid_phi(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)
+SPRINGLS__INNER float springls__grid_phi(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int x, int y, int z)
 {
     const springls__table *t = &g->table;
     float v = springls__grid_voxel(g, phi, springls__iclamp(x, t->lower[0], t->upper[0] - 1),
@@ -268,7 +268,7 @@ SPRINGLS__MATHS float springls__grid_sample_spline(const springls__grid *g, SPRI
 }
 
 /* Returns the gradient of the trilinear values by central differences over one voxel. */
-SPRINGLS__MATHS springls__v3 springls__grid_gradient(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
+SPRINGLS__INNER springls__v3 springls__grid_gradient(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
 {
     const float h = 0.5f;
     return springls__v3_make(springls__grid_sample(g, phi, springls__v3_make(x.x + h, x.y, x.z))
@@ -316,7 +316,7 @@ SPRINGLS__MATHS void springls__copy_voxel_row(SPRINGLS__GLOBAL const float *from
 }
 
 /* Loads row (y, z), counted from a brick's first voxel, of a tile of it with `margin` voxels around. entry: of the brick. */
-SPRINGLS__MATHS void springls__load_tile_row(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
+SPRINGLS__INNER void springls__load_tile_row(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
                                              int entry, bool border, int margin, int y, int z, SPRINGLS__LOCAL float *out)
 {
     int x;
@@ -335,7 +335,7 @@ SPRINGLS__MATHS void springls__load_tile_row(const springls__grid *g, SPRINGLS__
 }
 
 /* Loads a tile with `margin` voxels around, each item of a group some of its rows; it is complete for all items on return. */
-SPRINGLS__MATHS void springls__load_rows(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
+SPRINGLS__INNER void springls__load_rows(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
                                          bool border, int margin, springls__group group, SPRINGLS__LOCAL float *tile)
 {
     const int width = SPRINGLS__BRICK + 2 * margin, entry = springls__entry_at(g, origin[0], origin[1], origin[2]);
@@ -423,7 +423,7 @@ typedef struct springls__wide_tile {
 } springls__wide_tile;
 
 /* Loads a wide tile into tile->value, as springls__load_rows does, if it is `wanted`. */
-SPRINGLS__MATHS void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
+SPRINGLS__INNER void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
                                               springls__group group, bool wanted, springls__wide_tile *tile)
 {
     const int m = SPRINGLS__WIDE_MARGIN;

@@ -159,7 +159,7 @@ SPRINGLS__MATHS springls__cube_range springls__brick_cubes(const springls__grid 
     return range;
 }
 
-SPRINGLS__MATHS springls__mc_cell springls__tile_cube(SPRINGLS__LOCAL const float *tile, int x, int y, int z)
+SPRINGLS__INNER springls__mc_cell springls__tile_cube(SPRINGLS__LOCAL const float *tile, int x, int y, int z)
 {
     springls__mc_cell cell;
     int c;
@@ -175,7 +175,7 @@ SPRINGLS__MATHS springls__mc_cell springls__grid_cube(const springls__grid *g, i
     return cell;
 }
 
-SPRINGLS__MATHS springls__v3 springls__cube_vertex(const springls__cube_range *range, springls__mc_cell cell, int x, int y, int z,
+SPRINGLS__INNER springls__v3 springls__cube_vertex(const springls__cube_range *range, springls__mc_cell cell, int x, int y, int z,
                                                    int edge)
 {
     return springls__mc_point(range->origin[0] + x, range->origin[1] + y, range->origin[2] + z, edge,

@@ -242,7 +242,7 @@ SPRINGLS__MATHS springls__tri springls__springl_tri(springls__springl s)
     return t;
 }
 
-SPRINGLS__MATHS springls__v3 springls__springl_normal(springls__springl s)
+SPRINGLS__INNER springls__v3 springls__springl_normal(springls__springl s)
 {
     return springls__tri_normal(springls__springl_tri(s));
 }

@@ -56,7 +56,7 @@ SPRINGLS__MATHS int springls__nearest_springl(const springls__model *model, spri
 
 /* Returns true when springl `other` lies beside x on its side of the surface: its particle is within r of x and at most `high`
    above or below its tangent plane. Those of other bodies than springl `of` do not count. */
-SPRINGLS__MATHS bool springls__lies_beside(const springls__model *model, int of, int other, springls__v3 x, springls__v3 n,
+SPRINGLS__INNER bool springls__lies_beside(const springls__model *model, int of, int other, springls__v3 x, springls__v3 n,
                                            float r, float high)
 {
     springls__springl s = model->set.s[other];

@@ -73,7 +73,7 @@ SPRINGLS__MATHS int springls__is_beside(springls__v3 d, springls__v3 n, springls
 
 /* Returns phi at x. Beyond the domain samples are constant, so the distance to it is added: springls pushed out of the grid are
    far from the zero level. */
-SPRINGLS__MATHS float springls__phi_or_beyond(const springls__grid *g, springls__v3 x)
+SPRINGLS__INNER float springls__phi_or_beyond(const springls__grid *g, springls__v3 x)
 {
     springls__v3 border = springls__v3_make(springls__clamp(x.x, -1.0f, (float)g->size[0]),
                                             springls__clamp(x.y, -1.0f, (float)g->size[1]),

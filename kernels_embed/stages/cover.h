@@ -10,7 +10,7 @@
 #include "resample.h"
 
 /* Returns the direction of the first arm of the equilateral triangle that is most like the triangle of s, which faces n. */
-SPRINGLS__MATHS springls__v3 springls__first_arm(springls__springl s, springls__v3 n)
+SPRINGLS__INNER springls__v3 springls__first_arm(springls__springl s, springls__v3 n)
 {
     springls__v3 arm = springls__sub(s.q[0], springls__lerp(s.q[1], s.q[2], 0.5f));
     arm = springls__mad(arm, springls__cross(n, springls__sub(s.q[2], s.q[1])), 0.866025404f);
@@ -213,7 +213,7 @@ SPRINGLS__MATHS springls__v3 springls__turn_by_third(springls__v3 u, springls__v
 }
 
 /* Returns q, stretched about the centre as the share is, at the same area. */
-SPRINGLS__MATHS springls__v3 springls__stretched(springls__v3 q, springls__v3 centre, springls__v3 u, springls__v3 v,
+SPRINGLS__INNER springls__v3 springls__stretched(springls__v3 q, springls__v3 centre, springls__v3 u, springls__v3 v,
                                                  springls__share share)
 {
     float c = 0.5f * share.longer, s = 0.5f * share.askew, scale = 1.0f / springls__sqrt(1.0f - (c * c + s * s));

@@ -51,7 +51,7 @@ SPRINGLS__MATHS bool springls__stirs(const springls__model *model, int i, int wh
 }
 
 /* Ends the calm of the octant that a place lies in. */
-SPRINGLS__MATHS void springls__end_calm_at(const springls__grid *g, springls__v3 x)
+SPRINGLS__INNER void springls__end_calm_at(const springls__grid *g, springls__v3 x)
 {
     int voxel[3], octant;
     springls__voxel_of_place(g, x, voxel);

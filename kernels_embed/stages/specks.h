@@ -78,7 +78,7 @@ SPRINGLS__MATHS bool springls__part_has(const springls__part *part, const int at
 }
 
 /* Adds a voxel, unless the part has it; returns false where the part would be too wide. */
-SPRINGLS__MATHS bool springls__part_add(springls__part *part, const int at[3])
+SPRINGLS__INNER bool springls__part_add(springls__part *part, const int at[3])
 {
     int axis, word;
     uint32_t bit = springls__part_bit(at, &word);
@@ -249,7 +249,7 @@ SPRINGLS__MATHS bool springls__is_best_joint(const springls__model *model, const
 }
 
 /* Returns true when one of eight voxels is a joint candidate; phi points into a tile. */
-SPRINGLS__MATHS bool springls__row_has_joint_candidate(SPRINGLS__LOCAL const float *phi)
+SPRINGLS__INNER bool springls__row_has_joint_candidate(SPRINGLS__LOCAL const float *phi)
 {
     const int y = SPRINGLS__TILE, z = SPRINGLS__TILE * SPRINGLS__TILE;
     int i;
@@ -283,7 +283,7 @@ SPRINGLS__MATHS void springls__find_joint_candidates_element(const springls__mod
 }
 
 /* Loads active brick i into a tile, copies its phi to phi_next, and finds its first voxel. */
-SPRINGLS__MATHS void springls__copy_brick(const springls__model *model, int i, SPRINGLS__LOCAL float *tile, int origin[3])
+SPRINGLS__INNER void springls__copy_brick(const springls__model *model, int i, SPRINGLS__LOCAL float *tile, int origin[3])
 {
     const springls__grid *g = &model->grid;
     int row, x;

@@ -29,7 +29,7 @@ SPRINGLS__MATHS unsigned int springls__mask27_spread_z(unsigned int m)
 /* Returns 1 when the center is next to exactly one component of the inside (topological number T6 = 1). Components are
    6-connected through the 18 neighbors that share a face or an edge with the center; only those with one of the 6 face
    neighbors count. */
-SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)
+SPRINGLS__INNER int springls__touches_one_inside(unsigned int mask27)
 {
     unsigned int faces = mask27 & 0x0415410u;
     unsigned int near18 = mask27 & 0x2ebdebau;
@@ -43,7 +43,7 @@ SPRINGLS__MATHS int springls__touches_one_inside(unsigned int mask27)
 }
 
 /* Returns 1 when the center is next to exactly one component of the outside, 26-connected through its 26 neighbors (T26 = 1). */
-SPRINGLS__MATHS int springls__touches_one_outside(unsigned int mask27)
+SPRINGLS__INNER int springls__touches_one_outside(unsigned int mask27)
 {
     unsigned int outside = ~mask27 & 0x7ffdfffu;
     unsigned int component = outside & (~outside + 1u), before = 0u;

@@ -98,7 +98,7 @@ SPRINGLS__MATHS void springls__brick_side_element(const springls__model *model, 
         for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = background ? 1.0f : -1.0f;
 }
 
-SPRINGLS__MATHS bool springls__background_at(const springls__grid *g, int x, int y, int z)
+SPRINGLS__INNER bool springls__background_at(const springls__grid *g, int x, int y, int z)
 {
     return !springls__table_contains(g, x, y, z) || springls__grid_voxel(g, g->phi, x, y, z) > 0.0f;
 }

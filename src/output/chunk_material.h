@@ -173,28 +173,30 @@ SPRINGLS__FN void springls__try_candidate(const springls__model *model, const sp
 }
 
 /* Returns the candidates whose particles are nearest to the vertices, as floats, which numbers as small fit in; at least one is
-   listed. */
-SPRINGLS__FN springls__vec springls__nearest_particles(const springls__candidates *c, springls__vec3 x)
+   listed. Leaves the squared distances to all that are listed in c->sample. */
+SPRINGLS__FN springls__vec springls__nearest_particles(springls__candidates *c, springls__vec3 x)
 {
     springls__vec best = springls__vec_broadcast(FLT_MAX), nearest = springls__vec_broadcast(0.0f);
     int i;
     for (i = 0; i < c->listed; i++) {
         const springls__vec d2 = springls__vec_length2(springls__vec_sub(springls__particle_of(c, c->list[i]), x));
+        springls__vec_store(c->sample + SPRINGLS__LANES * i, d2);
         nearest = springls__vec_select(d2 < best, springls__vec_broadcast((float)c->list[i]), nearest);
         best = springls__vec_min(d2, best);
     }
     return nearest;
 }
 
-/* Returns where a vertex, at d from the particle of candidate k, is within the limit of the plane of its triangle. */
-SPRINGLS__FN springls__vmask springls__reaches_plane(const springls__candidates *c, int k, springls__vec3 d, springls__vec limit)
+/* Returns where vertices are within the limit of the plane of candidate k's triangle. */
+SPRINGLS__FN springls__vmask springls__reaches_plane(const springls__candidates *c, int k, springls__vec3 x, springls__vec limit)
 {
+    const springls__vec3 d = springls__vec_sub(x, springls__particle_of(c, k));
     return springls__vec_fabs(springls__vec_dot(d, springls__vec_broadcast3(c->n[k])) - c->height[k]) <= limit;
 }
 
 /* Finds the candidates nearest to the vertices. Those whose particles are nearest come first: after them few others can be
    nearer. */
-SPRINGLS__FN void springls__find_nearest(const springls__model *model, const springls__candidates *c, springls__vertex_group *group)
+SPRINGLS__FN void springls__find_nearest(const springls__model *model, springls__candidates *c, springls__vertex_group *group)
 {
     springls__nearest_search search;
     springls__vec guess;
@@ -213,9 +215,8 @@ SPRINGLS__FN void springls__find_nearest(const springls__model *model, const spr
     for (i = 0; i < c->listed; i++) {
         const int k = c->list[i];
         const springls__vec limit = springls__vec_load(search.limit), within = limit + c->bounding_radius[k];
-        const springls__vec3 d = springls__vec_sub(group->x, springls__particle_of(c, k));
-        const springls__vmask reaches = springls__vec_length2(d) <= within * within;
-        if (springls__vec_any(reaches) && springls__vec_any(reaches & springls__reaches_plane(c, k, d, limit))
+        const springls__vmask reaches = springls__vec_load(c->sample + SPRINGLS__LANES * i) <= within * within;
+        if (springls__vec_any(reaches) && springls__vec_any(reaches & springls__reaches_plane(c, k, group->x, limit))
             && !springls__vec_any(guess == (float)k))
             springls__try_candidate(model, c, k, group, &search);
     }

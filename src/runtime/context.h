@@ -266,7 +266,7 @@ struct springls_context {
     int calls;              /* depth of the stages and steps at work, one inside the other                       */
     springls_stats stats;
     double time;
-    int iteration;          /* k of Algorithm 2                                                                 */
+    int iteration;          /* k of Algorithm 2, from resampling to resampling                                  */
     float lag;              /* voxels that springls have moved at most, in lazy steps, since phi last followed; FLT_MAX:
                                they have been moved otherwise, and phi follows in the next step                 */
     float lag_turned;       /* the same of how far springls have turned: the sum of motion.turned                */

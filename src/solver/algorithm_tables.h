@@ -88,7 +88,8 @@ SPRINGLS__FN bool springls__vertices_flow(const springls_context *ctx)
 /* Returns true when a flow keeps springls in order until they are resampled: it turns them as it turns the surface. */
 SPRINGLS__FN bool springls__flow_keeps_order(const springls_context *ctx)
 {
-    return ctx->model.params.cover && !ctx->step.desc.one_to_one && springls__vertices_flow(ctx);
+    const springls_step_desc *desc = &ctx->step.desc;
+    return ctx->model.params.cover && desc->mode == SPRINGLS_MODE_FLUID && !desc->one_to_one && springls__vertices_flow(ctx);
 }
 
 /* Returns true when relax runs whole, shares of the surface too, before phi follows. Springls that cover do that after resampling
@@ -130,7 +131,7 @@ SPRINGLS__FN float springls__lazy_limit(const springls_context *ctx)
     return ctx->opposed ? springls__min(closely, limit) : limit;
 }
 
-/* How far springls may turn or stretch before phi follows: see springls__turning2. */
+/* How far springls may turn or stretch before phi follows: see springls__turned2. */
 #define SPRINGLS__LAZY_TURN 0.18f
 
 /* Returns true when springls may move and turn once more, as far as just now, before phi follows. */
@@ -210,15 +211,16 @@ SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
 }
 
 /* Returns how far a particle may move in a sub-step, voxels: max_displacement, or where phi may stay behind an equal part of the
-   way until it follows. Springls turn with the way as in the motion that was measured last. */
+   way until it follows, if that is not much less. Springls turn with the way as in the motion that was measured last. */
 SPRINGLS__FN float springls__longest_displacement(const springls_context *ctx)
 {
-    const float even = 0.995f; /* parts differ a little */
+    const float even = 0.995f, enough = 0.75f; /* parts differ a little */
     const springls__motion *motion = &ctx->motion;
     float longest = ctx->step.desc.max_displacement, limit = even * springls__lazy_limit(ctx), part;
     if (!springls__may_be_lazy(ctx) || limit <= longest) return longest;
     part = limit / (springls__floor(limit / longest * 0.9999f) + 1.0f);
-    return 2.0f * part * motion->turned <= SPRINGLS__LAZY_TURN * motion->moved ? part : longest;
+    if (part < enough * longest || 2.0f * part * motion->turned > SPRINGLS__LAZY_TURN * motion->moved) return longest;
+    return part;
 }
 
 /* Ends the step, or begins another sub-step: as long as the displacement of the last one permits, at most half as long again. */
@@ -251,18 +253,17 @@ static const springls__step_entry springls__lazy_end[] = { { SPRINGLS__ENTRY_RUN
    one before. Without resample_last, 1: contract has to know before they move. */
 SPRINGLS__FN int springls__counts_as(const springls_context *ctx)
 {
-    const float usual = 2.0f;
+    const float usual = 2.0f, round_up = 0.45f; /* three voxels count as one */
     float moved = springls__phi_lags(ctx) ? ctx->lag + ctx->motion.moved : ctx->motion.moved;
-    return ctx->model.params.resample_last ? springls__imax(1, (int)(moved / usual + 0.5f)) : 1;
+    return ctx->model.params.resample_last ? (int)springls__max(1.0f, moved / usual + round_up) : 1;
 }
 
 /* Counts a whole step, and decides whether springls are resampled in it. */
 SPRINGLS__FN void springls__count_whole_step(springls_context *ctx)
 {
-    int counts_as = springls__counts_as(ctx);
-    bool due = springls__resample_due(ctx, counts_as);
-    ctx->iteration += counts_as;
-    if (due) ctx->iteration -= ctx->iteration % ctx->model.params.resample_period;
+    const int counts_as = springls__counts_as(ctx);
+    const bool due = springls__resample_due(ctx, counts_as);
+    ctx->iteration = due ? 0 : ctx->iteration + counts_as;
     ctx->step.resamples = due && !ctx->step.desc.one_to_one;
 }
 

@@ -504,6 +504,8 @@ TEST broken_surfaces_are_refused(void)
         {"a.off", "COFF 4000000000 1 0\n", "promises 4000000000 elements"},
         {"a.off", "OFF\n3 2 0\n" PLY_PLACES "3 0 1 2\n", "ends before its 3 vertices and 2 faces"},
         {"a.off", "OFF\n3 2 0\n" PLY_PLACES "3 0 1 2\n0\n", "face 1 has not 1 to 9 corners"},
+        {"a.off", "OFF\n3 2 0\n" PLY_PLACES "3 0 1 2\n3 0 1 -2\n", "face 1 names vertex -2 of 3"},
+        {"a.off", "OFF\n3 2 0\n" PLY_PLACES "3 0 1 2\n3 0 1\n", "face 1 has fewer than 3 corners"},
     };
     for (size_t i = 0; i < sizeof files / sizeof *files; ++i) {
         char error[MESH_TEXT];

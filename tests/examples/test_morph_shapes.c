@@ -78,11 +78,23 @@ static void fill_room(float *phi, int which)
 static springls_status begin_room(struct morph *morph)
 {
     springls_desc desc = springls_default_desc();
+    springls_params params = springls_default_params();
+    if (run_set_members("test", MORPH_SET, &params) != CLI_CONTINUE) return SPRINGLS_INVALID_ARGUMENT;
+    desc.params = &params;
     for (int k = 0; k < 3; ++k) desc.grid.size[k] = ROOM, desc.grid.spacing[k] = 1.0;
     morph->grid = desc.grid;
     morph->pressure = malloc(ROOM * ROOM * ROOM * sizeof(float));
+    morph->way = malloc(3 * ROOM * ROOM * ROOM * sizeof(float));
     morph->shape = malloc(ROOM * ROOM * ROOM * sizeof(float));
     return springls_create(&desc, &morph->ctx);
+}
+
+static void end_room(struct morph *morph)
+{
+    free(morph->pressure);
+    free(morph->way);
+    free(morph->shape);
+    springls_destroy(morph->ctx);
 }
 
 /* Drops and hollows vanish, and what the shape connects grows together, even along a rod thinner than two voxels. */
@@ -110,9 +122,7 @@ TEST a_contour_leaves_one_piece(void)
         ASSERT_EQ(1, check.components);
         ASSERT_EQ(0, check.open_edges + check.intersections);
         springls_mesh_free(morph.ctx, &mesh);
-        free(morph.pressure);
-        free(morph.shape);
-        springls_destroy(morph.ctx);
+        end_room(&morph);
     }
     free(phi);
     PASS();
@@ -143,10 +153,52 @@ TEST a_contour_opens_a_crevice(void)
     ASSERT_EQ(SPRINGLS_OK, springls_copy_level_set(morph.ctx, phi));
     for (int n = 0; n < ROOM * ROOM * ROOM; ++n) left += morph.shape[n] > 0.1f && phi[n] < -1.0f;
     ASSERT_EQ(0, left);
-    free(morph.pressure);
-    free(morph.shape);
+    end_room(&morph);
     free(phi);
-    springls_destroy(morph.ctx);
+    PASS();
+}
+
+/* A limb grows out of a ball though it is hardly thicker than a voxel. */
+TEST a_contour_grows_a_thin_limb(void)
+{
+    struct morph morph = {.settings = {.iterations = 1, .pace = 1.0f, .reach = 60}};
+    float *phi = malloc(ROOM * ROOM * ROOM * sizeof *phi);
+    int left = 0;
+    ASSERT_EQ(SPRINGLS_OK, begin_room(&morph));
+    for (int n = 0; n < ROOM * ROOM * ROOM; ++n) {
+        const float p[3] = {(float)(n % ROOM), (float)(n / ROOM % ROOM), (float)(n / (ROOM * ROOM))};
+        phi[n] = ball_at(p, 12, 20, 20, 6);
+        morph.shape[n] = fminf(phi[n], ball_at(p, fmaxf(12, fminf(30, p[0])), 20.3f, 20.4f, 1.0f));
+    }
+    ASSERT_EQ(SPRINGLS_OK, springls_set_level_set(morph.ctx, phi));
+    ASSERT(morph_contour(&morph, true));
+    ASSERT_EQ(SPRINGLS_OK, springls_copy_level_set(morph.ctx, phi));
+    for (int n = 0; n < ROOM * ROOM * ROOM; ++n) left += morph.shape[n] < -0.1f && phi[n] > 1.0f;
+    ASSERT_EQ(0, left);
+    end_room(&morph);
+    free(phi);
+    PASS();
+}
+
+/* A repair opens a crevice whose mouth a film of one voxel closes, and fills a wider hollow behind one. */
+TEST a_repair_opens_crevices_and_fills_hollows(void)
+{
+    const struct solid_grid grid = {{ROOM, ROOM, ROOM}, {0, 0, 0}, 1.0};
+    float *phi = malloc(ROOM * ROOM * ROOM * sizeof *phi);
+    const int film = (20 * ROOM + 29) * ROOM + 20, within = (20 * ROOM + 20) * ROOM + 20;
+    for (int wide = 0; wide < 2; ++wide) {
+        struct solid_repair repair;
+        fill_block(phi, wide ? 6.0f : 1.2f);
+        for (int n = 0; n < ROOM * ROOM * ROOM; ++n) {
+            const int y = n / ROOM % ROOM, beside = abs(n % ROOM - 20), along = abs(n / (ROOM * ROOM) - 20);
+            if (beside < 4 && along < 12 && y > 15 && y < 30 && (y == 29 || along > 8)) phi[n] = fminf(phi[n], -0.1f);
+        }
+        ASSERT(phi[within] > 0.0f && phi[film] < 0.0f);
+        ASSERT(solid_repair(&grid, phi, ROOM, true, &repair));
+        ASSERT_EQ(wide, repair.filled > 0);
+        ASSERT_EQ(wide, phi[within] < 0.0f);
+    }
+    free(phi);
     PASS();
 }
 
@@ -296,6 +348,8 @@ int main(int argc, char **argv)
     RUN_TEST(a_mesh_that_overlaps_itself_has_one_distance);
     RUN_TEST(a_contour_leaves_one_piece);
     RUN_TEST(a_contour_opens_a_crevice);
+    RUN_TEST(a_contour_grows_a_thin_limb);
+    RUN_TEST(a_repair_opens_crevices_and_fills_hollows);
     RUN_TEST(heat_weights_of_a_tube_are_symmetric_and_sum_to_one);
     RUN_TEST(an_atlas_has_a_texel_for_every_place);
     RUN_TEST(meshes_that_cut_themselves_are_found_out);

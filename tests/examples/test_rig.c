@@ -648,10 +648,11 @@ TEST bad_input_ends_with_one_line(void)
                                     {"none.obj", NULL},
                                     {body, "--template", "snake", NULL},
                                     {body, "--template", scratch("bad.json"), NULL},
+                                    {body, "--template", "none.json", NULL},
                                     {body, "--animation", body, "--grid", "64", NULL},
                                     {body, "--animation", "none.glb", "--grid", "64", NULL},
                                     {body, "--template", "quadruped", "--grid", "64", NULL}};
-    const char *const usage[][4] = {{NULL}, {body, "--grid", "8", NULL}, {body, "--nonsense", NULL}};
+    const char *const usage[][4] = {{NULL}, {body, "--grid", "8", NULL}, {body, "--nonsense", NULL}, {body, "--motion", "0", NULL}};
     const char *errors = scratch("errors");
     ASSERT(freopen(errors, "w", stderr) != NULL);
     for (int l = 0; l < COUNT(lines); ++l) ASSERT_EQm(lines[l][0], 1, run_program(lines[l]));

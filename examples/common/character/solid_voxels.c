@@ -94,11 +94,16 @@ bool solid_is_whole(const struct solid_grid *grid, const float *phi, bool *whole
 
 /* ---- one body of a level set ---- */
 
+#define NARROW 1.0f  /* voxel: depth within a hollow that a crevice has nowhere */
+#define OPENING 0.5f /* voxel: phi where the film that closes a crevice was */
+
+enum { HOLLOW = -1, CAVITY = -2 }; /* labels of voxels outside: cavities are hollows that are no crevices */
+
 struct repair {
     const struct solid_grid *grid;
     size_t count;
     float *phi;
-    int *label; /* of voxels inside: their part's, from 1; outside 0, in a hollow -1 */
+    int *label; /* of voxels inside: their part's, from 1; outside 0, in a hollow HOLLOW or CAVITY */
     int *queue, *before;
 };
 
@@ -131,7 +136,7 @@ static int label_parts(struct repair *r)
         for (int run = runs.row[j], x = 0; run < runs.row[j + 1]; ++run) {
             const int root = root_of(runs.parent, run);
             if (r->phi[row + (size_t)x] >= 0.0f) {
-                labels[root] = root == root_of(runs.parent, 0) ? 0 : -1;
+                labels[root] = root == root_of(runs.parent, 0) ? 0 : HOLLOW;
             } else if (labels[root] == 0) {
                 labels[root] = ++parts;
             }
@@ -142,6 +147,56 @@ static int label_parts(struct repair *r)
     free(labels);
     free_runs(&runs);
     return good ? parts : -1;
+}
+
+/* Labels the hollow around a voxel anew: as outside where it is a crevice, else as a cavity. Returns true for a crevice. */
+static bool label_hollow(struct repair *r, int from)
+{
+    float deepest = 0.0f;
+    int end = 0, neighbors[6];
+    r->queue[end++] = from;
+    r->label[from] = CAVITY;
+    for (int done = 0; done < end; ++done) {
+        deepest = fmaxf(deepest, r->phi[r->queue[done]]);
+        for (int k = face_neighbors(r->grid->size, r->queue[done], neighbors) - 1; k >= 0; --k) {
+            if (r->label[neighbors[k]] == HOLLOW) {
+                r->label[neighbors[k]] = CAVITY;
+                r->queue[end++] = neighbors[k];
+            }
+        }
+    }
+    for (int k = 0; deepest < NARROW && k < end; ++k) { r->label[r->queue[k]] = 0; }
+    return deepest < NARROW;
+}
+
+/* Returns an inside voxel between a voxel of a hollow and the outside, -1: none. */
+static int film_beside(const struct repair *r, int at)
+{
+    int neighbors[6], beyond[6];
+    for (int k = face_neighbors(r->grid->size, at, neighbors) - 1; k >= 0; --k) {
+        if (r->label[neighbors[k]] <= 0) { continue; }
+        for (int i = face_neighbors(r->grid->size, neighbors[k], beyond) - 1; i >= 0; --i) {
+            if (r->label[beyond[i]] == 0) { return neighbors[k]; }
+        }
+    }
+    return -1;
+}
+
+/* Opens crevices that a film of a single voxel closes: in truth it is thinner, or there is none. */
+static void open_crevices(struct repair *r)
+{
+    bool opened = true;
+    while (opened) {
+        opened = false;
+        for (size_t n = 0; n < r->count; ++n) {
+            const int film = r->label[n] == HOLLOW ? film_beside(r, (int)n) : -1;
+            if (film >= 0 && label_hollow(r, (int)n)) {
+                r->phi[film] = OPENING;
+                r->label[film] = 0;
+                opened = true;
+            }
+        }
+    }
 }
 
 /* Fills what is not connected with voxel 0. */
@@ -246,7 +301,7 @@ static bool join_parts(struct repair *r, int reach, struct solid_repair *report)
     return true;
 }
 
-bool solid_repair(const struct solid_grid *grid, float *phi, int reach, struct solid_repair *report)
+bool solid_repair(const struct solid_grid *grid, float *phi, int reach, bool open, struct solid_repair *report)
 {
     struct repair r = {grid, (size_t)grid->size[0] * (size_t)grid->size[1] * (size_t)grid->size[2], phi, NULL, NULL,
                        NULL};
@@ -260,6 +315,7 @@ bool solid_repair(const struct solid_grid *grid, float *phi, int reach, struct s
     r.before = malloc(r.count * sizeof *r.before);
     bool good = r.label && r.queue && r.before && label_parts(&r) >= 0;
     if (good) {
+        if (open) { open_crevices(&r); }
         fill_hollows(&r, report);
         report->parts = label_parts(&r);
         good = report->parts >= 0 && join_parts(&r, reach, report);

@@ -28,9 +28,10 @@ struct solid_repair {
     int out_of_reach, out_of_reach_at; /* voxels of one that is only too far away, and a voxel of it; 0: none */
 };
 
-/* Makes one body of a level set (negative inside, voxels): fills hollows, and connects separate bodies of at least 1/1000 of
- * the volume by the shortest bridges, if these are at most `reach` voxels long. Returns false if memory is short. */
-bool solid_repair(const struct solid_grid *grid, float *phi, int reach, struct solid_repair *report);
+/* Makes one body of a level set (negative inside, voxels): fills hollows, and connects separate bodies of at least 1/1000 of the
+ * volume by the shortest bridges, if these are at most `reach` voxels long. open: crevices that a film of one voxel closes are
+ * opened instead. Returns false if memory is short. */
+bool solid_repair(const struct solid_grid *grid, float *phi, int reach, bool open, struct solid_repair *report);
 
 /* Finds whether the inside is one body, connected by faces of voxels, and so is the outside. Returns false if memory is short. */
 bool solid_is_whole(const struct solid_grid *grid, const float *phi, bool *whole);

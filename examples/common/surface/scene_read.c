@@ -9,6 +9,7 @@
 #include <ctype.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 
@@ -91,12 +92,28 @@ static bool next_line(struct header *h)
     return true;
 }
 
+/* Returns whether a line of an OFF file has a face of 1 to 9 corners, as assimp reads, and whether it has these corners. */
+static bool face_is_good(struct header *h, double number, double vertices)
+{
+    char *rest;
+    const long corners = strtol(h->line, &rest, 10);
+    if (corners < 1 || corners > 9) { return scene_fail(h->error, h->path, "face %.0f has not 1 to 9 corners", number); }
+    for (long k = 0; k < corners; ++k) {
+        const char *text = rest;
+        const long vertex = strtol(text, &rest, 10);
+        if (rest == text) { return scene_fail(h->error, h->path, "face %.0f has fewer than %ld corners", number, corners); }
+        if (vertex < 0 || (double)vertex >= vertices) {
+            return scene_fail(h->error, h->path, "face %.0f names vertex %ld of %.0f", number, vertex, vertices);
+        }
+    }
+    return true;
+}
+
 /* Returns whether as many vertices and faces follow as the counts promise, which stand behind the first word or on the line after
- * it. assimp reads beyond the end of a file in which lines are missing, and leaves out faces of more than nine corners. */
+ * it. assimp reads beyond the end of a file in which lines are missing, and takes other vertices for those that there are not. */
 static bool off_is_whole(struct header *h, const char *behind)
 {
     double count[2];
-    int corners;
     if (sscanf(behind, "%lf %lf", &count[0], &count[1]) != 2
         && (!next_line(h) || sscanf(h->line, "%lf %lf", &count[0], &count[1]) != 2)) {
         return scene_fail(h->error, h->path, "the OFF file has no numbers of vertices and faces");
@@ -108,9 +125,7 @@ static bool off_is_whole(struct header *h, const char *behind)
         if (!next_line(h)) {
             return scene_fail(h->error, h->path, "the OFF file ends before its %.0f vertices and %.0f faces", count[0], count[1]);
         }
-        if (i >= count[0] && (sscanf(h->line, "%d", &corners) != 1 || corners < 1 || corners > 9)) {
-            return scene_fail(h->error, h->path, "face %.0f has not 1 to 9 corners", i - count[0]);
-        }
+        if (i >= count[0] && !face_is_good(h, i - count[0], count[0])) { return false; }
     }
     return true;
 }
