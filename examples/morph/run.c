@@ -831,10 +831,16 @@ static bool compare_ends(struct morph *morph)
                      springls_set_mesh(morph->other, morph->target.posed, morph->target.mesh.vertex_count, 0,
                                        morph->target.mesh.triangles, morph->target.mesh.triangle_count, NULL),
                      "target")
-        || !morph_check(morph->other, springls_extract_mesh(morph->other, mesh), "target")
-        || mesh_drop_specks(mesh->positions, mesh->vertex_count, mesh->triangles, &mesh->triangle_count,
-                            MORPH_SPECK * voxel * voxel * voxel) < 0) {
+        || !morph_check(morph->other, springls_extract_mesh(morph->other, mesh), "target")) {
         return false;
+    }
+    if (mesh_drop_specks(mesh->positions, mesh->vertex_count, mesh->triangles, &mesh->triangle_count,
+                         MORPH_SPECK * voxel * voxel * voxel) < 0) {
+        return morph_no_memory();
+    }
+    if (mine.triangle_count == 0 || mesh->triangle_count == 0) {
+        return morph_fail("%s has no part of %d voxels: take a finer --grid", mesh->triangle_count == 0 ? "the target" : "the model",
+                          MORPH_SPECK);
     }
     const struct surface target = {mesh->positions, (const uint32_t *)mesh->triangles, (size_t)mesh->triangle_count};
     return surface_distances_measure(&mine, &target, 20000, voxel, &morph->end) || morph_no_memory();
