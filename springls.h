@@ -9436,18 +9436,17 @@ SPRINGLS__MATHS void springls__take_into_rows(const springls__oriented s, const 
 {
     const float radius = SPRINGLS__PROJECT_RADIUS;
     springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;
-    int first, last, y, y1, z, z1;
+    int first, last, y, y0, y1, z, z1;
     if (!springls__near_axis(p.x) || !springls__near_axis(p.y) || !springls__near_axis(p.z)) return;
     first = springls__imin(springls__first_near(p.x, radius), 8 - SPRINGLS__LANES);
     last = springls__last_near(p.x, radius);
+    y0 = springls__first_near(p.y, radius);
+    y1 = springls__last_near(p.y, radius);
     z1 = springls__last_near(p.z, radius);
     offset.x = -p.x;
     for (z = springls__first_near(p.z, radius); z <= z1; z++) {
-        float reach;
         offset.z = (float)z - p.z;
-        reach = springls__sqrt(springls__max(radius * radius - offset.z * offset.z, 0.0f));
-        y1 = springls__last_near(p.y, reach);
-        for (y = springls__first_near(p.y, reach); y <= y1; y++) {
+        for (y = y0; y <= y1; y++) {
             SPRINGLS__LOCAL float *row = sums->value + springls__sums_of_row(y + 8 * z);
             offset.y = (float)y - p.y;
             if (!springls__is_mine(group, y + 8 * z)) continue;
@@ -33076,18 +33075,17 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    const float radius = SPRINGLS__PROJECT_RADIUS;\n",
     "    springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;\n",
-    "    int first, last, y, y1, z, z1;\n",
+    "    int first, last, y, y0, y1, z, z1;\n",
     "    if (!springls__near_axis(p.x) || !springls__near_axis(p.y) || !springls__near_axis(p.z)) return;\n",
     "    first = springls__imin(springls__first_near(p.x, radius), 8 - SPRINGLS__LANES);\n",
     "    last = springls__last_near(p.x, radius);\n",
+    "    y0 = springls__first_near(p.y, radius);\n",
+    "    y1 = springls__last_near(p.y, radius);\n",
     "    z1 = springls__last_near(p.z, radius);\n",
     "    offset.x = -p.x;\n",
     "    for (z = springls__first_near(p.z, radius); z <= z1; z++) {\n",
-    "        float reach;\n",
     "        offset.z = (float)z - p.z;\n",
-    "        reach = springls__sqrt(springls__max(radius * radius - offset.z * offset.z, 0.0f));\n",
-    "        y1 = springls__last_near(p.y, reach);\n",
-    "        for (y = springls__first_near(p.y, reach); y <= y1; y++) {\n",
+    "        for (y = y0; y <= y1; y++) {\n",
     "            SPRINGLS__LOCAL float *row = sums->value + springls__sums_of_row(y + 8 * z);\n",
     "            offset.y = (float)y - p.y;\n",
     "            if (!springls__is_mine(group, y + 8 * z)) continue;\n",
@@ -33458,7 +33456,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9823 \"springls.h\"\n",
+    "#line 9822 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -33610,7 +33608,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 9976 \"springls.h\"\n",
+    "#line 9975 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -33714,7 +33712,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10081 \"springls.h\"\n",
+    "#line 10080 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -33811,7 +33809,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10179 \"springls.h\"\n",
+    "#line 10178 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -34357,7 +34355,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10726 \"springls.h\"\n",
+    "#line 10725 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -34433,7 +34431,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10803 \"springls.h\"\n",
+    "#line 10802 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -34669,7 +34667,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11040 \"springls.h\"\n",
+    "#line 11039 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -34702,7 +34700,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11074 \"springls.h\"\n",
+    "#line 11073 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -34727,14 +34725,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11100 \"springls.h\"\n",
+    "#line 11099 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11107 \"springls.h\"\n",
+    "#line 11106 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34749,7 +34747,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11123 \"springls.h\"\n",
+    "#line 11122 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -34879,7 +34877,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11253 \"springls.h\"\n",
+    "#line 11252 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34894,7 +34892,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11268 \"springls.h\"\n",
+    "#line 11267 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35024,7 +35022,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11399 \"springls.h\"\n",
+    "#line 11398 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -35315,7 +35313,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11691 \"springls.h\"\n",
+    "#line 11690 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -35416,7 +35414,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 35420 \"springls.h\"\n",
+    "#line 35418 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

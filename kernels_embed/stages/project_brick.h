@@ -191,18 +191,17 @@ SPRINGLS__MATHS void springls__take_into_rows(const springls__oriented s, const 
 {
     const float radius = SPRINGLS__PROJECT_RADIUS;
     springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;
-    int first, last, y, y1, z, z1;
+    int first, last, y, y0, y1, z, z1;
     if (!springls__near_axis(p.x) || !springls__near_axis(p.y) || !springls__near_axis(p.z)) return;
     first = springls__imin(springls__first_near(p.x, radius), 8 - SPRINGLS__LANES);
     last = springls__last_near(p.x, radius);
+    y0 = springls__first_near(p.y, radius);
+    y1 = springls__last_near(p.y, radius);
     z1 = springls__last_near(p.z, radius);
     offset.x = -p.x;
     for (z = springls__first_near(p.z, radius); z <= z1; z++) {
-        float reach;
         offset.z = (float)z - p.z;
-        reach = springls__sqrt(springls__max(radius * radius - offset.z * offset.z, 0.0f));
-        y1 = springls__last_near(p.y, reach);
-        for (y = springls__first_near(p.y, reach); y <= y1; y++) {
+        for (y = y0; y <= y1; y++) {
             SPRINGLS__LOCAL float *row = sums->value + springls__sums_of_row(y + 8 * z);
             offset.y = (float)y - p.y;
             if (!springls__is_mine(group, y + 8 * z)) continue;
