@@ -494,7 +494,7 @@ SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls
 
 /* Begins a step that springls_step_continue completes in as many calls as the caller likes. The result has the same bits as
    springls_step, however it is divided. *step and *step->forces are copied; `user` and `data` of the forces are borrowed
-   until the step is done. Forces are called in springls_step_continue only.
+   until the step is done. Forces are called in springls_step_continue only. INVALID_ARGUMENT, EMPTY_MODEL: no step begins.
 
    While a step is in progress:
    - counts, views, ids, springls_get_provenance, _springl_materials, _mesh_attribute, _sample_*, _copy_level_set,

@@ -82,6 +82,7 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
                               (double)step->max_displacement);
     if (step->mode != SPRINGLS_MODE_FLUID && step->mode != SPRINGLS_MODE_ELASTIC && step->mode != SPRINGLS_MODE_ADVECT_ONLY)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d: it may be 0 to 2", (int)step->mode);
+    if (step->forces) SPRINGLS__TRY(springls__check_forces(ctx, step->forces));
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
     springls__abandon_step(ctx);
     springls__end_reading(ctx);

@@ -16,26 +16,57 @@
 /* In voxels, of one advect, with a window that follows: beyond it a float has no sixteenth of a voxel. */
 enum { SPRINGLS__FURTHEST_MOTION = 1000000 };
 
+/* Returns true when the samples of a field are those of the model's own grid. */
+SPRINGLS__FN bool springls__is_on_own_grid(const springls_sampled_field *field)
+{
+    return field->grid.size[0] == 0 && field->grid.size[1] == 0 && field->grid.size[2] == 0;
+}
+
+/* Checks what of forces can be wrong before they act: the integrator, the region, the grids of sampled fields. */
+SPRINGLS__FN springls_status springls__check_forces(springls_context *ctx, const springls_forces *forces)
+{
+    const springls_sampled_field *fields[2];
+    double inverse[12];
+    int k;
+    fields[0] = &forces->pressure_grid;
+    fields[1] = &forces->velocity_grid;
+    if (forces->integrator != SPRINGLS_INTEGRATOR_RK4 && forces->integrator != SPRINGLS_INTEGRATOR_EULER)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: forces.integrator is no springls_integrator: %d",
+                              (int)forces->integrator);
+    for (k = 0; k < 3; k++) {
+        const float lower = forces->region_lower[k], upper = forces->region_upper[k];
+        if (!(lower >= -FLT_MAX && lower <= upper && upper <= FLT_MAX))
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
+                                  "advect: the region of the forces is from %g to %g along axis %d, not ascending and finite",
+                                  (double)lower, (double)upper, k);
+    }
+    for (k = 0; k < 2; k++) {
+        const char *fault = NULL;
+        if (fields[k]->data && !springls__is_on_own_grid(fields[k]))
+            fault = springls__grid_transform(&fields[k]->grid, NULL, inverse);
+        if (fault) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: of a sampled field %s", fault);
+    }
+    return SPRINGLS_OK;
+}
+
 /* Finds how a sampled field maps the model's voxels to its own samples; channels 0 when there is no field. */
-SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, const springls_sampled_field *given, int channels,
-                                                     springls__field *field)
+SPRINGLS__FN void springls__field_prepare(const springls_context *ctx, const springls_sampled_field *given, int channels,
+                                          springls__field *field)
 {
     double inverse[12], product;
-    const char *fault;
     int axis, column, k;
     memset(field, 0, sizeof *field);
-    if (!given->data) return SPRINGLS_OK;
+    if (!given->data) return;
     field->channels = channels;
-    if (given->grid.size[0] == 0 && given->grid.size[1] == 0 && given->grid.size[2] == 0) { /* the model's own */
+    if (springls__is_on_own_grid(given)) {
         for (axis = 0; axis < 3; axis++) {
             field->size[axis] = ctx->desc.grid.size[axis];
             field->from_voxel[5 * axis] = 1.0f;
             field->from_voxel[4 * axis + 3] = (float)ctx->window.offset[axis];
         }
-        return SPRINGLS_OK;
+        return;
     }
-    fault = springls__grid_transform(&given->grid, NULL, inverse);
-    if (fault) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "of a sampled field %s", fault);
+    springls__grid_transform(&given->grid, NULL, inverse);
     for (axis = 0; axis < 3; axis++) {
         field->size[axis] = given->grid.size[axis];
         for (column = 0; column < 4; column++) {
@@ -44,7 +75,6 @@ SPRINGLS__FN springls_status springls__field_prepare(springls_context *ctx, cons
             field->from_voxel[4 * axis + column] = (float)product;
         }
     }
-    return SPRINGLS_OK;
 }
 
 enum {
@@ -349,25 +379,17 @@ SPRINGLS__FN void springls__advect_work(void *arg, int begin, int end, float *me
 }
 
 /* Finds the region that forces act in: everywhere where none is given. */
-SPRINGLS__FN springls_status springls__region_prepare(springls_context *ctx, const springls_forces *forces,
-                                                      springls__motion *motion)
+SPRINGLS__FN void springls__region_prepare(const springls_context *ctx, const springls_forces *forces, springls__motion *motion)
 {
     const float *lower = forces->region_lower, *upper = forces->region_upper;
     int k;
-    for (k = 0; k < 3; k++) {
-        motion->has_region = motion->has_region || lower[k] != 0.0f || upper[k] != 0.0f;
-        if (!(lower[k] >= -FLT_MAX && lower[k] <= upper[k] && upper[k] <= FLT_MAX))
-            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
-                                  "the region of the forces is from %g to %g along axis %d, not ascending and finite",
-                                  (double)lower[k], (double)upper[k], k);
-    }
+    for (k = 0; k < 3; k++) motion->has_region = motion->has_region || lower[k] != 0.0f || upper[k] != 0.0f;
     motion->rule.window = springls__to_lattice(&ctx->window, springls__v3_make(0.0f, 0.0f, 0.0f));
     motion->rule.region_lower = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
     motion->rule.region_upper = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX);
-    if (!motion->has_region) return SPRINGLS_OK;
+    if (!motion->has_region) return;
     motion->rule.region_lower = springls__from_lattice(&ctx->window, springls__load3(lower));
     motion->rule.region_upper = springls__from_lattice(&ctx->window, springls__load3(upper));
-    return SPRINGLS_OK;
 }
 
 /* Begins the motion by `forces` from `time` to time + dt. */
@@ -377,9 +399,7 @@ SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const
     memset(motion, 0, sizeof *motion);
     motion->ctx = ctx;
     if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: forces is NULL");
-    if (forces->integrator != SPRINGLS_INTEGRATOR_RK4 && forces->integrator != SPRINGLS_INTEGRATOR_EULER)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: forces.integrator is no springls_integrator: %d",
-                              (int)forces->integrator);
+    SPRINGLS__TRY(springls__check_forces(ctx, forces));
     motion->forces = *forces;
     motion->rule.pressure_weight = forces->pressure_weight != 0.0f ? forces->pressure_weight : 1.0f;
     motion->rule.velocity_weight = forces->velocity_weight != 0.0f ? forces->velocity_weight : 1.0f;
@@ -390,9 +410,10 @@ SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const
     motion->rule.curvature_span = springls__max(ctx->curvature_span, SPRINGLS__CURVATURE_SPAN);
     motion->time = time;
     motion->dt = dt;
-    SPRINGLS__TRY(springls__region_prepare(ctx, forces, motion));
-    SPRINGLS__TRY(springls__field_prepare(ctx, &forces->pressure_grid, 1, &motion->rule.pressure));
-    return springls__field_prepare(ctx, &forces->velocity_grid, 3, &motion->rule.velocity);
+    springls__region_prepare(ctx, forces, motion);
+    springls__field_prepare(ctx, &forces->pressure_grid, 1, &motion->rule.pressure);
+    springls__field_prepare(ctx, &forces->velocity_grid, 3, &motion->rule.velocity);
+    return SPRINGLS_OK;
 }
 
 /* Writes into the rule the times of the Runge-Kutta stages, and what follows from them. */

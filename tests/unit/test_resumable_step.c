@@ -431,6 +431,14 @@ TEST wrong_arguments_are_told(void)
     bad.dt = -1.0f;
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_step_begin(s.ctx, &bad));
     ASSERT(!springls_step_in_progress(s.ctx));
+    s.forces.region_lower[1] = 3.0f; /* above region_upper: found now, not by the call that completes the step */
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_step_begin(s.ctx, &s.step));
+    ASSERT(strstr(springls_last_error(s.ctx), "from 3 to 0 along axis 1"));
+    s.forces.region_lower[1] = 0.0f;
+    s.forces.integrator = (springls_integrator)7;
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_step_begin(s.ctx, &s.step));
+    ASSERT(!springls_step_in_progress(s.ctx));
+    s.forces.integrator = SPRINGLS_INTEGRATOR_RK4;
     ASSERT_OK(springls_reset(s.ctx));
     ASSERT_STATUS(SPRINGLS_EMPTY_MODEL, springls_step_begin(s.ctx, &s.step));
     springls_destroy(s.ctx);

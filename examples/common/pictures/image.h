@@ -34,7 +34,7 @@ bool image_write_small_png(const struct image *image, int colors, const char *pa
 bool image_shrink(struct image *image, int width);
 /* Encodes as PNG in memory, to be freed. */
 bool image_encode_png(const struct image *image, unsigned char **bytes, size_t *size);
-/* Decodes PNG, JPEG and the other formats of stb_image from a file's bytes. Returns false with an empty picture on failure. */
+/* Decodes PNG, JPEG and the other formats of stb_image, but PNM, from a file's bytes. Returns false with an empty picture on failure. */
 bool image_read(const unsigned char *bytes, size_t length, struct image *image);
 bool image_read_file(const char *path, struct image *image);
 

@@ -19,6 +19,7 @@
 #define STB_IMAGE_STATIC
 #define STBI_NO_HDR
 #define STBI_NO_LINEAR
+#define STBI_NO_PNM /* 16 bits a channel, in another number of channels, are read beyond their end */
 #define stbi_set_unpremultiply_on_load_thread stbi__unpremultiply_on_load_thread /* declared by one name, defined by the other */
 #include <stb/stb_image.h>
 #if defined(__GNUC__)

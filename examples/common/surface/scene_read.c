@@ -131,6 +131,25 @@ static bool off_is_whole(struct header *h, const char *behind)
     return true;
 }
 
+/* Returns whether the chunks of a GLB file lie within it: each has its length and its kind, of four bytes, before it. */
+static bool glb_is_whole(struct header *h)
+{
+    enum { FILE_HEADER = 12, CHUNK_HEADER = 8 };
+    unsigned char chunk[CHUNK_HEADER];
+    for (long at = FILE_HEADER; at < h->size;) {
+        if (fseek(h->file, at, SEEK_SET) != 0 || fread(chunk, 1, CHUNK_HEADER, h->file) != CHUNK_HEADER) {
+            return scene_fail(h->error, h->path, "the GLB file ends in the middle of a chunk");
+        }
+        const long left = h->size - at - CHUNK_HEADER;
+        const double length = chunk[0] + 256.0 * (chunk[1] + 256.0 * (chunk[2] + 256.0 * chunk[3]));
+        if (length > (double)left) {
+            return scene_fail(h->error, h->path, "a chunk of the GLB file has %.0f bytes, of which it has %ld", length, left);
+        }
+        at += CHUNK_HEADER + (long)length;
+    }
+    return true;
+}
+
 static bool ends_with(const char *text, const char *end)
 {
     const size_t length = strlen(text), tail = strlen(end);
@@ -156,6 +175,12 @@ static bool header_is_good(struct header *h)
     if (tolower((unsigned char)h->line[0]) == 'p' && tolower((unsigned char)h->line[1]) == 'l'
         && tolower((unsigned char)h->line[2]) == 'y') {
         return ply_header_is_whole(h);
+    }
+    if (ends_with(h->path, ".ply")) { /* assimp finds the word further on, and reads beyond the end */
+        return scene_fail(h->error, h->path, "a PLY file begins with ply");
+    }
+    if (memcmp(h->line, "glTF", 4) == 0) {
+        return glb_is_whole(h);
     }
     const char *off = h->line + strspn(h->line, "STCN4n"); /* what its vertices have beside their places */
     if (strncmp(off, "OFF", 3) == 0) {
