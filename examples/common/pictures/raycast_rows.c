@@ -39,11 +39,11 @@ static bool project(const struct raycast_rows *rows, const float *corners, struc
     return behind < 3;
 }
 
-/* Finds the rows or columns whose middle lies in lo..hi. */
+/* Finds the rows or columns whose middle lies in lo..hi; none: last < first. */
 static void middles(double lo, double hi, int count, int *first, int *last)
 {
-    *first = (int)ceil(fmax(lo - 0.5, 0.0));
-    *last = (int)floor(fmin(hi - 0.5, count - 1.0));
+    *first = (int)ceil(fmin(fmax(lo - 0.5, 0.0), count));
+    *last = (int)floor(fmax(fmin(hi - 0.5, count - 1.0), -1.0));
 }
 
 static void rows_of(const struct raycast_rows *rows, const struct projection *p, int *first, int *last)
