@@ -23,6 +23,7 @@
 #include "springls/segment_model.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -389,7 +390,7 @@ static bool read_reference(struct atlas_segment *run)
     char error[VOLUME_TEXT];
     int labels[ATLAS_MAX_LABELS];
     const int count = set->label_text ? atlas_read_labels(set->label_text, labels) : 0;
-    if (!volume_read_like(&run->image, "the image", set->reference, set->frame, "--frame", reference, error)) {
+    if (!volume_read_like(&run->image, "the image", set->reference, set->frame, reference, error)) {
         return atlas_fail("%s", error);
     }
     const size_t voxels = volume_voxels(reference);
@@ -446,6 +447,9 @@ bool atlas_segment_image(struct atlas_segment *run)
     char error[VOLUME_TEXT];
     if (!volume_read_one(set->image, set->frame, "--frame", &run->image, error)) {
         return atlas_fail("%s", error);
+    }
+    if (run->image.note[0] && cli_may_print(&set->common)) {
+        printf("note: %s\n", run->image.note);
     }
     if (set->reference && !read_reference(run)) {
         return false;

@@ -345,7 +345,7 @@ bool atlas_label_surface(const char *path, const int *labels, int count, const c
                          struct shape_mesh *mesh) {
     struct volume all;
     char error[VOLUME_TEXT];
-    if (!volume_read(path, 0, &all, error)) {
+    if (!volume_read_one(path, -1, NULL, &all, error)) {
         return atlas_fail("%s", error);
     }
     const bool good = crop_labels(&all, labels, count, name, part) && mask_surface(part, name, mesh);
@@ -402,6 +402,20 @@ static bool is_file(const char *path)
     return stat(path, &status) == 0 && S_ISREG(status.st_mode);
 }
 
+/* Returns true if the image reaches to a voxel of every vertex. */
+static bool image_covers(const struct volume *image, const struct shape_mesh *mesh)
+{
+    bool covers = true;
+    for (int v = 0; covers && v < mesh->vertex_count; ++v) {
+        float index[3];
+        volume_world_to_index(image, mesh->positions + 3 * v, index);
+        for (int a = 0; a < 3; ++a) {
+            covers = covers && index[a] >= -1.0f && index[a] <= (float)image->dims[a];
+        }
+    }
+    return covers;
+}
+
 static bool read_image(const char *folder, const char *path, struct atlas_subject *subject)
 {
     char image[4096], error[VOLUME_TEXT];
@@ -410,7 +424,10 @@ static bool read_image(const char *folder, const char *path, struct atlas_subjec
     if (is_file(folder)) {
         snprintf(image, sizeof image, "%s", folder);
     }
-    return volume_read(image, 0, &subject->image, error) || atlas_fail("%s", error);
+    if (!volume_read_one(image, -1, NULL, &subject->image, error)) {
+        return atlas_fail("%s", error);
+    }
+    return image_covers(&subject->image, &subject->mesh) || atlas_fail("%s: the subject %s does not lie in it", image, subject->name);
 }
 
 static bool read_label_map(const char *path, const int *labels, int count, const char *images, bool mirror, float *about,
@@ -418,7 +435,7 @@ static bool read_label_map(const char *path, const int *labels, int count, const
 {
     struct volume all;
     char error[VOLUME_TEXT];
-    if (!volume_read(path, 0, &all, error)) {
+    if (!volume_read_one(path, -1, NULL, &all, error)) {
         return atlas_fail("%s", error);
     }
     const float middle_index[3] = {0.5f * (float)(all.dims[0] - 1), 0.5f * (float)(all.dims[1] - 1),

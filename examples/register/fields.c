@@ -6,6 +6,7 @@
 #include "surface/mesh_io.h"
 
 #include <stdarg.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -25,8 +26,7 @@ bool register_read_labels(const struct run *run, bool of_moving, const char *pat
     char error[VOLUME_TEXT];
     const struct volume *image = of_moving ? &run->moving : &run->fixed;
     const int frame = of_moving ? run->moving_frame : run->fixed_frame;
-    return volume_read_like(image, of_moving ? "the moving image" : "the fixed image", path, frame,
-                            of_moving ? "--moving-frame" : "--fixed-frame", labels, error)
+    return volume_read_like(image, of_moving ? "the moving image" : "the fixed image", path, frame, labels, error)
            || register_fail("%s", error);
 }
 
@@ -118,6 +118,13 @@ static bool carried_readable(const struct run *run, bool of_moving, const struct
         && mesh_readable(files->mesh);
 }
 
+static void print_note(const struct run *run, const char *name, const struct volume *image)
+{
+    if (image->note[0] && cli_may_print(&run->common)) {
+        printf("note: %s image: %s\n", name, image->note);
+    }
+}
+
 bool register_read(struct run *run)
 {
     char error[VOLUME_TEXT];
@@ -125,6 +132,8 @@ bool register_read(struct run *run)
         || !volume_read_one(run->moving_path, run->moving_frame, "--moving-frame", &run->moving, error)) {
         return register_fail("%s", error);
     }
+    print_note(run, "fixed", &run->fixed);
+    print_note(run, "moving", &run->moving);
     return labels_compare(run, false, run->fixed_labels_path) && labels_compare(run, true, run->moving_labels_path)
            && landmarks_readable(run) && carried_readable(run, true, &run->warp)
            && carried_readable(run, false, &run->inverse_warp);

@@ -48,8 +48,7 @@ static bool read_reference(struct segment *run)
     if (!run->settings.reference) {
         return true;
     }
-    if (!volume_read_like(&run->image, "the image", run->settings.reference, run->settings.frame, "--frame", &run->reference,
-                          error)) {
+    if (!volume_read_like(&run->image, "the image", run->settings.reference, run->settings.frame, &run->reference, error)) {
         return segment_fail("%s", error);
     }
     run->truth = malloc(run->voxels);
@@ -188,7 +187,7 @@ static bool start_from_mask(struct segment *run)
     char error[VOLUME_TEXT];
     struct volume mask, placed;
     memset(&placed, 0, sizeof placed);
-    if (!volume_read_one(run->settings.mask, run->settings.frame, "--frame", &mask, error)) {
+    if (!volume_read_companion(run->settings.mask, run->settings.frame, &mask, error)) {
         return segment_fail("%s", error);
     }
     uint8_t *inside = malloc(volume_voxels(&mask));

@@ -11,6 +11,7 @@
 #include <string.h>
 
 enum { MARGIN = 5 }; /* voxels of the model's grid around the image */
+static const double most_spread = 64.0; /* volume of a grid that covers two images, over theirs */
 static const float noise = 0.005f; /* deviation of the noise in a synthetic sequence, as a part of the image's range */
 
 /* ---- frames ---- */
@@ -70,6 +71,11 @@ static bool read_onto(const struct volume *grid, const char *path, bool labels, 
     return good || track_no_memory();
 }
 
+static double voxel_volume(const struct volume *image)
+{
+    return (double)image->spacing[0] * (double)image->spacing[1] * (double)image->spacing[2];
+}
+
 /* Extends the reference's grid along its axes until it covers the other image. */
 static bool common_grid(const struct volume *reference, const struct volume *other, struct volume *grid)
 {
@@ -92,8 +98,10 @@ static bool common_grid(const struct volume *reference, const struct volume *oth
     for (int a = 0; a < 3; ++a) {
         dims[a] = high[a] - low[a] + 1;
     }
-    if ((double)dims[0] * dims[1] * dims[2] > 1e9) {
-        return track_fail("the two images lie too far from each other");
+    const double voxels = (double)dims[0] * dims[1] * dims[2];
+    const double own = (double)volume_voxels(reference) * voxel_volume(reference) + (double)volume_voxels(other) * voxel_volume(other);
+    if (voxels > 1e9 || voxels * voxel_volume(reference) > most_spread * own) {
+        return track_fail("the headers place the two images too far from each other: a grid that covers both has %.3g voxels", voxels);
     }
     if (!volume_create(dims, reference->spacing, reference->origin, &wide)) {
         return track_no_memory();
@@ -117,7 +125,7 @@ static bool labels_fit(const char *path, const struct volume *image)
     if (!path) {
         return true;
     }
-    if (!volume_read_like(image, "its image", path, 0, NULL, &labels, error)) {
+    if (!volume_read_like(image, "its image", path, -1, &labels, error)) {
         return track_fail("%s", error);
     }
     volume_free(&labels);
@@ -129,7 +137,11 @@ static bool read_two(struct track *track)
 {
     char error[VOLUME_TEXT];
     struct volume second, grid;
-    if (!volume_read(track->settings.second, 0, &second, error)) {
+    if (track->image.frame_count > 1) {
+        return track_fail("%s: %d images in one file, where a second file is the second image", track->settings.image,
+                          track->image.frame_count);
+    }
+    if (!volume_read_one(track->settings.second, -1, NULL, &second, error)) {
         return track_fail("%s", error);
     }
     bool good = labels_fit(track->settings.labels, &track->image) && labels_fit(track->settings.second_labels, &second)
@@ -218,7 +230,7 @@ bool track_frame_mask(const struct track *track, int frame, float **mask)
     if (track->labelled == 1 && frame != track->settings.reference) {
         return true;
     }
-    if (!volume_read_like(&track->image, "its image", track->settings.labels, track->labelled == 1 ? 0 : frame, NULL, &labels, error)) {
+    if (!volume_read_like(&track->image, "its image", track->settings.labels, frame, &labels, error)) {
         return track_fail("%s", error);
     }
     const bool good = mask_of(track, track->settings.labels, &labels, mask);
@@ -390,8 +402,8 @@ bool track_read(struct track *track)
     track->frame_count = set->beat > 0 ? set->beat : track->image.frame_count;
     track->labelled = labels.frame_count;
     volume_free(&labels);
-    if (track->image.frame_axes > 1) {
-        return track_fail("%s: %d-D: a sequence has one dimension beside space", set->image, 3 + track->image.frame_axes);
+    if (track->image.dimension > 4) {
+        return track_fail("%s: %d-D: a sequence has one dimension beside space", set->image, track->image.dimension);
     }
     if (set->second) {
         track->frame_count = 2;
@@ -401,7 +413,7 @@ bool track_read(struct track *track)
         }
     }
     if (track->frame_count < 2 || track->frame_count > TRACK_MAX_FRAMES) {
-        return track_fail("%s: a sequence wants 2 to %d images, it has %d", set->image, TRACK_MAX_FRAMES, track->frame_count);
+        return track_fail("%s: a sequence has 2 to %d images, this one %d", set->image, TRACK_MAX_FRAMES, track->frame_count);
     }
     if (set->reference >= track->frame_count || set->frame >= track->frame_count) {
         return track_fail("there are frames 0 to %d only", track->frame_count - 1);

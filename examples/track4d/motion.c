@@ -50,22 +50,35 @@ static bool read_motion(const struct track *track, int frame, struct track_motio
     return good && (field_invert(&motion->forward, &track->image, &motion->back, &remains) || track_no_memory());
 }
 
+/* Reads a frame as it is registered: two files on their own grids, as on a common one padding would hide what does not overlap. */
+static bool read_frame(const struct track *track, int frame, struct volume *image)
+{
+    const struct track_settings *set = &track->settings;
+    char error[VOLUME_TEXT];
+    if (!set->second) {
+        return track_frame_image(track, frame, image);
+    }
+    return volume_read(frame == 0 ? set->image : set->second, 0, image, error) || track_fail("%s", error);
+}
+
 static bool register_motion(const struct track *track, int frame, int steps, const struct registration *start,
                             struct track_motion *motion)
 {
     char error[VOLUME_TEXT];
     struct volume image, reference = track->image;
     struct registration substep;
-    const int first = track->settings.reference;
-    if (!track_frame_image(track, frame, &image)) {
+    const bool same = track->settings.beat == 0 && !track->settings.second; /* in a synthetic motion every frame has its own noise */
+    if (!read_frame(track, frame, &image)) {
         return false;
     }
-    /* In a synthetic motion every frame has its own noise, the reference too. */
-    bool good = track->settings.beat == 0 || track_frame_image(track, first, &reference);
+    if (image.note[0] && cli_may_print(&track->settings.common)) {
+        printf("note: frame %d: %s\n", frame, image.note);
+    }
+    bool good = same || read_frame(track, track->settings.reference, &reference);
     if (good && !register_images(&reference, &image, &track->registration, start, &motion->registration, error)) {
         good = track_fail("frame %d: %s", frame, error);
     }
-    if (track->settings.beat > 0) {
+    if (!same) {
         volume_free(&reference);
     }
     volume_free(&image);

@@ -664,6 +664,30 @@ TEST atlas_segment_compares_only_what_fits(void)
     PASS();
 }
 
+/* An image of another place, and several in one file. */
+TEST images_have_to_show_their_subjects(void)
+{
+    const float none[3] = {0.0f, 0.0f, 0.0f};
+    char error[VOLUME_TEXT];
+    struct volume image, elsewhere;
+    struct atlas_subject subject;
+    ASSERT(volume_read(scratch(3, "image%d.nii.gz", 0), 0, &image, error));
+    ASSERT(volume_create(image.dims, image.spacing, none, &elsewhere));
+    ASSERT(volume_write(scratch(4, "far.nii.gz", 0), &elsewhere, VOLUME_FLOAT32, image.data, error));
+    ASSERT(write_series(scratch(5, "many.nii", 0), &image));
+    volume_free(&image);
+    volume_free(&elsewhere);
+    const char *const labels = scratch(0, "labels%d.nii.gz", 0);
+    static const char *const images[] = {"image0.nii.gz", "far.nii.gz", "many.nii"};
+    for (int i = 0; i < 3; ++i) {
+        ASSERT_EQ(i == 0, atlas_subject_read(labels, scratch(3, images[i], 0), NULL, false, &subject));
+        atlas_subject_free(&subject);
+    }
+    ASSERT_FALSE(atlas_subject_read(scratch(5, "many.nii", 0), NULL, NULL, false, &subject));
+    atlas_subject_free(&subject);
+    PASS();
+}
+
 /* ---- votes of registered subjects ---- */
 
 enum { SIDE = 20, CUBES = SIDE * SIDE * SIDE };
@@ -1077,6 +1101,7 @@ int main(int argc, char **argv)
     RUN_TESTp(atlas_finds_an_ellipsoid, true);  /* by what it has learned; needs the atlas of the first */
     RUN_TEST(a_segmented_subject_is_added);
     RUN_TEST(atlas_segment_compares_only_what_fits);
+    RUN_TEST(images_have_to_show_their_subjects);
     RUN_TEST(votes_go_by_the_agreement_of_patches);
     RUN_TEST(corrections_learn_what_votes_get_wrong);
     RUN_TEST(subjects_fuse_into_an_unseen_image);

@@ -30,6 +30,7 @@ int main(int argc, char **argv)
 #include "../../examples/common/pictures/plot.h"
 #include "../../examples/common/base/progress.h"
 #include "../../examples/common/pictures/raycast.h"
+#include "../../examples/common/pictures/raycast_rows.h"
 #include "../../examples/common/imaging/slices.h"
 #include "../../examples/common/imaging/volume.h"
 #include "scratch.h"
@@ -391,6 +392,44 @@ TEST hierarchy_of_identical_triangles_stays_shallow(void)
     PASS();
 }
 
+/* Triangles about the eye too, needles and slivers, against a search for each ray. */
+TEST rows_of_a_picture_miss_no_triangle(void)
+{
+    enum { COUNT = 400, WIDTH = 45, HEIGHT = 30, SAMPLES = 3 };
+    static float soup[9 * COUNT];
+    static struct raycast_ray rays[RAYCAST_BAND * SAMPLES * WIDTH * SAMPLES];
+    uint32_t state = 3;
+    for (int t = 0; t < COUNT; ++t) {
+        const float size = t % 3 == 0 ? 4.0f : 0.2f, center[3] = {uniform(&state), uniform(&state), uniform(&state)};
+        for (int i = 0; i < 9; ++i) {
+            soup[9 * t + i] = 3.0f * (center[i % 3] - 0.5f) + size * (uniform(&state) - 0.5f) * (t % 3 == 0 && i >= 6 ? 1e-3f : 1.0f);
+        }
+    }
+    soup[30] = NAN;
+    for (int lens = 0; lens < 2; ++lens) {
+        const struct raycast_camera camera = {.eye = {0.3f, -1.2f, 0.4f}, .target = {0.0f, 0.0f, 0.1f}, .up = {0.0f, 0.0f, 1.0f},
+                                              .field_of_view = lens == 0 ? 50.0f : 0.0f, .ortho_height = 2.0f};
+        struct raycast_rows rows = {.camera = &camera, .frame = raycast_camera_frame(&camera, (float)WIDTH / (float)HEIGHT),
+                                    .corners = soup, .width = WIDTH, .height = HEIGHT, .samples = SAMPLES};
+        struct bvh bvh;
+        int hits = 0;
+        ASSERT(bvh_build(&bvh, soup, NULL, COUNT) && raycast_rows_create(&rows, COUNT));
+        for (int band = 0; band < raycast_band_count(&rows); ++band) {
+            raycast_band_trace(&rows, band, rays);
+            const int lines = SAMPLES * (HEIGHT - band * RAYCAST_BAND < RAYCAST_BAND ? HEIGHT - band * RAYCAST_BAND : RAYCAST_BAND);
+            for (int i = 0; i < lines * WIDTH * SAMPLES; ++i) {
+                struct bvh_hit hit = {.t = INFINITY};
+                hits += bvh_nearest_hit(&bvh, rays[i].origin, rays[i].direction, 0.0f, INFINITY, &hit);
+                ASSERT(hit.t == rays[i].hit.t);
+            }
+        }
+        ASSERT(hits > WIDTH * HEIGHT);
+        raycast_rows_free(&rows);
+        bvh_free(&bvh);
+    }
+    PASS();
+}
+
 TEST pictures_of_a_sphere(void)
 {
     struct raycast_scene scene;
@@ -702,6 +741,7 @@ int main(int argc, char **argv)
     RUN_TEST(plots_survive_awkward_data);
     RUN_TEST(hierarchy_agrees_with_trying_every_triangle);
     RUN_TEST(hierarchy_of_identical_triangles_stays_shallow);
+    RUN_TEST(rows_of_a_picture_miss_no_triangle);
     RUN_TEST(pictures_of_a_sphere);
     RUN_TEST(concentric_spheres_are_their_gap_apart);
     RUN_TEST(overlap_by_hand);

@@ -571,7 +571,7 @@ TEST wrong_words_and_bad_images_are_refused(void)
     static const char *const failing[] = {" --level 900", " --mask nothing.mha --init mask", ".none", " --level 50 --frame 3x",
                                           " --level 50 --init sphere --radius 2 --levels 1 --center 0,0,0",
                                           " --level 50 --radius 0.5 --levels 1", " --level 50 --seed 1,2,300",
-                                          " --level 50 --seed 1,2,30"};
+                                          " --level 50 --seed 1,2,30", " --level 50 --frame 3"};
     for (size_t u = 0; u < sizeof failing / sizeof *failing; ++u, ++calls) {
         snprintf(words, sizeof words, "%s%s", in_folder("two.nii"), failing[u]);
         wrong += call(words) != (strstr(failing[u], "3x") ? 2 : 1);

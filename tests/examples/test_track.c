@@ -288,6 +288,29 @@ TEST two_files_are_two_frames(void)
     PASS();
 }
 
+/* A header that places the second image elsewhere does not matter, unless no grid can cover both; a flat image is refused. */
+TEST second_files_are_where_they_are(void)
+{
+    static const float shifts[] = {80.0f, 4000.0f, 0.0f};
+    static char text[65536];
+    const float spacing[3] = {1.2f, 1.1f, 1.3f};
+    for (int c = 0; c < 3; ++c) {
+        const int dims[3] = {32, 28, c < 2 ? 30 : 1};
+        const float moved[3] = {center[0] + shifts[c], center[1] - shifts[c], center[2] + shifts[c]};
+        float origin[3] = {moved[0] - 18.0f, moved[1] - 15.0f, moved[2] - (c < 2 ? 20.0f : 0.0f)};
+        struct volume second;
+        ASSERT(volume_create(dims, spacing, origin, &second));
+        ASSERT(write_ball("far.nii", "far_label.nii", &second, moved, 9.0f));
+        volume_free(&second);
+        const char *const words[] = {"track4d", scratch("image.nii"), scratch("far.nii"), "--labels", scratch("label.nii"),
+                                     "--json", scratch("far.json"), "--quiet", NULL};
+        ASSERT_EQ(c == 0 ? 0 : 1, run_program(8, words));
+    }
+    ASSERT(read_file("far.json", text, sizeof text) > 500);
+    ASSERT_IN_RANGE(729.0 / 512.0, number_in(text, "volume_ml", 1) / number_in(text, "volume_ml", 0), 0.08);
+    PASS();
+}
+
 TEST wrong_usage_and_bad_files_end_in_one_line(void)
 {
     char text[4096], image_file[512], labels[512], second[512];
@@ -390,6 +413,7 @@ int main(int argc, char **argv)
     RUN_TEST(registered_motion_is_followed);
     RUN_TEST(steps_may_be_large);
     RUN_TEST(two_files_are_two_frames);
+    RUN_TEST(second_files_are_where_they_are);
     RUN_TEST(wrong_usage_and_bad_files_end_in_one_line);
     RUN_TEST(beating_heart_is_tracked);
     volume_free(&image);

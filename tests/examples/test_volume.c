@@ -183,12 +183,41 @@ TEST channels_and_times_are_frames(void)
         for (int f = 0; f < 4; ++f) { /* the faster one first */
             ASSERTm(error, volume_read(paths[p], f, &v, error));
             ASSERT_EQ(4, v.frame_count);
-            ASSERT_EQ(2, v.frame_axes); /* 5-D */
+            ASSERT_EQ(5, v.dimension);
             CHECK_CALL(holds_ramp(&v, (float)(1000 * (f / 2) + 100 * (f % 2)), 1.0f));
             if (p == 0) CHECK_CALL(lies_at(&v, 1, 1, 1, 10, 10, 10));
             volume_free(&v);
         }
         ASSERT_FALSE(volume_read(paths[p], 4, &v, error));
+    }
+    PASS();
+}
+
+/* Several images in one file are chosen from, never the first taken by itself; a file that goes with an image may have one. */
+TEST frames_are_chosen(void)
+{
+    static const float values[6 * COUNT];
+    static const char header[] = "ObjectType = Image\nNDims = %d\nDimSize = 4 3 2 %s\nElementNumberOfChannels = %d\n"
+                                 "ElementType = MET_FLOAT\nElementDataFile = LOCAL\n";
+    static const struct {
+        const char *name, *sizes, *dimension;
+        int axes, channels;
+    } files[] = {{"one.mha", "1", NULL, 4, 1}, {"four.mha", "2", "4-D", 4, 1}, {"five.mha", "3", "5-D", 4, 2},
+                 {"vectors.mha", "1", "5-D", 4, 3}};
+    char text[200];
+    struct volume v;
+    for (size_t f = 0; f < sizeof files / sizeof *files; ++f) {
+        const bool one = !files[f].dimension;
+        snprintf(text, sizeof text, header, files[f].axes, files[f].sizes, files[f].channels);
+        const char *path = make_file(files[f].name, text, values, sizeof values);
+        for (int frame = -1; frame < 2; ++frame) {
+            ASSERT_EQ(one ? frame < 1 : frame >= 0, volume_read_one(path, frame, "--frame", &v, error));
+            ASSERT(frame >= 0 || one || (strstr(error, files[f].dimension) && strstr(error, "--frame")));
+            volume_free(&v);
+            ASSERT_EQ(one || frame >= 0, volume_read_companion(path, frame, &v, error));
+            ASSERT(frame >= 0 || one || strstr(error, "where one is needed"));
+            volume_free(&v);
+        }
     }
     PASS();
 }
@@ -368,6 +397,7 @@ int main(int argc, char **argv)
     RUN_TEST(attached_and_detached_raw_and_compressed);
     RUN_TEST(a_folder_is_called_a_folder);
     RUN_TEST(channels_and_times_are_frames);
+    RUN_TEST(frames_are_chosen);
     RUN_TEST(written_files_come_back);
     RUN_TEST(damaged_packed_data_are_noticed);
     RUN_TEST(bad_headers_end_in_one_line);

@@ -214,25 +214,26 @@ static float enter_box(const struct bvh_node *node, const struct ray *ray, float
 }
 
 /* Tests a ray against a triangle (Moeller and Trumbore), with a small tolerance so that rays do not slip through shared edges. */
-static bool hit_triangle(const float *c, const struct ray *ray, float t_min, float t_max, struct bvh_hit *hit)
+bool bvh_hit_triangle(const float *c, const float origin[3], const float direction[3], float t_min, float t_max,
+                      struct bvh_hit *hit)
 {
     const float slack = 1e-6f;
     float e1[3], e2[3], p[3], q[3], s[3];
     vec3_sub(c + 3, c, e1);
     vec3_sub(c + 6, c, e2);
-    vec3_cross(ray->direction, e2, p);
+    vec3_cross(direction, e2, p);
     const float determinant = vec3_dot(e1, p);
     if (determinant == 0.0f) {
         return false;
     }
     const float inverse = 1.0f / determinant;
-    vec3_sub(ray->origin, c, s);
+    vec3_sub(origin, c, s);
     const float u = vec3_dot(s, p) * inverse;
     if (!(u >= -slack && u <= 1.0f + slack)) {
         return false;
     }
     vec3_cross(s, e1, q);
-    const float v = vec3_dot(ray->direction, q) * inverse;
+    const float v = vec3_dot(direction, q) * inverse;
     const float t = vec3_dot(e2, q) * inverse;
     if (!(v >= -slack && u + v <= 1.0f + slack && t > t_min && t < t_max)) {
         return false;
@@ -269,7 +270,7 @@ static bool traverse(const struct bvh *bvh, const float origin[3], const float d
         const struct bvh_node *node = &bvh->nodes[stack[top]];
         if (node->count > 0) {
             for (uint32_t i = node->first; i < node->first + node->count; ++i) {
-                if (hit_triangle(bvh->corners + 9 * (size_t)i, &ray, t_min, t_max, hit)) {
+                if (bvh_hit_triangle(bvh->corners + 9 * (size_t)i, origin, direction, t_min, t_max, hit)) {
                     hit->triangle = bvh->triangles[i];
                     t_max = hit->t;
                     found = true;

@@ -39,6 +39,10 @@ bool bvh_nearest_hit(const struct bvh *bvh, const float origin[3], const float d
                      struct bvh_hit *hit);
 bool bvh_any_hit(const struct bvh *bvh, const float origin[3], const float direction[3], float t_min, float t_max);
 
+/* Tests a ray against one triangle (9 floats); sets all of the hit but the triangle's number. */
+bool bvh_hit_triangle(const float *corners, const float origin[3], const float direction[3], float t_min, float t_max,
+                      struct bvh_hit *hit);
+
 /* Returns the distance from `point` to the nearest triangle, exact on faces, edges and corners; `closest` and `triangle` may
  * be NULL. */
 float bvh_distance(const struct bvh *bvh, const float point[3], float closest[3], uint32_t *triangle);

@@ -68,8 +68,9 @@ bool volume_set_sizes(struct volume *volume, const int64_t *sizes, int space, in
     }
     volume->frame = frame;
     volume->frame_count = (int)frames;
+    volume->dimension = 3;
     for (int i = space; i < all; ++i) {
-        volume->frame_axes += sizes[i] > 1;
+        volume->dimension = sizes[i] > 1 ? i + 4 - space : volume->dimension;
     }
     return (frame >= 0 && frame < volume->frame_count)
         || volume_error(error, "there is no frame %d: the file has %d", frame, volume->frame_count);
@@ -259,8 +260,7 @@ static bool read_all(const char *path, int frame, struct volume *volume, char er
         for (size_t i = 0; i < volume_voxels(volume); ++i) {
             volume->data[i] = isfinite(volume->data[i]) ? volume->data[i] : volume->minimum;
         }
-        snprintf(text, sizeof text, "%zu voxels were NaN or infinite, now %g", volume->replaced,
-                 (double)volume->minimum);
+        snprintf(text, sizeof text, "NaN or infinite voxels, now %g: %zu", (double)volume->minimum, volume->replaced);
         volume_note(volume, text);
     }
     return true;
@@ -282,22 +282,34 @@ bool volume_read(const char *path, int frame, struct volume *volume, char error[
 
 bool volume_read_one(const char *path, int frame, const char *option, struct volume *volume, char error[VOLUME_TEXT])
 {
-    if (!volume_read(path, 0, volume, error)) {
+    if (!volume_read(path, frame < 0 ? 0 : frame, volume, error)) {
         return false;
     }
-    const int count = volume->frame_count;
-    if (count == 1 || frame == 0) {
+    const int count = volume->frame_count, dimension = volume->dimension;
+    if (count == 1 || frame >= 0) {
         return true;
     }
     volume_free(volume);
-    return frame > 0 ? volume_read(path, frame, volume, error)
-                     : volume_error(error, "%.200s: %d images in one file (4-D): choose one with %s", path, count, option);
+    return option ? volume_error(error, "%.200s: %d images in one file (%d-D): choose one with %s", path, count, dimension, option)
+                  : volume_error(error, "%.200s: %d images in one file (%d-D), where one is needed", path, count, dimension);
 }
 
-bool volume_read_like(const struct volume *like, const char *name, const char *path, int frame, const char *option,
-                      struct volume *volume, char error[VOLUME_TEXT])
+bool volume_read_companion(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT])
 {
-    if (!volume_read_one(path, frame, option, volume, error)) {
+    if (!volume_read(path, 0, volume, error)) {
+        return false;
+    }
+    if (volume->frame_count == 1) {
+        return true;
+    }
+    volume_free(volume);
+    return volume_read_one(path, frame, NULL, volume, error);
+}
+
+bool volume_read_like(const struct volume *like, const char *name, const char *path, int frame, struct volume *volume,
+                      char error[VOLUME_TEXT])
+{
+    if (!volume_read_companion(path, frame, volume, error)) {
         return false;
     }
     if (volume_same_grid(volume, like)) {

@@ -28,7 +28,7 @@ struct volume {
     float minimum, maximum;
     size_t replaced; /* voxels that were NaN or infinite: now `minimum` */
     int frame, frame_count;
-    int frame_axes;        /* dimensions beside space that are longer than 1: 1 for a sequence (4-D), 2 for 5-D */
+    int dimension;         /* of the file: its last axis longer than 1, at least 3 */
     char note[VOLUME_TEXT]; /* warnings about the file; empty if there are none */
     const char *extension;  /* of the format read, for writing in the same one: ".nii.gz", ".nrrd", ".mha"; else NULL */
     void *header;           /* a NIfTI file's header, for writing in the same geometry; else NULL */
@@ -50,13 +50,15 @@ static inline void volume_place(const int dims[3], size_t n, int place[3])
 /* Reads frame `frame` (0 for a 3-D file). On failure returns false, leaves an empty volume and puts the reason in `error`. */
 bool volume_read(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT]);
 
-/* Reads the only image of a file, whatever `frame` is, or frame `frame` of several; -1: more than one is an error, which names the
- * option that chooses. */
+/* Reads frame `frame`; -1: the only image of a file, where more than one is an error, which names the option that chooses, if there
+ * is one. */
 bool volume_read_one(const char *path, int frame, const char *option, struct volume *volume, char error[VOLUME_TEXT]);
 
-/* Does the same for a file that has to lie on the grid of `like`, such as a label map; `name` is what the error calls that. */
-bool volume_read_like(const struct volume *like, const char *name, const char *path, int frame, const char *option,
-                      struct volume *volume, char error[VOLUME_TEXT]);
+/* Reads a file that goes with frame `frame` of an image (-1: with its only one), such as a label map: its only image, or the same
+ * frame. like: has to lie on the grid of that; `name` is what the error calls it. */
+bool volume_read_companion(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT]);
+bool volume_read_like(const struct volume *like, const char *name, const char *path, int frame, struct volume *volume,
+                      char error[VOLUME_TEXT]);
 
 /* Makes a zero-filled volume with the axes of the world. */
 bool volume_create(const int dims[3], const float spacing[3], const float origin[3], struct volume *volume);

@@ -2,6 +2,7 @@
 
 #include "base/bvh.h"
 #include "base/vec3.h"
+#include "pictures/raycast_rows.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -12,6 +13,7 @@ enum { OCCLUSION_DIRECTIONS = 64 };
 struct renderer {
     const struct raycast_scene *scene;
     struct bvh bvh;
+    struct raycast_rows rows;
     struct raycast_frame frame;
     float *corners;   /* the triangles drawn: 9 floats each */
     float *normals;   /* smooth style: one a vertex */
@@ -189,12 +191,13 @@ static float side_distance(const float *c, const float w[3], float *inner_radius
     return best;
 }
 
-static struct color sample(const struct renderer *r, const float origin[3], const float direction[3],
-                           float pixel_at_one, float height_share)
+/* Returns the color that a ray brings. width_at_one: of a pixel at distance 1; height_share: of the picture, above the ray. */
+static struct color sample(const struct renderer *r, const struct raycast_ray *ray, float width_at_one, float height_share)
 {
-    struct bvh_hit hit;
+    const struct bvh_hit hit = ray->hit;
+    const float *direction = ray->direction;
     const struct raycast_scene *scene = r->scene;
-    if (!bvh_nearest_hit(&r->bvh, origin, direction, 0.0f, INFINITY, &hit)) {
+    if (!isfinite(hit.t)) {
         const struct color back = color_mix(r->top, r->bottom, height_share);
         return color_rgb(back.r * back.r, back.g * back.g, back.b * back.b);
     }
@@ -226,7 +229,7 @@ static struct color sample(const struct renderer *r, const float origin[3], cons
     }
     if (scene->style == RAYCAST_SPRINGL && (scene->edged == 0 || t < scene->edged)) {
         const float pixel =
-            pixel_at_one * (r->frame.perspective ? hit.t * vec3_dot(direction, r->frame.forward) : 1.0f);
+            width_at_one * (r->frame.perspective ? hit.t * vec3_dot(direction, r->frame.forward) : 1.0f);
         const float width = scene->edge_width > 0.0f ? scene->edge_width : 1.2f;
         float
             inner; /* small triangles get thin, pale edges instead of turning black */
@@ -239,25 +242,32 @@ static struct color sample(const struct renderer *r, const float origin[3], cons
     return raycast_shade(&r->frame, color, normal, direction, sky);
 }
 
-static void render_row(const struct renderer *r, struct image *image, int y)
+/* Renders some rows of pixels. Returns false if memory is short. */
+static bool render_band(const struct renderer *r, struct image *image, int band)
 {
-    const int n = r->scene->supersampling > 0 ? (r->scene->supersampling < 8 ? r->scene->supersampling : 8) : 2;
-    const float width = (float)image->width, height = (float)image->height,
-                pixel = 2.0f * r->frame.half_height / height;
-    for (int x = 0; x < image->width; ++x) {
-        struct color sum = {0.0f, 0.0f, 0.0f};
-        for (int k = 0; k < n * n; ++k) {
-            float origin[3], direction[3];
-            const float px = (float)x + ((float)(k % n) + 0.5f) / (float)n,
-                        py = (float)y + ((float)(k / n) + 0.5f) / (float)n;
-            raycast_camera_ray(&r->scene->camera, &r->frame, 2.0f * px / width - 1.0f, 1.0f - 2.0f * py / height, origin,
-                               direction);
-            const struct color c = sample(r, origin, direction, pixel, py / height);
-            sum = color_rgb(sum.r + c.r, sum.g + c.g, sum.b + c.b);
-        }
-        const float scale = 1.0f / (float)(n * n);
-        image_blend(image, x, y, color_rgb(sqrtf(sum.r * scale), sqrtf(sum.g * scale), sqrtf(sum.b * scale)), 1.0f);
+    const int n = r->rows.samples;
+    const size_t line = (size_t)(image->width * n);
+    const float width_at_one = 2.0f * r->frame.half_height / (float)image->height, scale = 1.0f / (float)(n * n);
+    struct raycast_ray *rays = malloc((size_t)(RAYCAST_BAND * n) * line * sizeof *rays);
+    if (!rays) {
+        return false;
     }
+    raycast_band_trace(&r->rows, band, rays);
+    for (int row = 0; row < RAYCAST_BAND && band * RAYCAST_BAND + row < image->height; ++row) {
+        const int y = band * RAYCAST_BAND + row;
+        for (int x = 0; x < image->width; ++x) {
+            struct color sum = {0.0f, 0.0f, 0.0f};
+            for (int k = 0; k < n * n; ++k) {
+                const struct raycast_ray *ray = rays + (size_t)(row * n + k / n) * line + (size_t)(x * n + k % n);
+                const float share = ((float)y + ((float)(k / n) + 0.5f) / (float)n) / (float)image->height;
+                const struct color c = sample(r, ray, width_at_one, share);
+                sum = color_rgb(sum.r + c.r, sum.g + c.g, sum.b + c.b);
+            }
+            image_blend(image, x, y, color_rgb(sqrtf(sum.r * scale), sqrtf(sum.g * scale), sqrtf(sum.b * scale)), 1.0f);
+        }
+    }
+    free(rays);
+    return true;
 }
 
 /* Draws dots with a dark rim. A dot is hidden as a whole, by one ray to its point, whose last fraction of an edge is ignored,
@@ -357,20 +367,24 @@ bool raycast_render(const struct raycast_scene *scene, int width, int height, st
         return false;
     }
     r.frame = raycast_camera_frame(&scene->camera, (float)width / (float)height);
-    const bool good = prepare(&r);
-    if (!good) {
-        bvh_free(&r.bvh); /* nothing to hit: only the background */
-    }
+    const int samples = scene->supersampling > 0 ? (scene->supersampling < 8 ? scene->supersampling : 8) : 2;
+    r.rows = (struct raycast_rows){.camera = &scene->camera, .frame = r.frame, .width = width, .height = height, .samples = samples};
+    bool good = prepare(&r);
+    r.rows.corners = r.corners;
+    good = raycast_rows_create(&r.rows, good ? scene->triangle_count : 0) && good; /* without triangles: only the background */
+    int bands = r.rows.items ? raycast_band_count(&r.rows) : 0, failed = 0;
 #if defined(_OPENMP)
-    #pragma omp parallel for schedule(dynamic, 8)
+    #pragma omp parallel for schedule(dynamic) reduction(+ : failed)
 #endif
-    for (int y = 0; y < height; ++y) {
-        render_row(&r, result, y);
+    for (int band = 0; band < bands; ++band) {
+        failed += !render_band(&r, result, band);
     }
+    good = good && failed == 0;
     if (good) {
         draw_marks(&r, result);
     }
     bvh_free(&r.bvh);
+    raycast_rows_free(&r.rows);
     free(r.corners);
     free(r.normals);
     free(r.occlusion);
