@@ -26,6 +26,7 @@
 #define BARELY 1e-3f /* voxel: phi of what is given up, just outside */
 
 enum { STEPS = 10, LAST_STEPS = 30 }; /* towards the shape of a frame, and of the last one, at most */
+enum { FEW = 27 };                    /* voxels that may lag until the next frame */
 enum { PATIENCE = 4 };                /* the last frame's steps in a row by which nothing is gained */
 enum { MEND = 30 };                   /* steps that mend parts, at most: a voxel each */
 
@@ -177,20 +178,20 @@ static bool lead_where_it_lags(struct morph *morph, const float *model)
     return good;
 }
 
-/* Steps `iterations` times, and goes on as long as each step leaves the model lagging in less than two thirds of the voxels: limbs
- * have to grow, or crevices to deepen; where they are thinner than a voxel that never ends. The last frame is to be the target:
- * there steps go on until PATIENCE in a row have gained nothing. */
+/* Completes `iterations`, of which the step of skinning was the first, and goes on while the model lags in more than FEW voxels and
+ * each step leaves less than two thirds of them: limbs have to grow, or crevices to deepen; where they are thinner than a voxel that
+ * never ends. The last frame is to be the target: there steps go on until none lags, or PATIENCE in a row have gained nothing. */
 static bool approach_shape(struct morph *morph, float *model, bool last)
 {
-    const int most = last ? LAST_STEPS : STEPS, patience = last ? PATIENCE : 1;
+    const int most = last ? LAST_STEPS : STEPS, patience = last ? PATIENCE : 1, few = last ? 0 : FEW;
     const float enough = last ? 1.0f : 2.0f / 3.0f;
     bool good = true;
-    for (int step = 0, before = INT_MAX, vain = 0; good && (step < most || step < morph->settings.iterations); ++step) {
+    for (int step = 1, before = INT_MAX, vain = 0; good && (step < most || step < morph->settings.iterations); ++step) {
         good = morph_check(morph->ctx, springls_copy_level_set(morph->ctx, model), "level set");
         const int lags = good ? press_everywhere(morph, model) : 0;
         vain = (float)lags < enough * (float)before ? 0 : vain + 1;
         before = lags;
-        if (step >= morph->settings.iterations && (lags == 0 || vain >= patience)) { break; }
+        if (step >= morph->settings.iterations && (lags <= few || vain >= patience)) { break; }
         good = good && (lags == 0 || lead_where_it_lags(morph, model) || morph_no_memory())
             && contour_step(morph, lags > 0 ? morph->way : NULL);
     }

@@ -3,7 +3,7 @@
  *   read      reads two characters and rescales the source onto the target's skeleton (skeleton_align.h)
  *   rig       gives a body without bones a donor's skeleton and weights by heat (rig.c)
  *   solid     makes each a closed body on one grid (solid.c)
- *   run       runs a frame: linear blend skinning as a flow (run.c), then active contours towards the posed target (contour.c)
+ *   run       runs a frame: linear blend skinning as a flow, pushed to the frame's shape (run.c), then active contours (contour.c)
  *   look      colors and weights that fade into the target's, and textures of them (look.c)
  *   output    writes glTF (gltf.c), pictures and report (output.c) */
 #ifndef EXAMPLES_MORPH_MORPH_H
@@ -103,6 +103,7 @@ struct morph {
     float *pressure, *shape, *source_phi, *target_phi; /* dense volumes, voxels; shape: the level set wanted in this frame */
     float *way; /* of each voxel, 3: the velocity to where the model lags */
     int *source_nearest, *target_nearest; /* triangle of the posed body nearest to each voxel, -1: none near */
+    int *nearest_before;                  /* the target's in the pose before */
     struct known_weights *known; /* a hash table by correspondence, of known_room places */
     size_t known_room;
     int known_count;
