@@ -19,7 +19,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define LAG 1.0f     /* voxel: a model further than this from a voxel of the shape's other side lags... */
+#define LAG 1.5f     /* voxels: a model lags in a voxel that is on its other side, where the two signed distances differ by more... */
 #define SURE 0.1f    /* ...if that lies this deep inside or outside the shape */
 #define LEAD 0.5f    /* part of the pace: velocity along the way to where the model lags */
 #define OUTSIDE 0.5f /* voxel: parts of the model that are this far outside the shape are not joined to the rest, but given up */
@@ -61,9 +61,9 @@ static int voxels_around(const int size[3], size_t voxel, size_t around[27])
 
 /* ---- towards the shape ---- */
 
-/* Return true when a voxel is inside the shape, or outside, and the model's surface still far from it. */
-static bool lags_inside(float shape, float model) { return shape < -SURE && model > LAG; }
-static bool lags_outside(float shape, float model) { return shape > SURE && model < -LAG; }
+/* Return true when a voxel is inside the shape, or outside, and not of the model, whose surface is far behind or in rags. */
+static bool lags_inside(float shape, float model) { return shape < -SURE && model >= 0.0f && model - shape > LAG; }
+static bool lags_outside(float shape, float model) { return shape > SURE && model < 0.0f && shape - model > LAG; }
 
 /* Sets the pressure of all voxels; counts those where the model lags. */
 static int press_everywhere(struct morph *morph, const float *model)
