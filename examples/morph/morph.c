@@ -60,8 +60,7 @@ static int read_command_line(struct morph_settings *set, int argc, char **argv)
     if (set->source && !set->target && !set->list && !set->weights) {
         return cli_fail("morph", CLI_EXIT_USAGE, "one character alone: which is the other? (see --help)");
     }
-    set->common.grid = set->common.grid ? set->common.grid : 96;
-    return set->common.grid >= 24 ? CLI_CONTINUE : cli_fail("morph", CLI_EXIT_USAGE, "--grid %d: 24 at least", set->common.grid);
+    return cli_grid("morph", &set->common, 96, 24, 4096);
 }
 
 static int list(const char *path)

@@ -42,11 +42,25 @@ bool morph_check(springls_context *ctx, springls_status status, const char *what
 
 /* ---- reading ---- */
 
-static bool read_one(const char *path, int number, const char *props, struct character *character)
+static bool read_one(const char *path, int number, const char *props, bool quiet, struct character *character)
 {
     char error[CHARACTER_TEXT];
     const bool good = path ? character_read(path, props, character, error) : character_build(number, character, error);
+    if (good && !quiet && character->unnormal + character->unweighted > 0) {
+        fprintf(stderr, "morph: %s: bone weights of %d vertices do not sum to 1, and are made to; %d have none, and follow the root\n",
+                path, character->unnormal, character->unweighted);
+    }
     return good || morph_fail("%s", error);
+}
+
+bool morph_read_donor(const char *path, struct character *donor)
+{
+    char error[CHARACTER_TEXT];
+    if (!character_read(path, NULL, donor, error)) { return morph_fail("%s", error); }
+    if (donor->skinned) { return true; }
+    character_free(donor);
+    memset(donor, 0, sizeof *donor);
+    return morph_fail("--donor %s: no part has bones", path);
 }
 
 /* Gives a body without bones the skeleton of --donor, or of the other character. */
@@ -54,16 +68,13 @@ static bool lend_bones(const struct morph *morph, struct character *body, const 
 {
     struct character donor;
     struct rig_mesh mesh;
-    char error[CHARACTER_TEXT];
     if (body->skinned) {
         return true;
     }
     if (!morph->settings.donor && !other->skinned) {
         return morph_fail("%s: no part has bones, and there is no donor of any", path);
     }
-    if (morph->settings.donor && !character_read(morph->settings.donor, NULL, &donor, error)) {
-        return morph_fail("%s", error);
-    }
+    if (morph->settings.donor && !morph_read_donor(morph->settings.donor, &donor)) { return false; }
     const bool good = morph_rig(morph, body, morph->settings.donor ? &donor : other, &mesh);
     morph_rig_free(&mesh);
     if (morph->settings.donor) {
@@ -72,14 +83,29 @@ static bool lend_bones(const struct morph *morph, struct character *body, const 
     return good;
 }
 
+/* Checks that each name of --props is part of that of a rigid part of either. */
+static bool check_props(const char *names, const struct character *source, const struct character *target)
+{
+    char name[CHARACTER_NAME];
+    for (const char *at = names; at && strcmp(names, "all") != 0; at = strchr(at, ',') ? strchr(at, ',') + 1 : NULL) {
+        snprintf(name, sizeof name, "%.*s", (int)strcspn(at, ","), at);
+        if (!character_has_prop(source, name) && !character_has_prop(target, name)) {
+            return morph_fail("--props: no rigid part on a bone is named like \"%s\" (see --list)", name);
+        }
+    }
+    return true;
+}
+
 bool morph_read(struct morph *morph)
 {
     const struct morph_settings *set = &morph->settings;
     struct character *source = &morph->source.character, *target = &morph->target.character;
     char error[CHARACTER_TEXT];
-    if (!read_one(set->source, 0, set->props, source) || !read_one(set->target, 1, set->props, target)) {
+    if (!read_one(set->source, 0, set->props, set->common.quiet, source)
+        || !read_one(set->target, 1, set->props, set->common.quiet, target)) {
         return false;
     }
+    if (!check_props(set->props, source, target)) { return false; }
     if (!lend_bones(morph, source, set->source, target) || !lend_bones(morph, target, set->target, source)) {
         return false;
     }
@@ -348,6 +374,7 @@ bool morph_prepare(struct morph *morph)
     }
     return run_create("morph", &desc, &morph->ctx) == CLI_CONTINUE && run_create("morph", &desc, &morph->other) == CLI_CONTINUE
         && make_body(morph->other, morph, &morph->target) && make_body(morph->ctx, morph, &morph->source)
+        && (!morph->settings.common.out || morph->settings.texture == 0 || morph_fits_texture(morph))
         && (!morph->settings.channel || add_channels(morph));
 }
 
