@@ -26,7 +26,7 @@
 #define BARELY 1e-3f /* voxel: phi of what is given up, just outside */
 
 enum { STEPS = 10, LAST_STEPS = 30 }; /* towards the shape of a frame, and of the last one, at most */
-enum { FEW = 27 };                    /* voxels that may lag until the next frame */
+enum { FEW = 341 };                   /* one voxel in the square of --grid so large may lag until the next frame: 27 at 96 */
 enum { PATIENCE = 4 };                /* the last frame's steps in a row by which nothing is gained */
 enum { MEND = 30 };                   /* steps that mend parts, at most: a voxel each */
 
@@ -178,12 +178,12 @@ static bool lead_where_it_lags(struct morph *morph, const float *model)
     return good;
 }
 
-/* Completes `iterations`, of which the step of skinning was the first, and goes on while the model lags in more than FEW voxels and
+/* Completes `iterations`, of which the step of skinning was the first, and goes on while the model lags in more than few voxels and
  * each step leaves less than two thirds of them: limbs have to grow, or crevices to deepen; where they are thinner than a voxel that
  * never ends. The last frame is to be the target: there steps go on until none lags, or PATIENCE in a row have gained nothing. */
 static bool approach_shape(struct morph *morph, float *model, bool last)
 {
-    const int most = last ? LAST_STEPS : STEPS, patience = last ? PATIENCE : 1, few = last ? 0 : FEW;
+    const int most = last ? LAST_STEPS : STEPS, patience = last ? PATIENCE : 1, few = last ? 0 : morph->settings.common.grid * morph->settings.common.grid / FEW;
     const float enough = last ? 1.0f : 2.0f / 3.0f;
     bool good = true;
     for (int step = 1, before = INT_MAX, vain = 0; good && (step < most || step < morph->settings.iterations); ++step) {
