@@ -13,6 +13,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define FARTHEST 1e18f /* of coordinates: squares of lengths are finite */
+
 enum { MAX_SOLIDS = 2, PICTURE = 480 };
 
 struct solid {
@@ -107,6 +109,11 @@ static bool read_solid(struct solid *s)
         s->upper[c] = -INFINITY;
     }
     raycast_grow_box(s->mesh.positions, s->mesh.vertex_count, s->lower, s->upper);
+    for (int c = 0; c < 3; ++c) {
+        if (fabsf(s->lower[c]) > FARTHEST || fabsf(s->upper[c]) > FARTHEST) {
+            return cli_fail("csg", CLI_EXIT_FAILURE, "%s: a vertex is farther than %g", s->text, (double)FARTHEST) == CLI_CONTINUE;
+        }
+    }
     return true;
 }
 
@@ -271,7 +278,7 @@ static bool draw_solid(struct csg *csg, int number, const struct raycast_camera 
 
 static bool write_result(struct csg *csg)
 {
-    char error[MESH_TEXT] = "out of memory";
+    char error[MESH_TEXT] = "not enough memory";
     uint32_t *indices = indices_of(&csg->mesh);
     const struct mesh_arrays arrays = {.positions = csg->mesh.positions,
                                        .vertex_count = (size_t)csg->mesh.vertex_count,
@@ -346,11 +353,13 @@ static bool write_json(const struct csg *csg, const springls_backend *backend)
 
 /* ---- the run ---- */
 
-/* Prints why a call failed, which was about `what`. */
+/* Prints why a call failed, which was about `what`; the library's reasons begin with the name of the operation. */
 static bool report_failure(const char *what, springls_context *ctx)
 {
     const char *why = springls_last_error(ctx);
-    cli_fail("csg", CLI_EXIT_FAILURE, "%s: %s", what, *why ? why : "out of memory");
+    const size_t length = strlen(what);
+    const bool named = strncmp(why, what, length) == 0 && why[length] == ':';
+    cli_fail("csg", CLI_EXIT_FAILURE, "%s%s%s", named ? "" : what, named ? "" : ": ", *why ? why : "not enough memory");
     return false;
 }
 
@@ -438,16 +447,16 @@ static int check_usage(struct csg *csg)
     if (two != (csg->solids[1].text != NULL)) {
         return cli_fail("csg", CLI_EXIT_USAGE, "%s is of %s", csg->operation, two ? "two solids" : "one solid");
     }
-    if (measured && csg->amount == 0.0) {
-        return cli_fail("csg", CLI_EXIT_USAGE, "%s wants --amount", csg->operation);
+    if (measured != (csg->amount != 0.0)) {
+        return cli_fail("csg", CLI_EXIT_USAGE, measured ? "%s wants --amount" : "--amount: of no use to %s", csg->operation);
+    }
+    if (csg->keep_volume && strcmp(csg->operation, "smooth") != 0) {
+        return cli_fail("csg", CLI_EXIT_USAGE, "--keep-volume: of no use to %s", csg->operation);
     }
     if (csg->result && !mesh_can_write(csg->result, error)) {
         return cli_fail("csg", CLI_EXIT_USAGE, "--result: %s", error);
     }
-    if (csg->common.grid != 0 && csg->common.grid < 24) {
-        return cli_fail("csg", CLI_EXIT_USAGE, "--grid: 24 or more");
-    }
-    return CLI_CONTINUE;
+    return cli_grid("csg", &csg->common, 96, 24, 4096);
 }
 
 int main(int argc, char **argv)
@@ -483,7 +492,6 @@ int main(int argc, char **argv)
     if (status != CLI_CONTINUE) {
         return status;
     }
-    csg.common.grid = csg.common.grid > 0 ? csg.common.grid : 96;
     char path[1024];
     if (!csg.result && csg.common.out) {
         csg.result = run_path(csg.common.out, "csg.ply", path, sizeof path);

@@ -19,13 +19,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define LAG 1.0f     /* voxel: a model further than this from a voxel of the shape's other side lags... */
+#define LAG 1.5f     /* voxels: a model lags in a voxel that is on its other side, where the two signed distances differ by more... */
 #define SURE 0.1f    /* ...if that lies this deep inside or outside the shape */
 #define LEAD 0.5f    /* part of the pace: velocity along the way to where the model lags */
 #define OUTSIDE 0.5f /* voxel: parts of the model that are this far outside the shape are not joined to the rest, but given up */
 #define BARELY 1e-3f /* voxel: phi of what is given up, just outside */
 
 enum { STEPS = 10, LAST_STEPS = 30 }; /* towards the shape of a frame, and of the last one, at most */
+enum { FEW = 341 };                   /* one voxel in the square of --grid so large may lag until the next frame: 27 at 96 */
 enum { PATIENCE = 4 };                /* the last frame's steps in a row by which nothing is gained */
 enum { MEND = 30 };                   /* steps that mend parts, at most: a voxel each */
 
@@ -60,9 +61,9 @@ static int voxels_around(const int size[3], size_t voxel, size_t around[27])
 
 /* ---- towards the shape ---- */
 
-/* Return true when a voxel is inside the shape, or outside, and the model's surface still far from it. */
-static bool lags_inside(float shape, float model) { return shape < -SURE && model > LAG; }
-static bool lags_outside(float shape, float model) { return shape > SURE && model < -LAG; }
+/* Return true when a voxel is inside the shape, or outside, and not of the model, whose surface is far behind or in rags. */
+static bool lags_inside(float shape, float model) { return shape < -SURE && model >= 0.0f && model - shape > LAG; }
+static bool lags_outside(float shape, float model) { return shape > SURE && model < 0.0f && shape - model > LAG; }
 
 /* Sets the pressure of all voxels; counts those where the model lags. */
 static int press_everywhere(struct morph *morph, const float *model)
@@ -177,20 +178,20 @@ static bool lead_where_it_lags(struct morph *morph, const float *model)
     return good;
 }
 
-/* Steps `iterations` times, and goes on as long as each step leaves the model lagging in less than two thirds of the voxels: limbs
- * have to grow, or crevices to deepen; where they are thinner than a voxel that never ends. The last frame is to be the target:
- * there steps go on until PATIENCE in a row have gained nothing. */
+/* Completes `iterations`, of which the step of skinning was the first, and goes on while the model lags in more than few voxels and
+ * each step leaves less than two thirds of them: limbs have to grow, or crevices to deepen; where they are thinner than a voxel that
+ * never ends. The last frame is to be the target: there steps go on until none lags, or PATIENCE in a row have gained nothing. */
 static bool approach_shape(struct morph *morph, float *model, bool last)
 {
-    const int most = last ? LAST_STEPS : STEPS, patience = last ? PATIENCE : 1;
+    const int most = last ? LAST_STEPS : STEPS, patience = last ? PATIENCE : 1, few = last ? 0 : morph->settings.common.grid * morph->settings.common.grid / FEW;
     const float enough = last ? 1.0f : 2.0f / 3.0f;
     bool good = true;
-    for (int step = 0, before = INT_MAX, vain = 0; good && (step < most || step < morph->settings.iterations); ++step) {
+    for (int step = 1, before = INT_MAX, vain = 0; good && (step < most || step < morph->settings.iterations); ++step) {
         good = morph_check(morph->ctx, springls_copy_level_set(morph->ctx, model), "level set");
         const int lags = good ? press_everywhere(morph, model) : 0;
         vain = (float)lags < enough * (float)before ? 0 : vain + 1;
         before = lags;
-        if (step >= morph->settings.iterations && (lags == 0 || vain >= patience)) { break; }
+        if (step >= morph->settings.iterations && (lags <= few || vain >= patience)) { break; }
         good = good && (lags == 0 || lead_where_it_lags(morph, model) || morph_no_memory())
             && contour_step(morph, lags > 0 ? morph->way : NULL);
     }

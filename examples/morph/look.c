@@ -163,3 +163,19 @@ bool morph_bake(const struct morph *morph, const struct morph_frame *frame, cons
     const struct bake bake = {morph, frame};
     return textured_mesh_make(surface, size, material, bake_color, &bake, textured);
 }
+
+bool morph_fits_texture(const struct morph *morph)
+{
+    const struct morph_body *bodies[2] = {&morph->source, &morph->target};
+    const int size = morph->settings.texture;
+    bool good = true;
+    for (int b = 0; good && b < 2; ++b) {
+        const springls_mesh *mesh = &bodies[b]->mesh;
+        struct texture_atlas atlas;
+        memset(&atlas, 0, sizeof atlas);
+        good = texture_atlas_unwrap(mesh->positions, mesh->vertex_count, mesh->triangles, mesh->triangle_count, size, &atlas)
+            || morph_fail("--texture %d: too few texels for the charts of a body, or not enough memory", size);
+        texture_atlas_free(&atlas);
+    }
+    return good;
+}

@@ -7,8 +7,8 @@
  *   morph body.obj --weights --donor RiggedFigure.glb --out result # bone weights for a body that has none
  *
  * The source is rescaled onto the target's skeleton; both become springls' bodies on one grid. In each frame linear blend
- * skinning, as a batch of affine forces, moves the springls in a step of Algorithm 2; then some iterations of an active
- * contour push them to a shape between the two in the same pose. Bone weights, texture coordinates and
+ * skinning, as a batch of affine forces, moves the springls in a step of Algorithm 2, and an active contour pushes them to a
+ * shape between the two in the same pose: in that step, and in more iterations where the model lags. Bone weights, texture coordinates and
  * colors stay with the springls. */
 #include "morph/morph.h"
 
@@ -24,8 +24,9 @@ static int read_command_line(struct morph_settings *set, int argc, char **argv)
         {"frames", CLI_INT, &set->frames, "N", "at most; fewer when the two coincide before", 2, MORPH_MAX_FRAMES, NULL},
         {"fps", CLI_INT, &set->fps, "N", "frames a second of the animation", 1, 120, NULL},
         {"iterations", CLI_INT, &set->iterations, "N",
-         "of the active contour a frame at least; up to ten while limbs grow or crevices deepen", 1, 1000, NULL},
-        {"pace", CLI_FLOAT, &set->pace, "X", "voxels that the contour moves in an iteration, half as much again at most where the model lags", 0.001, 1, NULL},
+         "of the active contour a frame at least, with that of the skinning step; up to ten while the model lags", 1, 1000, NULL},
+        {"pace", CLI_FLOAT, &set->pace, "X",
+         "voxels that the contour moves in an iteration, half as much again at most where the model lags", 0.001, 1, NULL},
         {"blend", CLI_INT, &set->blend, "N", "frames in which the source becomes the target", 1, 1000, NULL},
         {"thicken", CLI_FLOAT, &set->thicken, "X",
          "voxels of thickness that sheets get, such as capes (default 1, with a note); 0: leave them out", 0, 10, NULL},
@@ -59,8 +60,7 @@ static int read_command_line(struct morph_settings *set, int argc, char **argv)
     if (set->source && !set->target && !set->list && !set->weights) {
         return cli_fail("morph", CLI_EXIT_USAGE, "one character alone: which is the other? (see --help)");
     }
-    set->common.grid = set->common.grid ? set->common.grid : 96;
-    return set->common.grid >= 24 ? CLI_CONTINUE : cli_fail("morph", CLI_EXIT_USAGE, "--grid %d: 24 at least", set->common.grid);
+    return cli_grid("morph", &set->common, 96, 24, 4096);
 }
 
 static int list(const char *path)

@@ -3,7 +3,7 @@
  *   read      reads two characters and rescales the source onto the target's skeleton (skeleton_align.h)
  *   rig       gives a body without bones a donor's skeleton and weights by heat (rig.c)
  *   solid     makes each a closed body on one grid (solid.c)
- *   run       runs a frame: linear blend skinning as a flow (run.c), then active contours towards the posed target (contour.c)
+ *   run       runs a frame: linear blend skinning as a flow, pushed to the frame's shape (run.c), then active contours (contour.c)
  *   look      colors and weights that fade into the target's, and textures of them (look.c)
  *   output    writes glTF (gltf.c), pictures and report (output.c) */
 #ifndef EXAMPLES_MORPH_MORPH_H
@@ -103,6 +103,7 @@ struct morph {
     float *pressure, *shape, *source_phi, *target_phi; /* dense volumes, voxels; shape: the level set wanted in this frame */
     float *way; /* of each voxel, 3: the velocity to where the model lags */
     int *source_nearest, *target_nearest; /* triangle of the posed body nearest to each voxel, -1: none near */
+    int *nearest_before;                  /* the target's in the pose before */
     struct known_weights *known; /* a hash table by correspondence, of known_room places */
     size_t known_room;
     int known_count;
@@ -136,6 +137,7 @@ bool morph_no_memory(void);
 bool morph_check(springls_context *ctx, springls_status status, const char *what);
 
 bool morph_read(struct morph *morph);
+bool morph_read_donor(const char *path, struct character *donor); /* fails where no part has bones */
 void morph_to_voxel(const springls_grid_desc *grid, const float world[3], float voxel[3]); /* world = voxel is allowed */
 struct solid_grid morph_voxels(const springls_grid_desc *grid);
 /* Makes a closed body of the character on the context's grid and sets the model to its level set. path: its file, for messages. */
@@ -153,6 +155,8 @@ size_t morph_voxel_count(const struct morph *morph);
 bool morph_contour(struct morph *morph, bool last);
 /* Checks the sums of bone weights; for --out computes colors and places of a frame's mesh, whose pose the target has. */
 bool morph_look(const struct morph *morph, struct morph_frame *frame);
+/* Checks that both bodies' charts fit into an image of --texture texels a side, before the work. */
+bool morph_fits_texture(const struct morph *morph);
 struct influences morph_mixed_influences(const struct morph *morph, const struct morph_frame *frame, int vertex);
 /* Cuts a frame's mesh into charts and bakes its colors, by textured_mesh_make. */
 bool morph_bake(const struct morph *morph, const struct morph_frame *frame, const struct gltf_mesh *surface, int size, int material,

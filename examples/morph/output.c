@@ -255,7 +255,7 @@ bool morph_report(const struct morph *morph, const char *path)
 {
     struct json_writer json;
     if (!json_open(&json, path)) {
-        return morph_fail("%s: cannot write", path);
+        return morph_fail("%s cannot be written", path);
     }
     json_object_begin(&json, NULL);
     json_string(&json, "problem", "morph");
@@ -271,7 +271,7 @@ bool morph_report(const struct morph *morph, const char *path)
     }
     json_array_end(&json);
     json_object_end(&json);
-    return json_close(&json) || morph_fail("%s: cannot write", path);
+    return json_close(&json) || morph_fail("%s cannot be written", path);
 }
 
 void morph_print(const struct morph *morph)

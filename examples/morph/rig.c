@@ -293,7 +293,7 @@ static bool write_report(const struct morph *morph, const struct rig_mesh *mesh,
 {
     struct json_writer json;
     if (!json_open(&json, morph->settings.common.json)) {
-        return morph_fail("%s: cannot write", morph->settings.common.json);
+        return morph_fail("%s cannot be written", morph->settings.common.json);
     }
     json_object_begin(&json, NULL);
     json_string(&json, "problem", "weights");
@@ -309,7 +309,7 @@ static bool write_report(const struct morph *morph, const struct rig_mesh *mesh,
     json_number(&json, "weights_from_artists_mean_l1", difference);
     json_number(&json, "seconds", seconds);
     json_object_end(&json);
-    return json_close(&json) || morph_fail("%s: cannot write", morph->settings.common.json);
+    return json_close(&json) || morph_fail("%s cannot be written", morph->settings.common.json);
 }
 
 bool morph_weights(const struct morph *morph)
@@ -331,8 +331,8 @@ bool morph_weights(const struct morph *morph)
         return morph_fail("%s", error);
     }
     good = (set->source ? character_read(set->source, set->props, &artist, error) : character_build(0, &artist, error))
-           && (!set->donor || character_read(set->donor, NULL, &donor, error));
-    good = good || morph_fail("%s", error);
+        || morph_fail("%s", error);
+    good = good && (!set->donor || morph_read_donor(set->donor, &donor));
     if (good && !set->donor && !body.skinned) {
         good = morph_fail("%s: no part has bones; --donor FILE lends a skeleton", set->source);
     }
@@ -347,8 +347,9 @@ bool morph_weights(const struct morph *morph)
         }
     }
     if (good && !set->common.quiet && !(set->common.json && strcmp(set->common.json, "-") == 0)) {
-        printf("%d of %d vertices see their bone; weights sum to 1 within %.1g; from the artist's: mean L1 %.3f\n",
-               mesh.heat.visible, mesh.vertex_count, mesh.heat.sum_error, difference);
+        printf("%d of %d vertices see their bone; weights sum to 1 within %.1g", mesh.heat.visible, mesh.vertex_count,
+               mesh.heat.sum_error);
+        printf(isnan(difference) ? "\n" : "; from the artist's: mean L1 %.3f\n", difference);
     }
     good = good
         && (!set->common.out

@@ -1,4 +1,5 @@
-/* run.c - the frames of a morph: skinning by a flow, and the shape that active contours (contour.c) then push the model to. */
+/* run.c - the frames of a morph: the shape of a frame, and a step of skinning that also pushes the model to it; what lags then,
+ * active contours push (contour.c). */
 #include "morph/morph.h"
 
 #include "base/progress.h"
@@ -12,7 +13,7 @@
 
 #define ROD 1.4f      /* voxels: radius that limbs have at least before the target is reached */
 #define VICINITY 5.0f /* voxels: up to where springls have the weights of the target near them */
-#define BAND 1.1f     /* voxels: up to where signed distances of posed bodies are exact */
+#define BAND 0.9f     /* voxels: up to where signed distances of posed bodies are exact */
 
 enum { MARGIN = 5, LEAD_IN = 8, LEAD_OUT = 12 }; /* voxels around; steps from the neutral pose to the first frame, and back */
 
@@ -41,11 +42,25 @@ bool morph_check(springls_context *ctx, springls_status status, const char *what
 
 /* ---- reading ---- */
 
-static bool read_one(const char *path, int number, const char *props, struct character *character)
+static bool read_one(const char *path, int number, const char *props, bool quiet, struct character *character)
 {
     char error[CHARACTER_TEXT];
     const bool good = path ? character_read(path, props, character, error) : character_build(number, character, error);
+    if (good && !quiet && character->unnormal + character->unweighted > 0) {
+        fprintf(stderr, "morph: %s: bone weights of %d vertices do not sum to 1, and are made to; %d have none, and follow the root\n",
+                path, character->unnormal, character->unweighted);
+    }
     return good || morph_fail("%s", error);
+}
+
+bool morph_read_donor(const char *path, struct character *donor)
+{
+    char error[CHARACTER_TEXT];
+    if (!character_read(path, NULL, donor, error)) { return morph_fail("%s", error); }
+    if (donor->skinned) { return true; }
+    character_free(donor);
+    memset(donor, 0, sizeof *donor);
+    return morph_fail("--donor %s: no part has bones", path);
 }
 
 /* Gives a body without bones the skeleton of --donor, or of the other character. */
@@ -53,16 +68,13 @@ static bool lend_bones(const struct morph *morph, struct character *body, const 
 {
     struct character donor;
     struct rig_mesh mesh;
-    char error[CHARACTER_TEXT];
     if (body->skinned) {
         return true;
     }
     if (!morph->settings.donor && !other->skinned) {
         return morph_fail("%s: no part has bones, and there is no donor of any", path);
     }
-    if (morph->settings.donor && !character_read(morph->settings.donor, NULL, &donor, error)) {
-        return morph_fail("%s", error);
-    }
+    if (morph->settings.donor && !morph_read_donor(morph->settings.donor, &donor)) { return false; }
     const bool good = morph_rig(morph, body, morph->settings.donor ? &donor : other, &mesh);
     morph_rig_free(&mesh);
     if (morph->settings.donor) {
@@ -71,14 +83,29 @@ static bool lend_bones(const struct morph *morph, struct character *body, const 
     return good;
 }
 
+/* Checks that each name of --props is part of that of a rigid part of either. */
+static bool check_props(const char *names, const struct character *source, const struct character *target)
+{
+    char name[CHARACTER_NAME];
+    for (const char *at = names; at && strcmp(names, "all") != 0; at = strchr(at, ',') ? strchr(at, ',') + 1 : NULL) {
+        snprintf(name, sizeof name, "%.*s", (int)strcspn(at, ","), at);
+        if (!character_has_prop(source, name) && !character_has_prop(target, name)) {
+            return morph_fail("--props: no rigid part on a bone is named like \"%s\" (see --list)", name);
+        }
+    }
+    return true;
+}
+
 bool morph_read(struct morph *morph)
 {
     const struct morph_settings *set = &morph->settings;
     struct character *source = &morph->source.character, *target = &morph->target.character;
     char error[CHARACTER_TEXT];
-    if (!read_one(set->source, 0, set->props, source) || !read_one(set->target, 1, set->props, target)) {
+    if (!read_one(set->source, 0, set->props, set->common.quiet, source)
+        || !read_one(set->target, 1, set->props, set->common.quiet, target)) {
         return false;
     }
+    if (!check_props(set->props, source, target)) { return false; }
     if (!lend_bones(morph, source, set->source, target) || !lend_bones(morph, target, set->target, source)) {
         return false;
     }
@@ -340,123 +367,15 @@ bool morph_prepare(struct morph *morph)
     morph->target_phi = malloc(morph_voxel_count(morph) * sizeof(float));
     morph->source_nearest = malloc(morph_voxel_count(morph) * sizeof(int));
     morph->target_nearest = malloc(morph_voxel_count(morph) * sizeof(int));
+    morph->nearest_before = malloc(morph_voxel_count(morph) * sizeof(int));
     if (!morph->pressure || !morph->way || !morph->shape || !morph->source_phi || !morph->target_phi || !morph->source_nearest
-        || !morph->target_nearest) {
+        || !morph->target_nearest || !morph->nearest_before) {
         return morph_no_memory();
     }
     return run_create("morph", &desc, &morph->ctx) == CLI_CONTINUE && run_create("morph", &desc, &morph->other) == CLI_CONTINUE
         && make_body(morph->other, morph, &morph->target) && make_body(morph->ctx, morph, &morph->source)
+        && (!morph->settings.common.out || morph->settings.texture == 0 || morph_fits_texture(morph))
         && (!morph->settings.channel || add_channels(morph));
-}
-
-/* ---- skinning: the affine force of eq. 1 ---- */
-
-struct skinning {
-    const struct morph *morph;
-    const struct affine *before, *after;
-    float start; /* time of the pose before; the one after is 1 later */
-    float part;  /* of the target in the shape before */
-};
-
-/* Adds b - a to a sum of maps. */
-static void add_change(struct affine *sum, double weight, const struct affine *a, const struct affine *b)
-{
-    affine_add(sum, weight, b);
-    affine_add(sum, -weight, a);
-}
-
-/* Returns the velocity of a springl on its way from pose to pose: B' B^-1, where B, the blend of bones from its neutral place,
- * changes evenly. So Euler's steps of any length take it where skinning from the neutral pose puts it. Near the target the target's
- * weights take part (theirs; NULL: none). Where B is nearly singular the bones' own motions are blended. */
-static struct affine motion(const struct skinning *s, float time, const struct influences *ours, const struct influences *theirs)
-{
-    const struct influences *both[2] = {ours, theirs};
-    const double share[2] = {theirs ? 1.0 - (double)s->part : 1.0, (double)s->part}, t = (double)(time - s->start);
-    struct affine now = {{0}}, change = {{0}}, sum = {{0}};
-    for (int b = 0; b < (theirs ? 2 : 1); ++b) {
-        const struct affine before = influences_blend(both[b], s->before), after = influences_blend(both[b], s->after);
-        add_change(&change, share[b], &before, &after);
-        affine_add(&now, share[b], &before);
-    }
-    affine_add(&now, t, &change);
-    if (fabs(affine_determinant(&now)) > 0.1) {
-        const struct affine back = affine_inverse(&now);
-        return affine_after(&change, &back);
-    }
-    for (int b = 0; b < (theirs ? 2 : 1); ++b) {
-        for (int k = 0; k < CHARACTER_BONES; ++k) {
-            if (both[b]->weight[k] > 0.0f) {
-                const int joint = both[b]->joint[k];
-                const struct affine back = affine_inverse(&s->before[joint]), bone = affine_after(&s->after[joint], &back);
-                affine_add(&sum, share[b] * (double)both[b]->weight[k], &bone);
-            }
-        }
-    }
-    for (int i = 0; i < 3; ++i) { sum.m[5 * i] -= 1.0; }
-    return sum;
-}
-
-/* Returns the target's weights at the place of it that is nearest to a point in voxel coordinates, NULL: none is near. */
-static const struct influences *target_weights(const struct morph *morph, const float point[3])
-{
-    const int *size = morph->grid.size;
-    size_t at = 0, step = 1;
-    for (int k = 0; k < 3; ++k) {
-        at += step * (size_t)fmaxf(0.0f, fminf((float)size[k] - 1.0f, floorf(point[k] + 0.5f)));
-        step *= (size_t)size[k];
-    }
-    const int triangle = morph->target_nearest[at];
-    return triangle >= 0 ? &morph->target.influences[morph->target.mesh.triangles[3 * triangle]] : NULL;
-}
-
-/* Converts a velocity of world coordinates, [R t], to voxels: that of voxel v is R v + (R o + t) / h. */
-static void to_velocity(const springls_grid_desc *grid, const struct affine *t, float out[12])
-{
-    for (int i = 0; i < 3; ++i) {
-        double shift = t->m[4 * i + 3];
-        for (int j = 0; j < 3; ++j) {
-            shift += t->m[4 * i + j] * grid->origin[j];
-            out[4 * i + j] = (float)t->m[4 * i + j];
-        }
-        out[4 * i + 3] = (float)(shift / grid->spacing[0]);
-    }
-}
-
-/* Moves springls by the bone weights at their places on the source's surface. */
-static void skin_springls(void *user, const float *points, const float *correspondences, int count, float time, float *out)
-{
-    const struct skinning *s = user;
-    const float *last = NULL;
-    for (int i = 0; i < count; ++i) {
-        const float *a = correspondences + 3 * i;
-        if (last && memcmp(a, last, 3 * sizeof *a) == 0) { /* another corner of the same springl */
-            memcpy(out + 12 * i, out + 12 * (i - 1), 12 * sizeof *out);
-            continue;
-        }
-        const struct known_weights *known = known_weights(s->morph, a);
-        const struct influences in = known->used ? known->influences : weights_at(s->morph, a);
-        const struct affine t = motion(s, time, &in, s->part > 0.0f ? target_weights(s->morph, points + 3 * i) : NULL);
-        to_velocity(&s->morph->grid, &t, out + 12 * i);
-        last = a;
-    }
-}
-
-/* part: of the target in the shape before this step. */
-static bool skin_step(struct morph *morph, float part)
-{
-    struct skinning skinning = {morph, morph->skin_before, morph->skin, (float)springls_time(morph->ctx), part};
-    springls_forces forces;
-    springls_step_desc step;
-    memset(&forces, 0, sizeof forces);
-    memset(&step, 0, sizeof step);
-    forces.affine = skin_springls;
-    forces.user = &skinning;
-    forces.integrator = SPRINGLS_INTEGRATOR_EULER;
-    step.forces = &forces;
-    step.mode = SPRINGLS_MODE_FLUID;
-    step.max_displacement = 3.0f;
-    step.dt = 1.0f;
-    return learn_weights(morph) && morph_check(morph->ctx, springls_step(morph->ctx, &step), "skinning");
 }
 
 /* ---- the shape of a frame ---- */
@@ -633,6 +552,9 @@ static bool pose_between(struct morph *morph, float part)
     double area, volumes[2] = {0.0, 0.0};
     struct solid_repair repair;
     const float sizes[2] = {fmaxf(0.05f, 1.0f - part), fmaxf(0.05f, part)}; /* of limbs that the other lacks */
+    int *unused = morph->nearest_before;
+    morph->nearest_before = morph->target_nearest;
+    morph->target_nearest = unused;
     if (!pose_body(morph, &morph->target, sizes[1], target, morph->target_nearest)
         || (part < 1.0f && !pose_body(morph, &morph->source, sizes[0], source, morph->source_nearest))) {
         return morph_no_memory();
@@ -676,6 +598,125 @@ static float sample(const int size[3], const float *phi, const float place[3])
         sum += weight * phi[at];
     }
     return sum;
+}
+
+/* ---- skinning and the push to the shape: the affine force of eq. 1 ---- */
+
+struct skinning {
+    const struct morph *morph;
+    const struct affine *before, *after;
+    float start; /* time of the pose before; the one after is 1 later */
+    float part;  /* of the target in the shape before */
+};
+
+/* Adds b - a to a sum of maps. */
+static void add_change(struct affine *sum, double weight, const struct affine *a, const struct affine *b)
+{
+    affine_add(sum, weight, b);
+    affine_add(sum, -weight, a);
+}
+
+/* Returns the velocity of a springl on its way from pose to pose: B' B^-1, where B, the blend of bones from its neutral place,
+ * changes evenly. So Euler's steps of any length take it where skinning from the neutral pose puts it. Near the target the target's
+ * weights take part (theirs; NULL: none). Where B is nearly singular the bones' own motions are blended. */
+static struct affine motion(const struct skinning *s, float time, const struct influences *ours, const struct influences *theirs)
+{
+    const struct influences *both[2] = {ours, theirs};
+    const double share[2] = {theirs ? 1.0 - (double)s->part : 1.0, (double)s->part}, t = (double)(time - s->start);
+    struct affine now = {{0}}, change = {{0}}, sum = {{0}};
+    for (int b = 0; b < (theirs ? 2 : 1); ++b) {
+        const struct affine before = influences_blend(both[b], s->before), after = influences_blend(both[b], s->after);
+        add_change(&change, share[b], &before, &after);
+        affine_add(&now, share[b], &before);
+    }
+    affine_add(&now, t, &change);
+    if (fabs(affine_determinant(&now)) > 0.1) {
+        const struct affine back = affine_inverse(&now);
+        return affine_after(&change, &back);
+    }
+    for (int b = 0; b < (theirs ? 2 : 1); ++b) {
+        for (int k = 0; k < CHARACTER_BONES; ++k) {
+            if (both[b]->weight[k] > 0.0f) {
+                const int joint = both[b]->joint[k];
+                const struct affine back = affine_inverse(&s->before[joint]), bone = affine_after(&s->after[joint], &back);
+                affine_add(&sum, share[b] * (double)both[b]->weight[k], &bone);
+            }
+        }
+    }
+    for (int i = 0; i < 3; ++i) { sum.m[5 * i] -= 1.0; }
+    return sum;
+}
+
+/* Returns the target's weights at the place of it that was nearest to a point in the pose before, in voxel coordinates. NULL: none
+ * was near. */
+static const struct influences *target_weights(const struct morph *morph, const float point[3])
+{
+    const int *size = morph->grid.size;
+    size_t at = 0, step = 1;
+    for (int k = 0; k < 3; ++k) {
+        at += step * (size_t)fmaxf(0.0f, fminf((float)size[k] - 1.0f, floorf(point[k] + 0.5f)));
+        step *= (size_t)size[k];
+    }
+    const int triangle = morph->nearest_before[at];
+    return triangle >= 0 ? &morph->target.influences[morph->target.mesh.triangles[3 * triangle]] : NULL;
+}
+
+/* Converts a velocity of world coordinates, [R t], to voxels: that of voxel v is R v + (R o + t) / h. */
+static void to_velocity(const springls_grid_desc *grid, const struct affine *t, float out[12])
+{
+    for (int i = 0; i < 3; ++i) {
+        double shift = t->m[4 * i + 3];
+        for (int j = 0; j < 3; ++j) {
+            shift += t->m[4 * i + j] * grid->origin[j];
+            out[4 * i + j] = (float)t->m[4 * i + j];
+        }
+        out[4 * i + 3] = (float)(shift / grid->spacing[0]);
+    }
+}
+
+/* Returns by how far the shape of this frame pushes a springl along its normal: an iteration of the active contour. */
+static float push(const struct morph *morph, const float place[3])
+{
+    const float pace = morph->settings.pace;
+    return fmaxf(-pace, fminf(pace, -sample(morph->grid.size, morph->shape, place)));
+}
+
+/* Moves springls by the bone weights at their places on the source's surface, and by the push at the place where these take them;
+ * in sub-steps, by even parts of it. */
+static void move_springls(void *user, const springls_batch *batch, float *out)
+{
+    const struct skinning *s = user;
+    const float left = s->start + 1.0f - batch->time; /* until the pose after */
+    for (int i = 0; i < batch->count; ++i) {
+        const float *a = batch->correspondences + 3 * i, *p = batch->points + 3 * i;
+        float *map = out + 12 * i, place[3];
+        const struct known_weights *known = known_weights(s->morph, a);
+        const struct influences in = known->used ? known->influences : weights_at(s->morph, a);
+        const struct affine t = motion(s, batch->time, &in, s->part > 0.0f ? target_weights(s->morph, p) : NULL);
+        to_velocity(&s->morph->grid, &t, map);
+        if (left <= 1e-3f) { continue; } /* at the end of the step */
+        for (int k = 0; k < 3; ++k) { place[k] = p[k] + left * (vec3_dot(map + 4 * k, p) + map[4 * k + 3]); }
+        const float speed = push(s->morph, place) / left;
+        for (int k = 0; k < 3; ++k) { map[4 * k + 3] += speed * batch->normals[3 * i + k]; }
+    }
+}
+
+/* Moves the model to the shape and the pose of this frame. part: of the target in the shape before. */
+static bool move_step(struct morph *morph, float part)
+{
+    struct skinning skinning = {morph, morph->skin_before, morph->skin, (float)springls_time(morph->ctx), part};
+    springls_forces forces;
+    springls_step_desc step;
+    memset(&forces, 0, sizeof forces);
+    memset(&step, 0, sizeof step);
+    forces.affine_batch = move_springls;
+    forces.user = &skinning;
+    forces.integrator = SPRINGLS_INTEGRATOR_EULER;
+    step.forces = &forces;
+    step.mode = SPRINGLS_MODE_FLUID;
+    step.max_displacement = 3.0f;
+    step.dt = 1.0f;
+    return learn_weights(morph) && morph_check(morph->ctx, springls_step(morph->ctx, &step), "skinning");
 }
 
 /* ---- measures of a frame ---- */
@@ -769,16 +810,16 @@ static bool run_frame(struct morph *morph, int f)
     const int steps_before = springls_get_stats(morph->ctx).steps;
     double clock[4];
     clock[0] = elapsed_seconds();
-    bool good = skin_step(morph, part_of(morph, f - 1));
+    bool good = pose_between(morph, part_of(morph, f));
     clock[1] = elapsed_seconds();
-    good = good && pose_between(morph, part_of(morph, f));
+    good = good && move_step(morph, part_of(morph, f - 1));
     clock[2] = elapsed_seconds();
     good = good && morph_contour(morph, f == morph->settings.frames - 1);
     clock[3] = elapsed_seconds();
     frame->share = part_of(morph, f);
     frame->seconds = clock[3] - clock[0];
-    frame->seconds_skinning = clock[1] - clock[0];
-    frame->seconds_target = clock[2] - clock[1];
+    frame->seconds_target = clock[1] - clock[0];
+    frame->seconds_skinning = clock[2] - clock[1];
     frame->seconds_contour = clock[3] - clock[2];
     frame->steps = springls_get_stats(morph->ctx).steps - steps_before;
     return good && measure(morph, frame);
@@ -855,7 +896,7 @@ static bool rest_pose(struct morph *morph)
     bool good = true;
     for (int s = LEAD_OUT - 1; good && s >= 0; --s) {
         next_pose(morph, last, (double)s / LEAD_OUT);
-        good = skin_step(morph, part_of(morph, last)) && pose_between(morph, part_of(morph, last))
+        good = pose_between(morph, part_of(morph, last)) && move_step(morph, part_of(morph, last))
             && morph_contour(morph, s == 0);
     }
     morph->rest.share = part_of(morph, last);
@@ -870,7 +911,7 @@ bool morph_run(struct morph *morph)
     pose(morph, 0, 0.0);
     for (int s = 1; good && s < LEAD_IN; ++s) {
         next_pose(morph, 0, (double)s / LEAD_IN);
-        good = skin_step(morph, 0.0f) && pose_between(morph, 0.0f) && morph_contour(morph, false);
+        good = pose_between(morph, 0.0f) && move_step(morph, 0.0f) && morph_contour(morph, false);
     }
     progress_begin(&bar, "morph", (size_t)morph->settings.frames, morph->settings.common.quiet);
     for (int f = 0; good && f < morph->settings.frames && morph->coincided < 0; ++f) {
@@ -932,6 +973,7 @@ void morph_free(struct morph *morph)
     free(morph->target_phi);
     free(morph->source_nearest);
     free(morph->target_nearest);
+    free(morph->nearest_before);
     springls_destroy(morph->ctx);
     springls_destroy(morph->other);
     springls_cl_destroy(morph->backend);

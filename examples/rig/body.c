@@ -68,7 +68,10 @@ static bool set_mesh(const struct rig *rig, const char *path, struct rig_body *b
     if (run_create("rig", &desc, &body->ctx) != CLI_CONTINUE) { return false; }
     const springls_status status =
         springls_set_mesh(body->ctx, c->positions, c->vertex_count, 0, c->triangles, c->triangle_count, &report);
-    if (status == SPRINGLS_BAD_MESH) { return rig_fail("%s: the mesh encloses nothing: a sheet is no body", path); }
+    if (status == SPRINGLS_BAD_MESH) {
+        return rig_fail("%s: the mesh encloses nothing; a body is closed, and only its sheets, such as capes, may be open (--thicken)",
+                        path);
+    }
     body->boundary_edges = report.boundary_edges;
     return run_check("rig", body->ctx, status, path)
         && (report.boundary_edges <= OPEN_SHARE * 1.5 * c->triangle_count || rig->settings.thicken > 0.0f

@@ -148,7 +148,7 @@ bool rig_report(const struct rig *rig, const char *path)
 {
     const struct skeleton_embedding *e = &rig->body.embedding;
     struct json_writer json;
-    if (!json_open(&json, path)) { return rig_fail("%s: cannot write", path); }
+    if (!json_open(&json, path)) { return rig_fail("%s cannot be written", path); }
     json_object_begin(&json, NULL);
     json_string(&json, "problem", "rig");
     json_string(&json, "file", rig->settings.mesh);
@@ -183,7 +183,7 @@ bool rig_report(const struct rig *rig, const char *path)
     json_number(&json, "weight_sum_error_max", rig->heat.sum_error);
     json_number(&json, "seconds", rig->seconds);
     json_object_end(&json);
-    return json_close(&json) || rig_fail("%s: cannot write", path);
+    return json_close(&json) || rig_fail("%s cannot be written", path);
 }
 
 void rig_print(const struct rig *rig)

@@ -66,10 +66,7 @@ static int read_command_line(struct rig_settings *set, int argc, char **argv)
                                         .positional_count = 1};
     const int status = cli_parse(&program, argc, argv);
     if (status != CLI_CONTINUE) { return status; }
-    set->common.grid = set->common.grid ? set->common.grid : 112;
-    if (set->common.grid < 48 || set->common.grid > 512) {
-        return cli_fail("rig", CLI_EXIT_USAGE, "--grid %d: 48 to 512", set->common.grid);
-    }
+    if (cli_grid("rig", &set->common, 112, 48, 512) != CLI_CONTINUE) { return CLI_EXIT_USAGE; }
     if (set->motion && !set->animation) {
         return cli_fail("rig", CLI_EXIT_USAGE, "--motion %s: of which character? (--animation FILE)", set->motion);
     }

@@ -125,7 +125,7 @@ bool viewer_window_show(void *user, const char *picture)
     glfwSwapBuffers(window->handle);
     window->shown = window->app->looks;
     if (picture && !viewer_scene_save(&window->scene, picture)) {
-        snprintf(window->app->message, sizeof window->app->message, "%.200s: cannot write there", picture);
+        snprintf(window->app->message, sizeof window->app->message, "%.200s cannot be written", picture);
         return false;
     }
     return true;

@@ -210,7 +210,8 @@ TEST holes_shells_and_parts_are_counted(void)
     for (size_t c = 0; c < sizeof cases / sizeof *cases; ++c) {
         const char *const b = cases[c].second;
         char first[512], second[512] = "";
-        const char *const more[] = {"--grid", "48", "--result", scratch("part.ply"), "--amount", "0.2", "--quiet", NULL};
+        const bool grows = strcmp(cases[c].operation, "offset") == 0;
+        const char *const more[] = {"--grid", "48", "--result", scratch("part.ply"), "--quiet", grows ? "--amount" : NULL, "0.2", NULL};
         snprintf(first, sizeof first, "%s", strchr(cases[c].first, ':') ? cases[c].first : scratch(cases[c].first));
         if (b) snprintf(second, sizeof second, "%s", strchr(b, ':') ? b : scratch(b));
         ASSERT_EQm(cases[c].operation, CLI_EXIT_OK, run_csg(cases[c].operation, first, b ? second : NULL, more));
@@ -274,6 +275,11 @@ TEST bad_files_are_named(void)
         CHECK_CALL(refused(CLI_EXIT_FAILURE, names[i], "remesh", path, NULL, more));
         CHECK_CALL(refused(CLI_EXIT_FAILURE, names[i], "union", "ball:0,0,0,1", path, more));
     }
+    const float zero[3] = {0.0f, 0.0f, 0.0f}, far[3] = {1e38f, 1.0f, 1.0f};
+    char path[512];
+    snprintf(path, sizeof path, "%s", scratch("far.ply"));
+    ASSERT(write_block(path, zero, far, NULL));
+    CHECK_CALL(refused(CLI_EXIT_FAILURE, "far.ply", "remesh", path, NULL, more));
     CHECK_CALL(refused(CLI_EXIT_FAILURE, "nowhere.ply", "remesh", "/nowhere.ply", NULL, more));
     CHECK_CALL(refused(CLI_EXIT_FAILURE, "ball:x,y,z,radius", "remesh", "ball:0,0,0,-1", NULL, more));
     CHECK_CALL(refused(CLI_EXIT_FAILURE, "ball:x,y,z,radius", "remesh", "box:0,0,0", NULL, more));
@@ -308,6 +314,11 @@ TEST other_formats_are_refused(void)
     ASSERT_IN_RANGE(4.0 / 3.0 * PI, facts_of(capitals[3]).volume, 0.15);
     CHECK_CALL(refused(CLI_EXIT_USAGE, "two solids", "union", "ball:0,0,0,1", NULL, NULL));
     CHECK_CALL(refused(CLI_EXIT_USAGE, "one solid", "remesh", "ball:0,0,0,1", "ball:0,0,0,1", NULL));
+    const char *const amount[] = {"--amount", "2", NULL}, *const keep[] = {"--keep-volume", "--amount", "2", NULL},
+                      *const coarse[] = {"--grid", "23", NULL};
+    CHECK_CALL(refused(CLI_EXIT_USAGE, "--amount", "remesh", "ball:0,0,0,1", NULL, amount));
+    CHECK_CALL(refused(CLI_EXIT_USAGE, "--keep-volume", "offset", "ball:0,0,0,1", NULL, keep));
+    CHECK_CALL(refused(CLI_EXIT_USAGE, "from 24 to 4096", "remesh", "ball:0,0,0,1", NULL, coarse));
     CHECK_CALL(refused(CLI_EXIT_USAGE, "union|intersection", "uni", "ball:0,0,0,1", "ball:0,0,0,1", NULL));
     PASS();
 }

@@ -280,17 +280,26 @@ TEST wrong_lines_end_with_a_status(void)
     const char *const unknown[] = {"--nonsense", NULL}, *const alone[] = {"one.glb", NULL},
                       *const small[] = {"--grid", "8", NULL};
     const char *const absent[] = {"a.glb", "b.glb", NULL}, *const still[] = {"--animation", "Swim", "--grid", "32", NULL};
+    const char *const props[] = {"--props", "nope", "--grid", "32", NULL};
+    const char *const texture[] = {"--texture", "8", "--grid", "32", "--out", scratch("texture"), NULL};
+    const char *const donor[] = {scratch("flat.obj"), "--weights", "--donor", scratch("flat.obj"), "--grid", "32", NULL};
+    FILE *flat = fopen(scratch("flat.obj"), "w");
+    ASSERT(flat && fputs("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", flat) >= 0 && fclose(flat) == 0);
     ASSERT(quiet != NULL);
     ASSERT_EQ(2, run_program(unknown));
     ASSERT_EQ(2, run_program(alone));
     ASSERT_EQ(2, run_program(small));
     ASSERT_EQ(1, run_program(absent));
     ASSERT_EQ(1, run_program(still));
+    ASSERT_EQ(1, run_program(props));
+    ASSERT_EQ(1, run_program(texture));
+    ASSERT_EQ(1, run_program(donor));
     fflush(stderr);
     size_t length, lines = 0;
     char *text = whole_file(scratch("errors"), &length);
     for (size_t i = 0; i < length; ++i) lines += text[i] == '\n';
-    ASSERT_EQ(5u, lines);
+    ASSERT_EQ(8u, lines);
+    ASSERT(strstr(text, "nope") && strstr(text, "--texture 8") && strstr(text, "flat.obj: no part has bones"));
     free(text);
     PASS();
 }

@@ -183,6 +183,30 @@ TEST alignment_makes_joints_coincide(void)
     PASS();
 }
 
+/* assimp numbers joints without a name in their file: numbers are names only where the skeletons are the same. */
+TEST numbers_are_names_of_the_same_skeleton_only(void)
+{
+    struct character source, target;
+    char error[CHARACTER_TEXT];
+    struct alignment a;
+    ASSERT(character_build(1, &source, error) && character_build(1, &target, error));
+    for (int j = 0; j < source.joint_count; ++j) {
+        snprintf(source.joints[j].name, CHARACTER_NAME, "nodes[%d]", j);
+        snprintf(target.joints[j].name, CHARACTER_NAME, "nodes[%d]", j);
+    }
+    ASSERT(skeleton_align(&source, &target, NULL, &a, error));
+    ASSERT_STR_EQ("names", a.how);
+    for (int j = 0; j < source.joint_count; ++j) ASSERT_EQ(j, a.map[j]);
+    alignment_free(&a);
+    snprintf(target.joints[0].name, CHARACTER_NAME, "root");
+    ASSERT(skeleton_align(&source, &target, NULL, &a, error));
+    ASSERT_STR_EQ("limbs", a.how);
+    alignment_free(&a);
+    character_free(&source);
+    character_free(&target);
+    PASS();
+}
+
 TEST joints_are_paired_by_file(void)
 {
     struct character source, target;
@@ -308,6 +332,7 @@ int main(int argc, char **argv)
     RUN_TEST(the_affine_force_goes_from_pose_to_pose);
     RUN_TEST(weights_sum_to_one);
     RUN_TEST(alignment_makes_joints_coincide);
+    RUN_TEST(numbers_are_names_of_the_same_skeleton_only);
     RUN_TEST(joints_are_paired_by_file);
     RUN_TEST(joints_of_different_rigs_are_paired_limb_by_limb);
     RUN_TEST(clips_move_the_other_body);

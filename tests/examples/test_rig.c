@@ -598,6 +598,7 @@ TEST templates_are_refused_in_one_line(void)
         "\"position\": [0, 0, 0]}, 1, 1, 1, 1, 1, 1]}",
         "{\"joints\": [{\"name\": \"a\", \"position\": [0, 0, 0]}, {\"name\": \"b\", \"parent\": \"c\", "
         "\"position\": [0, 0, 0]}, 1, 1, 1, 1, 1, 1]}",
+        "{\"joints\": [{\"name\": \"a\", \"parent\": \"c\", \"position\": [0, 0, 0]}, 1, 1, 1, 1, 1, 1, 1]}",
         "{\"joints\": [{\"name\": \"a\", \"position\": [0, 1e30, 0]}, 1, 1, 1, 1, 1, 1, 1]}",
         "{\"joints\": [{\"name\": \"a\", \"position\": [0, 0, 0], \"place\": \"there\"}, 1, 1, 1, 1, 1, 1, 1]}"};
     struct skeleton_template s;

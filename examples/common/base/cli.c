@@ -39,6 +39,15 @@ static int common_options(const struct cli_program *program, struct cli_option o
     return COMMON_COUNT;
 }
 
+int cli_grid(const char *name, struct cli_common *common, int standard, int least, int most)
+{
+    const int grid = common->grid;
+    common->grid = grid ? grid : standard;
+    return common->grid >= least && common->grid <= most
+        ? CLI_CONTINUE
+        : cli_fail(name, CLI_EXIT_USAGE, "--grid %d: expected an integer from %d to %d", grid, least, most);
+}
+
 bool cli_failed(const char *name, const char *format, va_list arguments)
 {
     fprintf(stderr, "%s: ", name);
@@ -188,6 +197,14 @@ static int store(const struct cli_program *program, const struct cli_option *opt
     return cli_fail(program->name, CLI_EXIT_USAGE, "--%s: unknown option type", option->name);
 }
 
+/* Prints a default, but for NaN and numbers out of range: these mean that the program chooses. */
+static void print_default(const struct cli_option *option, double value)
+{
+    if (!isnan(value) && in_range(option, value)) {
+        printf(" [%.10g]", value);
+    }
+}
+
 static void print_option(const struct cli_option *o)
 {
     char left[96];
@@ -196,15 +213,13 @@ static void print_option(const struct cli_option *o)
     printf(strlen(left) > 28 ? "  %s\n  %-28s %s" : "  %-28s%s %s", left, "", o->help ? o->help : "");
     switch (o->type) {
     case CLI_INT:
-        printf(" [%d]", *(const int *)o->destination);
+        print_default(o, (double)*(const int *)o->destination);
         break;
     case CLI_FLOAT:
-        printf(" [%g]", (double)*(const float *)o->destination);
+        print_default(o, (double)*(const float *)o->destination);
         break;
-    case CLI_DOUBLE: /* NaN: there is no default to show */
-        if (!isnan(*(const double *)o->destination)) {
-            printf(" [%g]", *(const double *)o->destination);
-        }
+    case CLI_DOUBLE:
+        print_default(o, *(const double *)o->destination);
         break;
     case CLI_FLOAT3: {
         const float *v = (const float *)o->destination;

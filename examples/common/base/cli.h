@@ -32,7 +32,7 @@ enum cli_type {
 struct cli_option {
     const char *name; /* without the two dashes */
     enum cli_type type;
-    void *destination; /* of the type listed above; its value at the start is the default shown by --help */
+    void *destination; /* of the type listed above; its value at the start is the default shown by --help, if in range */
     const char *value; /* placeholder in the help text, for example "N"; may be NULL */
     const char *help;  /* one line */
     double minimum;    /* the range counts only where minimum < maximum */
@@ -78,6 +78,10 @@ struct cli_common cli_common_defaults(void);
  * CLI_EXIT_USAGE after one line on stderr, when some destinations may already be written. From then on exit() fails with a line
  * on stderr when standard output could not be written. */
 int cli_parse(const struct cli_program *program, int argc, char **argv);
+
+/* Sets --grid to `standard` where it is not given. Returns CLI_CONTINUE, or CLI_EXIT_USAGE after one line on stderr when it is out of
+ * the program's range. */
+int cli_grid(const char *name, struct cli_common *common, int standard, int least, int most);
 
 /* Prints "name: message" as one line on stderr and returns `status`, so that main can `return cli_fail(...)`. */
 int cli_fail(const char *name, int status, const char *format, ...)

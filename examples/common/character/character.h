@@ -71,6 +71,9 @@ struct character {
  * name contains one of the words. Returns false with one line in `error` and nothing to free. */
 bool character_read(const char *path, const char *props, struct character *character, char error[CHARACTER_TEXT]);
 
+/* Returns true if a rigid part attached to a bone has a name that contains this one, ignoring case. */
+bool character_has_prop(const struct character *character, const char *name);
+
 /* Builds one of two bodies that need no file, on the same skeleton: 0 a slim one with arms and legs, 1 a broad one with a tail
  * and horns. */
 bool character_build(int number, struct character *character, char error[CHARACTER_TEXT]);

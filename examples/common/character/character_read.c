@@ -369,7 +369,9 @@ static bool read_materials(struct reader *r)
 
 /* ---- parts ---- */
 
-static bool finite3(const float v[3]) { return isfinite(v[0]) && isfinite(v[1]) && isfinite(v[2]); }
+#define FARTHEST 1e18f /* of coordinates: squares of lengths are finite */
+
+static bool within_reach(const float v[3]) { return fabsf(v[0]) < FARTHEST && fabsf(v[1]) < FARTHEST && fabsf(v[2]) < FARTHEST; }
 
 static bool read_weights(struct reader *r, const struct aiMesh *part, int first)
 {
@@ -421,7 +423,7 @@ static bool bring_vertices(struct reader *r, const struct aiMesh *part, int node
         }
         affine_apply(&blend, c->positions + 3 * v, c->positions + 3 * v);
         affine_normal(&blend, c->normals + 3 * v, c->normals + 3 * v);
-        good = finite3(c->positions + 3 * v) || fail(r, "a vertex is not finite");
+        good = within_reach(c->positions + 3 * v) || fail(r, "a vertex is not finite, or farther than 1e18");
     }
     free(bring);
     return good;
@@ -452,8 +454,8 @@ static bool add_part(struct reader *r, int node, unsigned number)
             c->normals[3 * at] = normals[v].x, c->normals[3 * at + 1] = normals[v].y, c->normals[3 * at + 2] = normals[v].z;
         }
         memset(&c->influences[at], 0, sizeof c->influences[at]);
-        if (!finite3(c->positions + 3 * at)) {
-            return fail(r, "a vertex is not finite");
+        if (!within_reach(c->positions + 3 * at)) {
+            return fail(r, "a vertex is not finite, or farther than 1e18");
         }
     }
     for (unsigned f = 0; f < part->mNumFaces; ++f) {
@@ -501,6 +503,13 @@ static bool wanted(struct reader *r, int node, unsigned part, const char *props)
 {
     return r->scene->mMeshes[part]->mNumBones > 0 || !r->character->skinned
            || (props && (strcmp(props, "all") == 0 || named(r->character->joints[node].name, props)));
+}
+
+bool character_has_prop(const struct character *character, const char *name)
+{
+    bool found = false;
+    for (int p = 0; p < character->prop_count; ++p) { found = found || named(character->props[p], name); }
+    return found;
 }
 
 /* Removes materials that no triangle has, and images that no material has left. */

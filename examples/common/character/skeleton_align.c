@@ -25,12 +25,9 @@ static bool *used_joints(const struct character *character)
     return used;
 }
 
-/* Returns true if two joints have the same name, but for case and signs. assimp calls nodes without a name nodes[N]. */
+/* Returns true if two joints have the same name, but for case and signs. */
 static bool same_name(const char *a, const char *b)
 {
-    if (strncmp(a, "nodes[", 6) == 0) {
-        return false;
-    }
     for (;; ++a, ++b) {
         while (*a && !isalnum((unsigned char)*a)) {
             ++a;
@@ -47,13 +44,28 @@ static bool same_name(const char *a, const char *b)
     }
 }
 
+/* assimp calls nodes without a name nodes[N]: that is their number in their file. */
+static bool is_numbered(const char *name) { return strncmp(name, "nodes[", 6) == 0; }
+
+/* Returns true if two skeletons have the same joints in the same order, as in two files from one: then numbers are names too. */
+static bool same_skeleton(const struct character *a, const struct character *b)
+{
+    bool same = a->joint_count == b->joint_count;
+    for (int j = 0; same && j < a->joint_count; ++j) {
+        same = strcmp(a->joints[j].name, b->joints[j].name) == 0 && a->joints[j].parent == b->joints[j].parent;
+    }
+    return same;
+}
+
 static int map_by_names(const struct character *source, const bool *source_used, const struct character *target,
                         const bool *target_used, int *map)
 {
+    const bool same = same_skeleton(source, target);
     int pairs = 0;
     for (int i = 0; i < source->joint_count; ++i) {
+        const bool named = source_used[i] && (same || !is_numbered(source->joints[i].name));
         map[i] = -1;
-        for (int j = 0; map[i] < 0 && source_used[i] && j < target->joint_count; ++j) {
+        for (int j = 0; map[i] < 0 && named && j < target->joint_count; ++j) {
             if (target_used[j] && same_name(source->joints[i].name, target->joints[j].name)) {
                 map[i] = j;
                 ++pairs;

@@ -23,7 +23,7 @@ static bool write_file(const char *path, write_fn write, const struct mesh_array
     error[0] = '\0';
     FILE *file = fopen(path, "wb");
     if (!file) {
-        return refuse(error, path, "cannot write there");
+        return refuse(error, path, "cannot be written");
     }
     write(file, mesh);
     const bool bad = ferror(file) != 0;
@@ -190,7 +190,7 @@ static bool write_glb(const char *path, const struct mesh_arrays *mesh, char err
                                   .triangles = (const int *)mesh->indices,
                                   .vertex_count = (int)mesh->vertex_count,
                                   .triangle_count = (int)mesh->triangle_count};
-    return gltf_write_mesh(path, &glb, NULL) || refuse(error, path, "cannot write there");
+    return gltf_write_mesh(path, &glb, NULL) || refuse(error, path, "cannot be written");
 }
 
 /* ---- by the name ---- */
