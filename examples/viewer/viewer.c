@@ -50,7 +50,8 @@ static int read_command_line(struct settings *set, int argc, char **argv)
     return cli_parse(&program, argc, argv);
 }
 
-/* Opens the window, hidden with a script or a screenshot. */
+/* Opens the window, hidden for a screenshot, and runs the script, if any. Without a screenshot the window stays until it is
+ * closed. */
 static int view(struct viewer_app *app, const struct settings *set)
 {
     struct viewer_window window;
