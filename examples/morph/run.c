@@ -42,9 +42,12 @@ bool morph_check(springls_context *ctx, springls_status status, const char *what
 
 /* ---- reading ---- */
 
-/* Notes which bone weights the reader has changed. */
-static void note_weights(const char *path, const struct character *character)
+/* Notes what of a character could not be read, or has been changed. */
+static void note_changes(const char *path, const struct character *character)
 {
+    if (character->missing_pictures > 0) {
+        fprintf(stderr, "morph: %s: textures that cannot be read, and are left out: %d\n", path, character->missing_pictures);
+    }
     if (character->unnormal > 0) {
         fprintf(stderr, "morph: %s: the bone weights of %d vertices do not sum to 1; they are scaled\n", path, character->unnormal);
     }
@@ -58,7 +61,7 @@ static bool read_one(const char *path, int number, const char *props, bool quiet
 {
     char error[CHARACTER_TEXT];
     const bool good = path ? character_read(path, props, character, error) : character_build(number, character, error);
-    if (good && !quiet) { note_weights(path, character); }
+    if (good && !quiet) { note_changes(path, character); }
     return good || morph_fail("%s", error);
 }
 

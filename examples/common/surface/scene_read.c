@@ -5,6 +5,7 @@
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
+#include <cjson/cJSON.h>
 
 #include <ctype.h>
 #include <stdarg.h>
@@ -131,6 +132,24 @@ static bool off_is_whole(struct header *h, const char *behind)
     return true;
 }
 
+/* Returns whether each skin has the matrices that assimp reads; glTF allows skins without them. length: of its JSON, which begins at
+ * `at`. What is no JSON is left to assimp. */
+static bool skins_are_bound(struct header *h, long at, long length)
+{
+    char *text = malloc((size_t)length + 1);
+    bool good = text != NULL && fseek(h->file, at, SEEK_SET) == 0;
+    if (!good) {
+        free(text);
+        return scene_fail(h->error, h->path, "not enough memory");
+    }
+    cJSON *root = cJSON_ParseWithLength(text, fread(text, 1, (size_t)length, h->file));
+    const cJSON *skin;
+    cJSON_ArrayForEach(skin, cJSON_GetObjectItem(root, "skins")) { good = good && cJSON_GetObjectItem(skin, "inverseBindMatrices"); }
+    cJSON_Delete(root);
+    free(text);
+    return good || scene_fail(h->error, h->path, "a skin has no inverseBindMatrices, without which it cannot be read");
+}
+
 /* Returns a number of four bytes, the lowest first. */
 static double number_of(const unsigned char bytes[4])
 {
@@ -160,6 +179,9 @@ static bool glb_is_whole(struct header *h)
         if (length > (double)left) {
             return scene_fail(h->error, h->path, "a chunk of the GLB file has %.0f bytes, but the file ends after %ld of them",
                               length, left);
+        }
+        if (at == FILE_HEADER && !skins_are_bound(h, at + CHUNK_HEADER, (long)length)) {
+            return false;
         }
         at += CHUNK_HEADER + (long)length;
     }
@@ -197,6 +219,9 @@ static bool header_is_good(struct header *h)
     }
     if (memcmp(h->line, "glTF", 4) == 0) {
         return glb_is_whole(h);
+    }
+    if (ends_with(h->path, ".gltf")) {
+        return skins_are_bound(h, 0, h->size);
     }
     const char *off = h->line + strspn(h->line, "STCN4n"); /* what its vertices have beside their places */
     if (strncmp(off, "OFF", 3) == 0) {
