@@ -13653,20 +13653,20 @@ SPRINGLS__FN springls_status springls__check_forces(springls_context *ctx, const
     fields[0] = &forces->pressure_grid;
     fields[1] = &forces->velocity_grid;
     if (forces->integrator != SPRINGLS_INTEGRATOR_RK4 && forces->integrator != SPRINGLS_INTEGRATOR_EULER)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: forces.integrator is no springls_integrator: %d",
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "forces: there is no integrator %d: it may be 0 or 1",
                               (int)forces->integrator);
     for (k = 0; k < 3; k++) {
         const float lower = forces->region_lower[k], upper = forces->region_upper[k];
         if (!(lower >= -FLT_MAX && lower <= upper && upper <= FLT_MAX))
             return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
-                                  "advect: the region of the forces is from %g to %g along axis %d, not ascending and finite",
+                                  "forces: the region is from %g to %g along axis %d, not ascending and finite",
                                   (double)lower, (double)upper, k);
     }
     for (k = 0; k < 2; k++) {
         const char *fault = NULL;
         if (fields[k]->data && !springls__is_on_own_grid(fields[k]))
             fault = springls__grid_transform(&fields[k]->grid, NULL, inverse);
-        if (fault) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: of a sampled field %s", fault);
+        if (fault) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "forces: of a sampled field %s", fault);
     }
     return SPRINGLS_OK;
 }

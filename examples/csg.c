@@ -3,6 +3,7 @@
  * result. */
 #include "base/json.h"
 #include "base/progress.h"
+#include "base/vec3.h"
 #include "springls/model_pictures.h"
 #include "springls/run_options.h"
 #include "springls_cl.h"
@@ -12,8 +13,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-
-#define FARTHEST 1e18f /* of coordinates: squares of lengths are finite */
 
 enum { MAX_SOLIDS = 2, PICTURE = 480 };
 
@@ -109,12 +108,8 @@ static bool read_solid(struct solid *s)
         s->upper[c] = -INFINITY;
     }
     raycast_grow_box(s->mesh.positions, s->mesh.vertex_count, s->lower, s->upper);
-    for (int c = 0; c < 3; ++c) {
-        if (fabsf(s->lower[c]) > FARTHEST || fabsf(s->upper[c]) > FARTHEST) {
-            return cli_fail("csg", CLI_EXIT_FAILURE, "%s: a vertex is farther than %g", s->text, (double)FARTHEST) == CLI_CONTINUE;
-        }
-    }
-    return true;
+    return (vec3_within_reach(s->lower) && vec3_within_reach(s->upper))
+        || cli_fail("csg", CLI_EXIT_FAILURE, "%s: " VEC3_TOO_FAR, s->text) == CLI_CONTINUE;
 }
 
 /* Makes a grid of cubes around all solids, with a margin for the result. */
@@ -353,14 +348,11 @@ static bool write_json(const struct csg *csg, const springls_backend *backend)
 
 /* ---- the run ---- */
 
-/* Prints why a call failed, which was about `what`; the library's reasons begin with the name of the operation. */
-static bool report_failure(const char *what, springls_context *ctx)
+/* Prints why a call failed. */
+static bool report_failure(const char *subject, springls_context *ctx)
 {
     const char *why = springls_last_error(ctx);
-    const size_t length = strlen(what);
-    const bool named = strncmp(why, what, length) == 0 && why[length] == ':';
-    cli_fail("csg", CLI_EXIT_FAILURE, "%s%s%s", named ? "" : what, named ? "" : ": ", *why ? why : "not enough memory");
-    return false;
+    return cli_fail("csg", CLI_EXIT_FAILURE, "%s: %s", subject, *why ? why : "not enough memory") == CLI_CONTINUE;
 }
 
 static bool run(struct csg *csg, springls_backend *backend)
@@ -384,7 +376,7 @@ static bool run(struct csg *csg, springls_backend *backend)
         return cli_fail("csg", CLI_EXIT_FAILURE, "%s: nothing is left", csg->operation) == CLI_CONTINUE;
     }
     if (status != SPRINGLS_OK) {
-        return report_failure(csg->operation, csg->solids[0].ctx);
+        return report_failure("the result", csg->solids[0].ctx);
     }
     csg->seconds = elapsed_seconds() - begin;
     springls_context *ctx = csg->solids[0].ctx;
@@ -392,7 +384,7 @@ static bool run(struct csg *csg, springls_backend *backend)
     csg->stats = springls_get_stats(ctx);
     if (springls_measure(ctx, &csg->measures) != SPRINGLS_OK || !extract(ctx, &csg->mesh, &csg->colors)
         || (csg->common.out && !draw(&csg->mesh, csg->colors, &camera, &csg->pictures[csg->count]))) {
-        return report_failure(csg->operation, ctx);
+        return report_failure("the result", ctx);
     }
     if (csg->mesh.triangle_count == 0) {
         cli_fail("csg", CLI_EXIT_FAILURE, "the result is thinner than the voxels, of %.4g, and has no surface on them",
@@ -448,10 +440,10 @@ static int check_usage(struct csg *csg)
         return cli_fail("csg", CLI_EXIT_USAGE, "%s is of %s", csg->operation, two ? "two solids" : "one solid");
     }
     if (measured != (csg->amount != 0.0)) {
-        return cli_fail("csg", CLI_EXIT_USAGE, measured ? "%s wants --amount" : "--amount: of no use to %s", csg->operation);
+        return cli_fail("csg", CLI_EXIT_USAGE, measured ? "%s needs --amount" : "%s takes no --amount", csg->operation);
     }
     if (csg->keep_volume && strcmp(csg->operation, "smooth") != 0) {
-        return cli_fail("csg", CLI_EXIT_USAGE, "--keep-volume: of no use to %s", csg->operation);
+        return cli_fail("csg", CLI_EXIT_USAGE, "%s takes no --keep-volume", csg->operation);
     }
     if (csg->result && !mesh_can_write(csg->result, error)) {
         return cli_fail("csg", CLI_EXIT_USAGE, "--result: %s", error);

@@ -448,8 +448,8 @@ bool atlas_segment_image(struct atlas_segment *run)
     if (!volume_read_one(set->image, set->frame, "--frame", &run->image, error)) {
         return atlas_fail("%s", error);
     }
-    if (run->image.note[0] && cli_may_print(&set->common)) {
-        printf("note: %s\n", run->image.note);
+    if (cli_may_print(&set->common)) {
+        volume_print_note(&run->image, NULL);
     }
     if (set->reference && !read_reference(run)) {
         return false;

@@ -402,7 +402,7 @@ static bool is_file(const char *path)
     return stat(path, &status) == 0 && S_ISREG(status.st_mode);
 }
 
-/* Returns true if the image reaches to a voxel of every vertex. */
+/* Returns true if every vertex lies in the image, or at most a voxel outside. */
 static bool image_covers(const struct volume *image, const struct shape_mesh *mesh)
 {
     bool covers = true;
@@ -427,7 +427,7 @@ static bool read_image(const char *folder, const char *path, struct atlas_subjec
     if (!volume_read_one(image, -1, NULL, &subject->image, error)) {
         return atlas_fail("%s", error);
     }
-    return image_covers(&subject->image, &subject->mesh) || atlas_fail("%s: the subject %s does not lie in it", image, subject->name);
+    return image_covers(&subject->image, &subject->mesh) || atlas_fail("%s: the subject %s lies outside this image", image, subject->name);
 }
 
 static bool read_label_map(const char *path, const int *labels, int count, const char *images, bool mirror, float *about,

@@ -19,14 +19,14 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define LAG 1.5f     /* voxels: a model lags in a voxel that is on its other side, where the two signed distances differ by more... */
-#define SURE 0.1f    /* ...if that lies this deep inside or outside the shape */
+#define LAG 1.5f     /* voxels: the model lags in a voxel on its other side where the two signed distances differ by more,... */
+#define SURE 0.1f    /* voxel: ...and the voxel is at least this deep inside, or outside, the shape */
 #define LEAD 0.5f    /* part of the pace: velocity along the way to where the model lags */
 #define OUTSIDE 0.5f /* voxel: parts of the model that are this far outside the shape are not joined to the rest, but given up */
 #define BARELY 1e-3f /* voxel: phi of what is given up, just outside */
 
 enum { STEPS = 10, LAST_STEPS = 30 }; /* towards the shape of a frame, and of the last one, at most */
-enum { FEW = 341 };                   /* one voxel in the square of --grid so large may lag until the next frame: 27 at 96 */
+enum { FEW = 341 };                   /* one voxel in this many of the grid's square may lag until the next frame: 27 at grid 96 */
 enum { PATIENCE = 4 };                /* the last frame's steps in a row by which nothing is gained */
 enum { MEND = 30 };                   /* steps that mend parts, at most: a voxel each */
 
@@ -61,7 +61,8 @@ static int voxels_around(const int size[3], size_t voxel, size_t around[27])
 
 /* ---- towards the shape ---- */
 
-/* Return true when a voxel is inside the shape, or outside, and not of the model, whose surface is far behind or in rags. */
+/* Return true where the model lags: the voxel is inside the shape and outside the model, or the reverse, and the model's surface is
+ * far, or so torn that its phi is small although the voxel is deep in the shape. */
 static bool lags_inside(float shape, float model) { return shape < -SURE && model >= 0.0f && model - shape > LAG; }
 static bool lags_outside(float shape, float model) { return shape > SURE && model < 0.0f && shape - model > LAG; }
 
@@ -69,13 +70,13 @@ static bool lags_outside(float shape, float model) { return shape > SURE && mode
 static int press_everywhere(struct morph *morph, const float *model)
 {
     const int count = (int)morph_voxel_count(morph);
-    const float pace = morph->settings.pace, *shape = morph->shape;
+    const float *shape = morph->shape;
     int lags = 0;
 #if defined(_OPENMP)
     #pragma omp parallel for reduction(+ : lags)
 #endif
     for (int n = 0; n < count; ++n) {
-        morph->pressure[n] = shape[n] > pace ? -pace : shape[n] < -pace ? pace : -shape[n];
+        morph->pressure[n] = morph_pressure(morph, shape[n]);
         lags += lags_inside(shape[n], model[n]) || lags_outside(shape[n], model[n]);
     }
     return lags;
@@ -178,12 +179,18 @@ static bool lead_where_it_lags(struct morph *morph, const float *model)
     return good;
 }
 
+static int few_voxels(const struct morph *morph)
+{
+    const int grid = morph->settings.common.grid;
+    return grid * grid / FEW;
+}
+
 /* Completes `iterations`, of which the step of skinning was the first, and goes on while the model lags in more than few voxels and
  * each step leaves less than two thirds of them: limbs have to grow, or crevices to deepen; where they are thinner than a voxel that
  * never ends. The last frame is to be the target: there steps go on until none lags, or PATIENCE in a row have gained nothing. */
 static bool approach_shape(struct morph *morph, float *model, bool last)
 {
-    const int most = last ? LAST_STEPS : STEPS, patience = last ? PATIENCE : 1, few = last ? 0 : morph->settings.common.grid * morph->settings.common.grid / FEW;
+    const int most = last ? LAST_STEPS : STEPS, patience = last ? PATIENCE : 1, few = last ? 0 : few_voxels(morph);
     const float enough = last ? 1.0f : 2.0f / 3.0f;
     bool good = true;
     for (int step = 1, before = INT_MAX, vain = 0; good && (step < most || step < morph->settings.iterations); ++step) {

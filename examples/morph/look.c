@@ -164,7 +164,7 @@ bool morph_bake(const struct morph *morph, const struct morph_frame *frame, cons
     return textured_mesh_make(surface, size, material, bake_color, &bake, textured);
 }
 
-bool morph_fits_texture(const struct morph *morph)
+bool morph_texture_suffices(const struct morph *morph)
 {
     const struct morph_body *bodies[2] = {&morph->source, &morph->target};
     const int size = morph->settings.texture;

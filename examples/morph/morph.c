@@ -24,9 +24,11 @@ static int read_command_line(struct morph_settings *set, int argc, char **argv)
         {"frames", CLI_INT, &set->frames, "N", "at most; fewer when the two coincide before", 2, MORPH_MAX_FRAMES, NULL},
         {"fps", CLI_INT, &set->fps, "N", "frames a second of the animation", 1, 120, NULL},
         {"iterations", CLI_INT, &set->iterations, "N",
-         "of the active contour a frame at least, with that of the skinning step; up to ten while the model lags", 1, 1000, NULL},
+         "iterations of the active contour a frame at least, the first in the step of skinning; up to ten while the model lags", 1,
+         1000, NULL},
         {"pace", CLI_FLOAT, &set->pace, "X",
-         "voxels that the contour moves in an iteration, half as much again at most where the model lags", 0.001, 1, NULL},
+         "voxels that the contour moves in an iteration; up to half as much again where the model lags, and somewhat further in a "
+         "frame of several sub-steps", 0.001, 1, NULL},
         {"blend", CLI_INT, &set->blend, "N", "frames in which the source becomes the target", 1, 1000, NULL},
         {"thicken", CLI_FLOAT, &set->thicken, "X",
          "voxels of thickness that sheets get, such as capes (default 1, with a note); 0: leave them out", 0, 10, NULL},

@@ -79,7 +79,7 @@ struct morph_frame {
     double missing;       /* mean |model's signed distance| of vertices of the target's zero level, voxels */
     double worst;         /* largest of those, voxels; at most the narrow band */
     double far;           /* share of the target's vertices that are more than a voxel from the model */
-    double seconds, seconds_skinning, seconds_contour, seconds_target;
+    double seconds, seconds_skinning, seconds_contour, seconds_target; /* skinning: with the first iteration of the contour */
     int springls, steps; /* steps: of the model, sub-steps counted */
     int64_t split, added, removed;
 };
@@ -103,7 +103,7 @@ struct morph {
     float *pressure, *shape, *source_phi, *target_phi; /* dense volumes, voxels; shape: the level set wanted in this frame */
     float *way; /* of each voxel, 3: the velocity to where the model lags */
     int *source_nearest, *target_nearest; /* triangle of the posed body nearest to each voxel, -1: none near */
-    int *nearest_before;                  /* the target's in the pose before */
+    int *nearest_before;                  /* target_nearest in the pose before */
     struct known_weights *known; /* a hash table by correspondence, of known_room places */
     size_t known_room;
     int known_count;
@@ -117,6 +117,13 @@ struct morph {
     double channel_difference;    /* mean L1 distance of these from the weights looked up by correspondence */
     double weight_difference;     /* mean L1 distance of the last frame's bone weights from the target's at the nearest place */
 };
+
+/* Returns the pressure of the active contour where the shape's signed distance is phi: minus that, at most the pace. */
+static inline float morph_pressure(const struct morph *morph, float phi)
+{
+    const float pace = morph->settings.pace;
+    return phi > pace ? -pace : phi < -pace ? pace : -phi;
+}
 
 /* The closed surface of a body and weights on it. */
 struct rig_mesh {
@@ -156,7 +163,7 @@ bool morph_contour(struct morph *morph, bool last);
 /* Checks the sums of bone weights; for --out computes colors and places of a frame's mesh, whose pose the target has. */
 bool morph_look(const struct morph *morph, struct morph_frame *frame);
 /* Checks that both bodies' charts fit into an image of --texture texels a side, before the work. */
-bool morph_fits_texture(const struct morph *morph);
+bool morph_texture_suffices(const struct morph *morph);
 struct influences morph_mixed_influences(const struct morph *morph, const struct morph_frame *frame, int vertex);
 /* Cuts a frame's mesh into charts and bakes its colors, by textured_mesh_make. */
 bool morph_bake(const struct morph *morph, const struct morph_frame *frame, const struct gltf_mesh *surface, int size, int material,

@@ -349,7 +349,8 @@ bool morph_weights(const struct morph *morph)
     if (good && !set->common.quiet && !(set->common.json && strcmp(set->common.json, "-") == 0)) {
         printf("%d of %d vertices see their bone; weights sum to 1 within %.1g", mesh.heat.visible, mesh.vertex_count,
                mesh.heat.sum_error);
-        printf(isnan(difference) ? "\n" : "; from the artist's: mean L1 %.3f\n", difference);
+        if (!isnan(difference)) { printf("; from the artist's: mean L1 %.3f", difference); }
+        printf("\n");
     }
     good = good
         && (!set->common.out

@@ -42,14 +42,26 @@ bool morph_check(springls_context *ctx, springls_status status, const char *what
 
 /* ---- reading ---- */
 
+/* Notes what of a character could not be read, or has been changed. */
+static void note_changes(const char *path, const struct character *character)
+{
+    if (character->missing_pictures > 0) {
+        fprintf(stderr, "morph: %s: textures that cannot be read, and are left out: %d\n", path, character->missing_pictures);
+    }
+    if (character->unnormal > 0) {
+        fprintf(stderr, "morph: %s: the bone weights of %d vertices do not sum to 1; they are scaled\n", path, character->unnormal);
+    }
+    if (character->unweighted > 0) {
+        fprintf(stderr, "morph: %s: %d vertices have no bone weights; they follow the first bone of their part\n", path,
+                character->unweighted);
+    }
+}
+
 static bool read_one(const char *path, int number, const char *props, bool quiet, struct character *character)
 {
     char error[CHARACTER_TEXT];
     const bool good = path ? character_read(path, props, character, error) : character_build(number, character, error);
-    if (good && !quiet && character->unnormal + character->unweighted > 0) {
-        fprintf(stderr, "morph: %s: bone weights of %d vertices do not sum to 1, and are made to; %d have none, and follow the root\n",
-                path, character->unnormal, character->unweighted);
-    }
+    if (good && !quiet) { note_changes(path, character); }
     return good || morph_fail("%s", error);
 }
 
@@ -374,7 +386,7 @@ bool morph_prepare(struct morph *morph)
     }
     return run_create("morph", &desc, &morph->ctx) == CLI_CONTINUE && run_create("morph", &desc, &morph->other) == CLI_CONTINUE
         && make_body(morph->other, morph, &morph->target) && make_body(morph->ctx, morph, &morph->source)
-        && (!morph->settings.common.out || morph->settings.texture == 0 || morph_fits_texture(morph))
+        && (!morph->settings.common.out || morph->settings.texture == 0 || morph_texture_suffices(morph))
         && (!morph->settings.channel || add_channels(morph));
 }
 
@@ -542,6 +554,14 @@ static double volume_left(const struct morph_body *body, float size)
     return fmax(0.1, left / whole);
 }
 
+/* Keeps the nearest triangles of the pose before: springls are still there when the step of skinning looks up weights. */
+static void keep_nearest(struct morph *morph)
+{
+    int *before = morph->target_nearest;
+    morph->target_nearest = morph->nearest_before; /* its memory */
+    morph->nearest_before = before;
+}
+
 /* Makes the signed distance of the body between source and target. part: 0 the source, 1 the target. The level set is blended,
  * limbs that only one has are united with it, it is moved so that the volume is between theirs, and what falls apart is bridged. */
 static bool pose_between(struct morph *morph, float part)
@@ -552,9 +572,7 @@ static bool pose_between(struct morph *morph, float part)
     double area, volumes[2] = {0.0, 0.0};
     struct solid_repair repair;
     const float sizes[2] = {fmaxf(0.05f, 1.0f - part), fmaxf(0.05f, part)}; /* of limbs that the other lacks */
-    int *unused = morph->nearest_before;
-    morph->nearest_before = morph->target_nearest;
-    morph->target_nearest = unused;
+    keep_nearest(morph);
     if (!pose_body(morph, &morph->target, sizes[1], target, morph->target_nearest)
         || (part < 1.0f && !pose_body(morph, &morph->source, sizes[0], source, morph->source_nearest))) {
         return morph_no_memory();
@@ -674,15 +692,8 @@ static void to_velocity(const springls_grid_desc *grid, const struct affine *t, 
     }
 }
 
-/* Returns by how far the shape of this frame pushes a springl along its normal: an iteration of the active contour. */
-static float push(const struct morph *morph, const float place[3])
-{
-    const float pace = morph->settings.pace;
-    return fmaxf(-pace, fminf(pace, -sample(morph->grid.size, morph->shape, place)));
-}
-
-/* Moves springls by the bone weights at their places on the source's surface, and by the push at the place where these take them;
- * in sub-steps, by even parts of it. */
+/* Moves springls by the bone weights at their places on the source's surface, and along their normals by the pressure of the active
+ * contour at the place where these take them; in sub-steps, by even parts of it. */
 static void move_springls(void *user, const springls_batch *batch, float *out)
 {
     const struct skinning *s = user;
@@ -696,7 +707,7 @@ static void move_springls(void *user, const springls_batch *batch, float *out)
         to_velocity(&s->morph->grid, &t, map);
         if (left <= 1e-3f) { continue; } /* at the end of the step */
         for (int k = 0; k < 3; ++k) { place[k] = p[k] + left * (vec3_dot(map + 4 * k, p) + map[4 * k + 3]); }
-        const float speed = push(s->morph, place) / left;
+        const float speed = morph_pressure(s->morph, sample(s->morph->grid.size, s->morph->shape, place)) / left;
         for (int k = 0; k < 3; ++k) { map[4 * k + 3] += speed * batch->normals[3 * i + k]; }
     }
 }

@@ -118,13 +118,6 @@ static bool carried_readable(const struct run *run, bool of_moving, const struct
         && mesh_readable(files->mesh);
 }
 
-static void print_note(const struct run *run, const char *name, const struct volume *image)
-{
-    if (image->note[0] && cli_may_print(&run->common)) {
-        printf("note: %s image: %s\n", name, image->note);
-    }
-}
-
 bool register_read(struct run *run)
 {
     char error[VOLUME_TEXT];
@@ -132,8 +125,10 @@ bool register_read(struct run *run)
         || !volume_read_one(run->moving_path, run->moving_frame, "--moving-frame", &run->moving, error)) {
         return register_fail("%s", error);
     }
-    print_note(run, "fixed", &run->fixed);
-    print_note(run, "moving", &run->moving);
+    if (cli_may_print(&run->common)) {
+        volume_print_note(&run->fixed, "fixed image");
+        volume_print_note(&run->moving, "moving image");
+    }
     return labels_compare(run, false, run->fixed_labels_path) && labels_compare(run, true, run->moving_labels_path)
            && landmarks_readable(run) && carried_readable(run, true, &run->warp)
            && carried_readable(run, false, &run->inverse_warp);

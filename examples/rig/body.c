@@ -125,6 +125,9 @@ bool rig_body_read(const struct rig *rig, const char *path, const float *up, con
     char error[CHARACTER_TEXT];
     memset(body, 0, sizeof *body);
     if (!character_read(path, NULL, &body->character, error)) { return rig_fail("%s", error); }
+    if (body->character.missing_pictures > 0 && !rig->settings.common.quiet) {
+        fprintf(stderr, "rig: %s: textures that cannot be read, and are left out: %d\n", path, body->character.missing_pictures);
+    }
     return (grid_around(rig, &body->character, &body->grid) || rig_fail("%s: the body has no size", path))
         && set_mesh(rig, path, body) && embed(rig, path, up, facing, body);
 }

@@ -26,8 +26,8 @@ static bool read_image(struct segment *run)
     if (!volume_read_one(run->settings.image, run->settings.frame, "--frame", image, error)) {
         return segment_fail("%s", error);
     }
-    if (image->note[0] && cli_may_print(&run->settings.common)) {
-        printf("note: %s\n", image->note);
+    if (cli_may_print(&run->settings.common)) {
+        volume_print_note(image, NULL);
     }
     if (image->dims[0] < 4 || image->dims[1] < 4 || image->dims[2] < 4) {
         return segment_fail("%.200s: %d x %d x %d voxels are no volume: 4 are needed each way", run->settings.image,

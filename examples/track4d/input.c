@@ -138,7 +138,7 @@ static bool read_two(struct track *track)
     char error[VOLUME_TEXT];
     struct volume second, grid;
     if (track->image.frame_count > 1) {
-        return track_fail("%s: %d images in one file, where a second file is the second image", track->settings.image,
+        return track_fail("%s: %d images in one file; with a second image each file has one", track->settings.image,
                           track->image.frame_count);
     }
     if (!volume_read_one(track->settings.second, -1, NULL, &second, error)) {
@@ -398,6 +398,9 @@ bool track_read(struct track *track)
     struct volume labels;
     if (!volume_read(set->image, set->reference, &track->image, error) || !volume_read(set->labels, 0, &labels, error)) {
         return track_fail("%s", error);
+    }
+    if (cli_may_print(&set->common)) {
+        volume_print_note(&track->image, "reference");
     }
     track->frame_count = set->beat > 0 ? set->beat : track->image.frame_count;
     track->labelled = labels.frame_count;

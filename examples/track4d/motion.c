@@ -71,8 +71,10 @@ static bool register_motion(const struct track *track, int frame, int steps, con
     if (!read_frame(track, frame, &image)) {
         return false;
     }
-    if (image.note[0] && cli_may_print(&track->settings.common)) {
-        printf("note: frame %d: %s\n", frame, image.note);
+    if (cli_may_print(&track->settings.common)) {
+        char name[32];
+        snprintf(name, sizeof name, "frame %d", frame);
+        volume_print_note(&image, name);
     }
     bool good = same || read_frame(track, track->settings.reference, &reference);
     if (good && !register_images(&reference, &image, &track->registration, start, &motion->registration, error)) {

@@ -411,13 +411,9 @@ void viewer_app_key(struct viewer_app *app, int key, int modifiers)
     }
 }
 
-void viewer_app_drop(struct viewer_app *app, const char *path)
+bool viewer_app_drop(struct viewer_app *app, const char *path)
 {
-    if (app->tool == VIEWER_MERGE) {
-        place_second(app, path);
-    } else {
-        begin(app, path);
-    }
+    return app->tool == VIEWER_MERGE ? place_second(app, path) : begin(app, path);
 }
 
 /* ---- work ---- */

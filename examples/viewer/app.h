@@ -66,7 +66,7 @@ void viewer_app_button(struct viewer_app *app, int button, bool down, int modifi
 void viewer_app_move(struct viewer_app *app, float x, float y);
 void viewer_app_scroll(struct viewer_app *app, float notches, int modifiers);
 void viewer_app_key(struct viewer_app *app, int key, int modifiers);
-void viewer_app_drop(struct viewer_app *app, const char *path); /* the second body (tool merge) or a new model */
+bool viewer_app_drop(struct viewer_app *app, const char *path); /* the second body (tool merge) or a new model */
 bool viewer_app_save(struct viewer_app *app, const char *path); /* returns false with the reason in app->message */
 
 /* Does a frame's work within the budget, and begins one step at most, when the one before is done and meshed: the active tool's

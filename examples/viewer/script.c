@@ -95,7 +95,7 @@ static bool move(struct run *run, double x, double y, int count)
 
 enum result { DONE, WRONG, FAILED };
 
-/* Executes a line. Returns DONE, WRONG for words that are no event, or FAILED when the picture could not be shown. */
+/* Executes a line. Returns DONE, WRONG for words that are no event, or FAILED when a file or the picture could not be read, written or shown. */
 static enum result obey(struct run *run)
 {
     const char *verb = run->words[0], *first = run->count > 1 ? run->words[1] : "";
@@ -124,8 +124,7 @@ static enum result obey(struct run *run)
         return run->app->save_failed ? FAILED : DONE;
     }
     if (strcmp(verb, "drop") == 0 && run->count == 2) {
-        viewer_app_drop(run->app, first);
-        return DONE;
+        return viewer_app_drop(run->app, first) ? DONE : FAILED;
     }
     if (strcmp(verb, "save") == 0 && run->count == 2) {
         return viewer_app_save(run->app, first) ? DONE : FAILED;
@@ -170,6 +169,10 @@ bool viewer_script_run(const char *path, struct viewer_app *app, viewer_show_fn 
         } else if (result == FAILED) {
             snprintf(error, VIEWER_TEXT, "%s", app->message);
         }
+    }
+    if (ferror(file)) {
+        snprintf(error, VIEWER_TEXT, "%.200s: cannot be read", path);
+        result = FAILED;
     }
     fclose(file);
     return result == DONE;

@@ -292,6 +292,7 @@ TEST two_files_are_two_frames(void)
 TEST second_files_are_where_they_are(void)
 {
     static const float shifts[] = {80.0f, 4000.0f, 0.0f};
+    static const char *const reasons[] = {NULL, "too far from each other", "is flat"};
     static char text[65536];
     const float spacing[3] = {1.2f, 1.1f, 1.3f};
     for (int c = 0; c < 3; ++c) {
@@ -304,10 +305,31 @@ TEST second_files_are_where_they_are(void)
         volume_free(&second);
         const char *const words[] = {"track4d", scratch("image.nii"), scratch("far.nii"), "--labels", scratch("label.nii"),
                                      "--json", scratch("far.json"), "--quiet", NULL};
-        ASSERT_EQ(c == 0 ? 0 : 1, run_program(8, words));
+        ASSERT_EQ(reasons[c] ? 1 : 0, run_program(8, words));
+        if (reasons[c]) {
+            ASSERT(read_file("stderr", text, sizeof text) > 10);
+            ASSERT(strstr(text, reasons[c]));
+        }
     }
     ASSERT(read_file("far.json", text, sizeof text) > 500);
     ASSERT_IN_RANGE(729.0 / 512.0, number_in(text, "volume_ml", 1) / number_in(text, "volume_ml", 0), 0.08);
+    PASS();
+}
+
+/* Voxels that are not numbers are replaced, and counted in a note, in the reference too. */
+TEST replaced_voxels_are_noted(void)
+{
+    static char text[65536];
+    char error[VOLUME_TEXT];
+    struct volume broken;
+    ASSERT(volume_read(scratch("image.nii"), 0, &broken, error));
+    broken.data[5] = NAN;
+    ASSERT(volume_write(scratch("broken.nii"), &broken, VOLUME_FLOAT32, broken.data, error));
+    volume_free(&broken);
+    const char *const words[] = {"track4d", scratch("broken.nii"), scratch("image.nii"), "--labels", scratch("label.nii"), NULL};
+    ASSERT_EQ(0, run_program(5, words));
+    ASSERT(read_file("stdout", text, sizeof text) > 10);
+    ASSERT(strstr(text, "note: reference: NaN or infinite voxels"));
     PASS();
 }
 
@@ -414,6 +436,7 @@ int main(int argc, char **argv)
     RUN_TEST(steps_may_be_large);
     RUN_TEST(two_files_are_two_frames);
     RUN_TEST(second_files_are_where_they_are);
+    RUN_TEST(replaced_voxels_are_noted);
     RUN_TEST(wrong_usage_and_bad_files_end_in_one_line);
     RUN_TEST(beating_heart_is_tracked);
     volume_free(&image);

@@ -437,6 +437,7 @@ TEST wrong_arguments_are_told(void)
     s.forces.region_lower[1] = 0.0f;
     s.forces.integrator = (springls_integrator)7;
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_step_begin(s.ctx, &s.step));
+    ASSERT(strstr(springls_last_error(s.ctx), "no integrator 7"));
     ASSERT(!springls_step_in_progress(s.ctx));
     s.forces.integrator = SPRINGLS_INTEGRATOR_RK4;
     ASSERT_OK(springls_reset(s.ctx));

@@ -198,10 +198,10 @@ static int store(const struct cli_program *program, const struct cli_option *opt
 }
 
 /* Prints a default, but for NaN and numbers out of range: these mean that the program chooses. */
-static void print_default(const struct cli_option *option, double value)
+static void print_default(const struct cli_option *option, int digits, double value)
 {
     if (!isnan(value) && in_range(option, value)) {
-        printf(" [%.10g]", value);
+        printf(" [%.*g]", digits, value);
     }
 }
 
@@ -213,13 +213,13 @@ static void print_option(const struct cli_option *o)
     printf(strlen(left) > 28 ? "  %s\n  %-28s %s" : "  %-28s%s %s", left, "", o->help ? o->help : "");
     switch (o->type) {
     case CLI_INT:
-        print_default(o, (double)*(const int *)o->destination);
+        print_default(o, 10, (double)*(const int *)o->destination);
         break;
     case CLI_FLOAT:
-        print_default(o, (double)*(const float *)o->destination);
+        print_default(o, 6, (double)*(const float *)o->destination);
         break;
     case CLI_DOUBLE:
-        print_default(o, *(const double *)o->destination);
+        print_default(o, 6, *(const double *)o->destination);
         break;
     case CLI_FLOAT3: {
         const float *v = (const float *)o->destination;

@@ -3,10 +3,20 @@
 #define EXAMPLES_BASE_VEC3_H
 
 #include <math.h>
+#include <stdbool.h>
+
+#define VEC3_FARTHEST 1e18f /* of coordinates that are read: squares of lengths are finite */
+#define VEC3_TOO_FAR "a vertex is not finite, or has a coordinate beyond 1e18"
 
 static inline float vec3_dot(const float a[3], const float b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
 static inline float vec3_length(const float a[3]) { return sqrtf(vec3_dot(a, a)); }
+
+/* Returns whether all coordinates are finite and at most VEC3_FARTHEST. */
+static inline bool vec3_within_reach(const float a[3])
+{
+    return fabsf(a[0]) <= VEC3_FARTHEST && fabsf(a[1]) <= VEC3_FARTHEST && fabsf(a[2]) <= VEC3_FARTHEST;
+}
 
 static inline void vec3_sub(const float a[3], const float b[3], float out[3])
 {

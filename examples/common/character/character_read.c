@@ -4,6 +4,7 @@
  * the joint's neutral placement, and all vertices are transformed to that pose. */
 #include "character/character.h"
 
+#include "base/vec3.h"
 #include "surface/scene_read.h"
 
 #include <assimp/cimport.h>
@@ -369,10 +370,6 @@ static bool read_materials(struct reader *r)
 
 /* ---- parts ---- */
 
-#define FARTHEST 1e18f /* of coordinates: squares of lengths are finite */
-
-static bool within_reach(const float v[3]) { return fabsf(v[0]) < FARTHEST && fabsf(v[1]) < FARTHEST && fabsf(v[2]) < FARTHEST; }
-
 static bool read_weights(struct reader *r, const struct aiMesh *part, int first)
 {
     struct character *c = r->character;
@@ -423,7 +420,7 @@ static bool bring_vertices(struct reader *r, const struct aiMesh *part, int node
         }
         affine_apply(&blend, c->positions + 3 * v, c->positions + 3 * v);
         affine_normal(&blend, c->normals + 3 * v, c->normals + 3 * v);
-        good = within_reach(c->positions + 3 * v) || fail(r, "a vertex is not finite, or farther than 1e18");
+        good = vec3_within_reach(c->positions + 3 * v) || fail(r, VEC3_TOO_FAR);
     }
     free(bring);
     return good;
@@ -454,8 +451,8 @@ static bool add_part(struct reader *r, int node, unsigned number)
             c->normals[3 * at] = normals[v].x, c->normals[3 * at + 1] = normals[v].y, c->normals[3 * at + 2] = normals[v].z;
         }
         memset(&c->influences[at], 0, sizeof c->influences[at]);
-        if (!within_reach(c->positions + 3 * at)) {
-            return fail(r, "a vertex is not finite, or farther than 1e18");
+        if (!vec3_within_reach(c->positions + 3 * at)) {
+            return fail(r, VEC3_TOO_FAR);
         }
     }
     for (unsigned f = 0; f < part->mNumFaces; ++f) {

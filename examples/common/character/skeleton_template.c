@@ -82,7 +82,7 @@ static bool read_joint(const struct reader *r, const cJSON *item)
     joint->parent = parent ? find(s, parent) : -1;
     joint->end = cJSON_IsTrue(cJSON_GetObjectItem(item, "end"));
     joint->optional = cJSON_IsTrue(cJSON_GetObjectItem(item, "optional"));
-    if ((s->count == 0) == (parent != NULL) || (parent && joint->parent < 0)) {
+    if (s->count == 0 ? parent != NULL : joint->parent < 0) {
         return fail(r, "joint %.60s: its parent must be a joint before it; only the first has none", name);
     }
     for (int i = 0; i < 3; ++i) {

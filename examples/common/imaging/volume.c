@@ -70,10 +70,19 @@ bool volume_set_sizes(struct volume *volume, const int64_t *sizes, int space, in
     volume->frame_count = (int)frames;
     volume->dimension = 3;
     for (int i = space; i < all; ++i) {
-        volume->dimension = sizes[i] > 1 ? i + 4 - space : volume->dimension;
+        if (sizes[i] > 1) {
+            volume->dimension = i + 4 - space;
+        }
     }
     return (frame >= 0 && frame < volume->frame_count)
         || volume_error(error, "there is no frame %d: the file has %d", frame, volume->frame_count);
+}
+
+void volume_print_note(const struct volume *image, const char *name)
+{
+    if (image->note[0]) {
+        printf("note: %s%s%s\n", name ? name : "", name ? ": " : "", image->note);
+    }
 }
 
 bool volume_set_geometry(struct volume *volume)

@@ -50,15 +50,18 @@ static inline void volume_place(const int dims[3], size_t n, int place[3])
 /* Reads frame `frame` (0 for a 3-D file). On failure returns false, leaves an empty volume and puts the reason in `error`. */
 bool volume_read(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT]);
 
-/* Reads frame `frame`; -1: the only image of a file, where more than one is an error, which names the option that chooses, if there
- * is one. */
+/* Reads frame `frame`. -1: the file's only image; several are an error, which names `option` (NULL: none) to choose by. */
 bool volume_read_one(const char *path, int frame, const char *option, struct volume *volume, char error[VOLUME_TEXT]);
 
-/* Reads a file that goes with frame `frame` of an image (-1: with its only one), such as a label map: its only image, or the same
- * frame. like: has to lie on the grid of that; `name` is what the error calls it. */
+/* Reads a file that belongs to frame `frame` of an image (-1: to its only one), such as a label map: the file's only image, or the
+ * same frame of several. */
 bool volume_read_companion(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT]);
+/* Does the same, and refuses a file that is not on the grid of `like`, which the error calls `name`. */
 bool volume_read_like(const struct volume *like, const char *name, const char *path, int frame, struct volume *volume,
                       char error[VOLUME_TEXT]);
+
+/* Prints the note of an image, if it has one, behind the name (NULL: none). */
+void volume_print_note(const struct volume *image, const char *name);
 
 /* Makes a zero-filled volume with the axes of the world. */
 bool volume_create(const int dims[3], const float spacing[3], const float origin[3], struct volume *volume);

@@ -259,7 +259,7 @@ static bool render_band(const struct renderer *r, struct image *image, int band)
             struct color sum = {0.0f, 0.0f, 0.0f};
             for (int k = 0; k < n * n; ++k) {
                 const struct raycast_ray *ray = rays + (size_t)(row * n + k / n) * line + (size_t)(x * n + k % n);
-                const float share = ((float)y + ((float)(k / n) + 0.5f) / (float)n) / (float)image->height;
+                const float share = raycast_sample(y * n + k / n, n) / (float)image->height;
                 const struct color c = sample(r, ray, width_at_one, share);
                 sum = color_rgb(sum.r + c.r, sum.g + c.g, sum.b + c.b);
             }
@@ -369,9 +369,9 @@ bool raycast_render(const struct raycast_scene *scene, int width, int height, st
     r.frame = raycast_camera_frame(&scene->camera, (float)width / (float)height);
     const int samples = scene->supersampling > 0 ? (scene->supersampling < 8 ? scene->supersampling : 8) : 2;
     r.rows = (struct raycast_rows){.camera = &scene->camera, .frame = r.frame, .width = width, .height = height, .samples = samples};
-    bool good = prepare(&r);
+    const bool prepared = prepare(&r);
     r.rows.corners = r.corners;
-    good = raycast_rows_create(&r.rows, good ? scene->triangle_count : 0) && good; /* without triangles: only the background */
+    const bool sorted = raycast_rows_create(&r.rows, prepared ? scene->triangle_count : 0); /* none: only the background */
     int bands = r.rows.items ? raycast_band_count(&r.rows) : 0, failed = 0;
 #if defined(_OPENMP)
     #pragma omp parallel for schedule(dynamic) reduction(+ : failed)
@@ -379,7 +379,7 @@ bool raycast_render(const struct raycast_scene *scene, int width, int height, st
     for (int band = 0; band < bands; ++band) {
         failed += !render_band(&r, result, band);
     }
-    good = good && failed == 0;
+    const bool good = prepared && sorted && failed == 0;
     if (good) {
         draw_marks(&r, result);
     }

@@ -73,33 +73,45 @@ static void columns_of(const struct raycast_rows *rows, const struct projection 
     middles(lo - p->slack, hi + p->slack, rows->width * rows->samples, first, last);
 }
 
+/* Finds the bands that a triangle's projection reaches; none: last < first. */
+static void bands_of(const struct raycast_rows *rows, size_t triangle, int *first, int *last)
+{
+    struct projection p;
+    *first = 0;
+    *last = -1;
+    if (!project(rows, rows->corners + 9 * triangle, &p)) {
+        return;
+    }
+    rows_of(rows, &p, first, last);
+    if (*first <= *last) {
+        *first /= band_rows(rows);
+        *last /= band_rows(rows);
+    }
+}
+
 bool raycast_rows_create(struct raycast_rows *rows, size_t triangle_count)
 {
     const size_t bands = (size_t)raycast_band_count(rows);
-    size_t total = 0;
+    int first, last;
     rows->items = NULL;
     rows->starts = calloc(bands + 2, sizeof *rows->starts);
-    for (int pass = 0; rows->starts && pass < 2; ++pass) { /* counts, then fills; starts is ahead by one band while it does */
-        for (size_t t = 0; t < triangle_count; ++t) {
-            struct projection p;
-            int first, last;
-            if (!project(rows, rows->corners + 9 * t, &p)) {
-                continue;
-            }
-            rows_of(rows, &p, &first, &last);
-            for (int b = first / band_rows(rows); first <= last && b <= last / band_rows(rows); ++b) {
-                if (pass == 0) {
-                    rows->starts[b + 2]++;
-                } else {
-                    rows->items[rows->starts[b + 1]++] = (uint32_t)t;
-                }
-            }
+    if (!rows->starts) {
+        return false;
+    }
+    for (size_t t = 0; t < triangle_count; ++t) { /* counts two bands ahead: filling moves each start on by one */
+        bands_of(rows, t, &first, &last);
+        for (int b = first; b <= last; ++b) {
+            rows->starts[b + 2]++;
         }
-        for (size_t b = 0; pass == 0 && b < bands; ++b) {
-            total = rows->starts[b + 2] += rows->starts[b + 1];
-        }
-        if (pass == 0 && !(rows->items = malloc((total + 1) * sizeof *rows->items))) {
-            break;
+    }
+    for (size_t b = 0; b < bands; ++b) {
+        rows->starts[b + 2] += rows->starts[b + 1];
+    }
+    rows->items = malloc((rows->starts[bands + 1] + 1) * sizeof *rows->items);
+    for (size_t t = 0; rows->items && t < triangle_count; ++t) {
+        bands_of(rows, t, &first, &last);
+        for (int b = first; b <= last; ++b) {
+            rows->items[rows->starts[b + 1]++] = (uint32_t)t;
         }
     }
     return rows->items != NULL;
@@ -117,9 +129,9 @@ static void make_rays(const struct raycast_rows *rows, int band, struct raycast_
 {
     const int n = rows->samples;
     for (int row = 0; row < band_rows(rows); ++row) {
-        const float py = (float)(band * RAYCAST_BAND + row / n) + ((float)(row % n) + 0.5f) / (float)n;
+        const float py = raycast_sample(band * band_rows(rows) + row, n);
         for (int column = 0; column < rows->width * n; ++column, ++rays) {
-            const float px = (float)(column / n) + ((float)(column % n) + 0.5f) / (float)n;
+            const float px = raycast_sample(column, n);
             raycast_camera_ray(rows->camera, &rows->frame, 2.0f * px / (float)rows->width - 1.0f,
                                1.0f - 2.0f * py / (float)rows->height, rays->origin, rays->direction);
             rays->hit.t = INFINITY;

@@ -1,5 +1,5 @@
 /* raycast_rows.h - private to raycast.c: what the rays of a picture hit first. A triangle is tested against the rays through its own
- * projection only, which takes a tenth of the tests that a search for each ray does. */
+ * projection only: far fewer tests than a search for each ray takes. */
 #ifndef EXAMPLES_PICTURES_RAYCAST_ROWS_H
 #define EXAMPLES_PICTURES_RAYCAST_ROWS_H
 
@@ -29,6 +29,9 @@ bool raycast_rows_create(struct raycast_rows *rows, size_t triangle_count);
 void raycast_rows_free(struct raycast_rows *rows);
 
 int raycast_band_count(const struct raycast_rows *rows);
+
+/* Returns where sample i of a row or column lies, in pixels; n samples a pixel. */
+static inline float raycast_sample(int i, int n) { return (float)(i / n) + ((float)(i % n) + 0.5f) / (float)n; }
 
 /* Fills the rays of a band: `samples` rows of width * samples rays for each row of pixels, from the top. */
 void raycast_band_trace(const struct raycast_rows *rows, int band, struct raycast_ray *rays);

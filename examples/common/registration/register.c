@@ -533,6 +533,20 @@ static bool is_flat(const struct volume *image, const char *name, char error[VOL
     return flat;
 }
 
+/* Returns true if voxels of the two images differ so much in size that one has nothing to show the other. */
+static bool sizes_differ(const struct volume *fixed, const struct volume *moving, char error[VOLUME_TEXT])
+{
+    const float most = 1000.0f;
+    const float a = cbrtf(fixed->spacing[0] * fixed->spacing[1] * fixed->spacing[2]);
+    const float b = cbrtf(moving->spacing[0] * moving->spacing[1] * moving->spacing[2]);
+    const bool differ = fmaxf(a, b) > most * fminf(a, b);
+    if (differ) {
+        snprintf(error, VOLUME_TEXT, "the voxels of the two images, %.3g and %.3g mm, differ by more than a factor of %g", (double)a,
+                 (double)b, (double)most);
+    }
+    return differ;
+}
+
 bool register_images(const struct volume *fixed, const struct volume *moving, const struct register_settings *wanted,
                      const struct registration *start, struct registration *result, char error[VOLUME_TEXT])
 {
@@ -541,7 +555,8 @@ bool register_images(const struct volume *fixed, const struct volume *moving, co
     const float side = cbrtf(fixed->spacing[0] * fixed->spacing[1] * fixed->spacing[2]);
     memset(result, 0, sizeof *result);
     register_identity(result->affine);
-    if (is_flat(fixed, "fixed", error) || is_flat(moving, "moving", error) || !choose_windows(&pair, &set.one_scale, error)) {
+    if (is_flat(fixed, "fixed", error) || is_flat(moving, "moving", error) || sizes_differ(fixed, moving, error)
+        || !choose_windows(&pair, &set.one_scale, error)) {
         return false;
     }
     result->one_scale = set.one_scale;

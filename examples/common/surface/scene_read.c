@@ -5,6 +5,7 @@
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
+#include <cjson/cJSON.h>
 
 #include <ctype.h>
 #include <stdarg.h>
@@ -131,19 +132,56 @@ static bool off_is_whole(struct header *h, const char *behind)
     return true;
 }
 
-/* Returns whether the chunks of a GLB file lie within it: each has its length and its kind, of four bytes, before it. */
+/* Returns whether each skin has the matrices that assimp reads; glTF allows skins without them. length: of its JSON, which begins at
+ * `at`. What is no JSON is left to assimp. */
+static bool skins_are_bound(struct header *h, long at, long length)
+{
+    char *text = malloc((size_t)length + 1);
+    bool good = text != NULL && fseek(h->file, at, SEEK_SET) == 0;
+    if (!good) {
+        free(text);
+        return scene_fail(h->error, h->path, "not enough memory");
+    }
+    cJSON *root = cJSON_ParseWithLength(text, fread(text, 1, (size_t)length, h->file));
+    const cJSON *skin;
+    cJSON_ArrayForEach(skin, cJSON_GetObjectItem(root, "skins")) { good = good && cJSON_GetObjectItem(skin, "inverseBindMatrices"); }
+    cJSON_Delete(root);
+    free(text);
+    return good || scene_fail(h->error, h->path, "a skin has no inverseBindMatrices, without which it cannot be read");
+}
+
+/* Returns a number of four bytes, the lowest first. */
+static double number_of(const unsigned char bytes[4])
+{
+    return bytes[0] + 256.0 * (bytes[1] + 256.0 * (bytes[2] + 256.0 * bytes[3]));
+}
+
+/* Returns whether the chunks of a GLB file of version 2 lie within it: each has its length and its kind, of four bytes, before it.
+ * Behind the length that the file's header has, there may be anything. */
 static bool glb_is_whole(struct header *h)
 {
     enum { FILE_HEADER = 12, CHUNK_HEADER = 8 };
-    unsigned char chunk[CHUNK_HEADER];
-    for (long at = FILE_HEADER; at < h->size;) {
+    unsigned char start[FILE_HEADER], chunk[CHUNK_HEADER];
+    rewind(h->file);
+    if (fread(start, 1, FILE_HEADER, h->file) != FILE_HEADER) {
+        return scene_fail(h->error, h->path, "the GLB file ends in its header");
+    }
+    if (number_of(start + 4) != 2.0) {
+        return true;
+    }
+    const double total = number_of(start + 8);
+    for (long at = FILE_HEADER; at < h->size && at < total;) {
         if (fseek(h->file, at, SEEK_SET) != 0 || fread(chunk, 1, CHUNK_HEADER, h->file) != CHUNK_HEADER) {
             return scene_fail(h->error, h->path, "the GLB file ends in the middle of a chunk");
         }
         const long left = h->size - at - CHUNK_HEADER;
-        const double length = chunk[0] + 256.0 * (chunk[1] + 256.0 * (chunk[2] + 256.0 * chunk[3]));
+        const double length = number_of(chunk);
         if (length > (double)left) {
-            return scene_fail(h->error, h->path, "a chunk of the GLB file has %.0f bytes, of which it has %ld", length, left);
+            return scene_fail(h->error, h->path, "a chunk of the GLB file has %.0f bytes, but the file ends after %ld of them",
+                              length, left);
+        }
+        if (at == FILE_HEADER && !skins_are_bound(h, at + CHUNK_HEADER, (long)length)) {
+            return false;
         }
         at += CHUNK_HEADER + (long)length;
     }
@@ -181,6 +219,9 @@ static bool header_is_good(struct header *h)
     }
     if (memcmp(h->line, "glTF", 4) == 0) {
         return glb_is_whole(h);
+    }
+    if (ends_with(h->path, ".gltf")) {
+        return skins_are_bound(h, 0, h->size);
     }
     const char *off = h->line + strspn(h->line, "STCN4n"); /* what its vertices have beside their places */
     if (strncmp(off, "OFF", 3) == 0) {
