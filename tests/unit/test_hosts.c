@@ -609,7 +609,7 @@ TEST refusals_give_the_range(void)
     CHECK_CALL(gives_range(ctx, springls_step(ctx, &step), "1e-05", "a thousandth of a voxel"));
     step.max_displacement = 0.0f;
     forces.integrator = (springls_integrator)4;
-    CHECK_CALL(gives_range(ctx, springls_advect(ctx, &forces, 0.0f, 1.0f), "4", "springls_integrator"));
+    CHECK_CALL(gives_range(ctx, springls_advect(ctx, &forces, 0.0f, 1.0f), "4", "it may be 0 or 1"));
     forces.integrator = SPRINGLS_INTEGRATOR_RK4;
     CHECK_CALL(gives_range(ctx, springls_advect(ctx, &forces, 0.0f, NAN), "dt is", "not finite"));
     CHECK_CALL(gives_range(ctx, springls_advect(ctx, &forces, (float)HUGE_VAL, 1.0f), "time is inf", "not finite"));
