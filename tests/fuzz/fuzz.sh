@@ -18,5 +18,5 @@ done
 inputs=$(sed -n 's/^stat::number_of_executed_units: //p' "$log" | paste -sd+ - | sed 's/^$/0/')
 coverage=$(sed -n 's/^#.* cov: \([0-9]*\) .*/\1/p' "$log" | sort -n | tail -n 1)
 found=$(ls build/fuzz/"$name"-* 2> /dev/null | wc -l)
-echo "fuzz $name: $((inputs)) runs, ${coverage:-0} edges, $found findings in $minutes minutes"
+echo "fuzz $name: $(($inputs)) runs, ${coverage:-0} edges, $found findings in $minutes minutes"
 [ "$found" = 0 ]
