@@ -179,6 +179,7 @@ static bool lead_where_it_lags(struct morph *morph, const float *model)
     return good;
 }
 
+/* Returns how many voxels may lag until the next frame. */
 static int few_voxels(const struct morph *morph)
 {
     const int grid = morph->settings.common.grid;

@@ -8,8 +8,8 @@
  *
  * The source is rescaled onto the target's skeleton; both become springls' bodies on one grid. In each frame linear blend
  * skinning, as a batch of affine forces, moves the springls in a step of Algorithm 2, and an active contour pushes them to a
- * shape between the two in the same pose: in that step, and in more iterations where the model lags. Bone weights, texture coordinates and
- * colors stay with the springls. */
+ * shape between the two in the same pose: in that step, and in more iterations where the model lags. Bone weights, texture
+ * coordinates and colors stay with the springls. */
 #include "morph/morph.h"
 
 #include <stdio.h>
