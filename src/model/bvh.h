@@ -1,5 +1,6 @@
 /* bvh.h - builds a bounding volume hierarchy over triangles: by median splits along the longest axis of the triangles' centroids,
-   ties broken by index. So the tree depends on the triangles alone, and is never deeper than log2(count). */
+   ties broken by index. So the tree depends on the triangles alone, and is never deeper than log2(count); each join of another
+   hierarchy makes it deeper by one. */
 #ifndef SPRINGLS__MODEL_BVH_H
 #define SPRINGLS__MODEL_BVH_H
 
@@ -7,7 +8,8 @@
 #include "../runtime/arrays.h"
 #include "../runtime/memory.h"
 
-enum { SPRINGLS__BVH_LEAF = 4, SPRINGLS__BVH_STACK = 64 };
+/* JOINS: after as many, a hierarchy is built anew, since searches go through a node for each. */
+enum { SPRINGLS__BVH_LEAF = 4, SPRINGLS__BVH_JOINS = 24, SPRINGLS__BVH_STACK = 64 };
 
 /* A point of a surface; triangle is -1 when none was found. t: the parameter along the ray, for ray queries only. */
 typedef struct springls__surface_hit { int triangle; float t; springls__tri_hit hit; } springls__surface_hit;
@@ -43,7 +45,7 @@ SPRINGLS__FN size_t springls__surface_bytes(const springls__surface *surface)
 /* Removes all triangles; keeps memory. */
 SPRINGLS__FN void springls__surface_forget(springls__surface *surface)
 {
-    surface->count = surface->given = surface->node_count = 0;
+    surface->count = surface->given = surface->node_count = surface->joins = 0;
     surface->dipoles = NULL;
     surface->source = NULL;
 }
@@ -152,10 +154,12 @@ SPRINGLS__FN void springls__bvh_bound(springls__surface *surface)
 SPRINGLS__FN springls_status springls__surface_room(springls_context *ctx, springls__surface *surface, size_t n, size_t keep)
 {
     size_t nodes = keep ? (size_t)surface->node_count * sizeof(springls__bvh_node) : 0;
+    const size_t most_nodes = n + SPRINGLS__BVH_JOINS;
     springls_status status = springls__buffer_grow(ctx, &surface->points_memory, 3 * n, sizeof(springls__v3),
                                                    3 * keep * sizeof(springls__v3));
     if (status == SPRINGLS_OK) status = springls__buffer_grow(ctx, &surface->order_memory, n, sizeof(int), keep * sizeof(int));
-    if (status == SPRINGLS_OK) status = springls__buffer_grow(ctx, &surface->nodes_memory, n, sizeof(springls__bvh_node), nodes);
+    if (status == SPRINGLS_OK)
+        status = springls__buffer_grow(ctx, &surface->nodes_memory, most_nodes, sizeof(springls__bvh_node), nodes);
     surface->points = (springls__v3 *)surface->points_memory.data;
     surface->order = (int *)surface->order_memory.data;
     surface->nodes = (springls__bvh_node *)surface->nodes_memory.data;
@@ -194,9 +198,49 @@ SPRINGLS__FN springls_status springls__surface_finish(springls_context *ctx, spr
         items[i].triangle = i;
     }
     surface->count = surface->given = count;
+    surface->joins = 0;
     springls__bvh_split(surface, items);
     for (i = 0; i < count; i++) surface->order[i] = items[i].triangle;
     springls__bvh_bound(surface);
+    return SPRINGLS_OK;
+}
+
+/* Hangs the old root and that of another hierarchy below a new root. Its triangles come after those of the surface, as the caller
+   has written them. */
+SPRINGLS__FN void springls__bvh_join(springls__surface *surface, const springls__surface *other)
+{
+    springls__bvh_node *node = surface->nodes, *beside = node + surface->node_count;
+    int i, k;
+    beside[0] = node[0];
+    for (i = 0; i < other->node_count; i++) {
+        beside[1 + i] = other->nodes[i];
+        beside[1 + i].first += other->nodes[i].count ? surface->count : surface->node_count + 1;
+    }
+    for (i = 0; i < other->count; i++) surface->order[surface->count + i] = surface->count + other->order[i];
+    node[0].first = surface->node_count;
+    node[0].count = 0;
+    for (k = 0; k < 3; k++) {
+        node[0].lower[k] = springls__min(beside[0].lower[k], beside[1].lower[k]);
+        node[0].upper[k] = springls__max(beside[0].upper[k], beside[1].upper[k]);
+    }
+    surface->node_count += 1 + other->node_count;
+    surface->count += other->count;
+    surface->magnitude = springls__max(surface->magnitude, other->magnitude);
+    surface->joins++;
+}
+
+/* Adds to the hierarchy of a surface the triangles of another one, which the caller has written after its own; there is room for
+   both (springls__surface_room). The surface has no dipoles any more. On failure it is as it was. */
+SPRINGLS__FN springls_status springls__surface_join(springls_context *ctx, springls__surface *surface,
+                                                    const springls__surface *other)
+{
+    const int given = surface->given + other->given;
+    if (!surface->count || !other->count || surface->joins == SPRINGLS__BVH_JOINS)
+        SPRINGLS__TRY(springls__surface_finish(ctx, surface, surface->count + other->count));
+    else
+        springls__bvh_join(surface, other);
+    surface->given = given;
+    surface->dipoles = NULL;
     return SPRINGLS_OK;
 }
 

@@ -41,7 +41,7 @@ enum {
 SPRINGLS__FN bool springls__has_array(uint64_t arrays, int array) { return (arrays >> array & 1u) != 0; }
 
 /* A node of a bounding volume hierarchy: a leaf of `count` triangles order[first], order[first+1] ..., or, when count is
-   0, the parent of nodes first and first+1. Children follow their parents. */
+   0, the parent of nodes first and first+1. Children follow their parents, but for a root that springls__surface_join has moved. */
 typedef struct springls__bvh_node { float lower[3]; int first; float upper[3]; int count; } springls__bvh_node;
 
 /* The triangles of a node as one directed area, for points that are far away; weight is the sum of their areas. */
@@ -55,6 +55,7 @@ typedef struct springls__surface {
     springls__dipole *dipoles; /* one a node; NULL until springls__surface_make_dipoles                         */
     int *source;            /* 2 * triangle of the mesh given + 1 if it was turned (corners 1 and 2 swapped); NULL: itself */
     int count, given, node_count; /* given: triangles of the mesh given, more than count where some were dropped */
+    int joins;              /* how often springls__surface_join has added to it                                 */
     float magnitude;        /* the largest |coordinate|: what rounding errors are relative to                   */
     springls__buffer points_memory, order_memory, nodes_memory, dipoles_memory, source_memory;
 } springls__surface;

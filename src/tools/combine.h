@@ -56,6 +56,50 @@ enum { SPRINGLS__OFF_SURFACE, SPRINGLS__FACING_SAME, SPRINGLS__FACING_OPPOSITE }
 #define SPRINGLS__TRIANGLE_GAP 0.3f /* voxel: between triangles that bound a solid  */
 #define SPRINGLS__PARALLEL 0.7f     /* cosine between normals that face alike       */
 
+/* A box in voxels. */
+typedef struct springls__box { springls__v3 lower, upper; } springls__box;
+
+/* Returns a box of all springls, with room for the gaps between triangles. */
+SPRINGLS__FN springls__box springls__box_of_springls(const springls_context *ctx)
+{
+    springls__box box;
+    int i;
+    box.lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX);
+    box.upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
+    for (i = 0; i < ctx->model.set.count; i++) {
+        const springls__v3 p = ctx->model.set.s[i].p;
+        const float r = ctx->model.set.s[i].bounding_radius + SPRINGLS__TRIANGLE_GAP;
+        box.lower = springls__v3_make(springls__min(box.lower.x, p.x - r), springls__min(box.lower.y, p.y - r),
+                                      springls__min(box.lower.z, p.z - r));
+        box.upper = springls__v3_make(springls__max(box.upper.x, p.x + r), springls__max(box.upper.y, p.y + r),
+                                      springls__max(box.upper.z, p.z + r));
+    }
+    return box;
+}
+
+SPRINGLS__FN bool springls__reaches_box(const springls__springl *s, const springls__box *box)
+{
+    const float r = s->bounding_radius;
+    return s->p.x + r >= box->lower.x && s->p.y + r >= box->lower.y && s->p.z + r >= box->lower.z && s->p.x - r <= box->upper.x
+           && s->p.y - r <= box->upper.y && s->p.z - r <= box->upper.z;
+}
+
+/* Makes the surface of those springls of a model that reach a box. */
+SPRINGLS__FN springls_status springls__surface_in_box(springls_context *ctx, springls__surface *surface,
+                                                      const springls_context *model, const springls__box *box)
+{
+    const springls__springl *s = model->model.set.s;
+    int i, m, count = 0;
+    for (i = 0; i < model->model.set.count; i++) count += springls__reaches_box(&s[i], box);
+    SPRINGLS__TRY(springls__surface_reserve(ctx, surface, count));
+    for (i = count = 0; i < model->model.set.count; i++) {
+        if (!springls__reaches_box(&s[i], box)) continue;
+        for (m = 0; m < 3; m++) surface->points[3 * count + m] = s[i].q[m];
+        count++;
+    }
+    return springls__surface_finish(ctx, surface, count);
+}
+
 /* Returns how a springl with normal n at p lies to a triangle of the other's surface, and their squared distance. Gaps between
    triangles count as surface for a springl that faces the opposite way only: one that faces the same way, in the plane of a face
    but beyond its edge, may bound the result. */
@@ -108,6 +152,7 @@ SPRINGLS__FN springls__springl springls__pull_to_surface(const springls__side_ru
     const float min_distance = 0.1f; /* voxels: nearer to the seam a triangle would have no area left */
     float phi_p = rule->sign * springls__grid_sample(rule->grid, rule->grid->phi, s.p);
     int m;
+    if (phi_p > s.bounding_radius + 1.0f) return s; /* no corner can be beyond */
     for (m = 0; m < 3 && phi_p > min_distance; m++) {
         float phi_q = rule->sign * springls__grid_sample(rule->grid, rule->grid->phi, s.q[m]);
         if (phi_q < 0.0f) s.q[m] = springls__lerp(s.p, s.q[m], phi_p / (phi_p - phi_q));
@@ -294,39 +339,21 @@ SPRINGLS__FN void springls__copy_triangles(springls__surface *to, int at, const 
     }
 }
 
-/* Builds in `both` the surface of the triangles of this model's original and of the other. On failure the caller frees it. */
-SPRINGLS__FN springls_status springls__both_surfaces(springls_context *ctx, springls__surface *both,
-                                                     const springls__surface *other, bool turn)
-{
-    const springls__surface *own = &ctx->original;
-    int count;
-    if ((int64_t)own->given + other->given > INT32_MAX / 6) /* a source is 2 * triangle + turned */
-        return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: the original surfaces have too many triangles");
-    count = own->count + other->count;
-    SPRINGLS__TRY(springls__surface_reserve(ctx, both, count));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &both->source_memory, (size_t)springls__imax(count, 1), sizeof(int), 0));
-    both->source = (int *)both->source_memory.data;
-    springls__copy_triangles(both, 0, own, 0, false);
-    springls__copy_triangles(both, own->count, other, own->given, turn);
-    SPRINGLS__TRY(springls__surface_finish(ctx, both, count));
-    both->given = own->given + other->given;
-    return SPRINGLS_OK;
-}
-
-/* Replaces the original surface by that of both models; unchanged on failure. turn: turns the triangles of the other. */
+/* Adds the triangles of the other model's original surface to this model's; unchanged on failure. turn: turns them. */
 SPRINGLS__FN springls_status springls__combine_originals(springls_context *ctx, const springls__surface *other, bool turn)
 {
-    springls__surface both;
-    springls_status status;
-    memset(&both, 0, sizeof both);
-    status = springls__both_surfaces(ctx, &both, other, turn);
-    if (status != SPRINGLS_OK) {
-        springls__surface_free(ctx, &both);
-        return status;
-    }
-    springls__surface_free(ctx, &ctx->original);
-    ctx->original = both;
-    return SPRINGLS_OK;
+    springls__surface *own = &ctx->original;
+    const size_t count = (size_t)own->count, both = count + (size_t)other->count;
+    int i;
+    if ((int64_t)own->given + other->given > INT32_MAX / 6) /* a source is 2 * triangle + turned */
+        return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: the original surfaces have too many triangles");
+    SPRINGLS__TRY(springls__surface_room(ctx, own, both + 1, count));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &own->source_memory, both + 1, sizeof(int), own->source ? count * sizeof(int) : 0));
+    if (!own->source)
+        for (i = 0; i < own->count; i++) ((int *)own->source_memory.data)[i] = 2 * i;
+    own->source = (int *)own->source_memory.data;
+    springls__copy_triangles(own, own->count, other, own->given, turn);
+    return springls__surface_join(ctx, own, other);
 }
 
 /* ---- springls ---- */
@@ -391,7 +418,7 @@ SPRINGLS__FN springls_status springls__other_failed(springls_context *ctx, sprin
 }
 
 /* Keeps the springls of both models that bound the result. Both level sets must be as they were. surfaces: of the springls of
-   this model, and of the other. Fails when none are left, or more than max_springls. */
+   this model that are near the other, and of those of the other that are near this one. Fails when none are left, or more than max_springls. */
 SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, springls_operation operation,
                                                         springls_context *other, const springls__surface surfaces[2])
 {
@@ -529,9 +556,10 @@ SPRINGLS__FN springls_status springls__complete_model(springls_context *ctx, boo
 SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_operation operation, springls_context *other,
                                                springls__surface surfaces[2])
 {
+    const springls__box own_box = springls__box_of_springls(ctx), other_box = springls__box_of_springls(other);
     if (springls__contact_bodies_are_new(ctx)) SPRINGLS__TRY(springls__find_contact_bodies(ctx));
-    SPRINGLS__TRY(springls__surface_build(ctx, &surfaces[0], ctx->model.set.s, ctx->model.set.count));
-    SPRINGLS__TRY(springls__surface_build(ctx, &surfaces[1], other->model.set.s, other->model.set.count));
+    SPRINGLS__TRY(springls__surface_in_box(ctx, &surfaces[0], ctx, &other_box));
+    SPRINGLS__TRY(springls__surface_in_box(ctx, &surfaces[1], other, &own_box));
     SPRINGLS__TRY(springls__bricks_of_both(ctx, &other->model.grid));
     ctx->reference_stamp = 0;
     SPRINGLS__TRY(springls__combine_originals(ctx, &other->original, operation == SPRINGLS_OPERATION_DIFFERENCE));

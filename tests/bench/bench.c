@@ -319,6 +319,17 @@ static void push_row(struct bench *bench, int grid, int threads, struct table *t
               run_number(run, "frame_ms.p50") <= 1e3 / 60.0 ? "yes" : "no");
 }
 
+/* Balls cut out of a model at rest, one a frame. */
+static void cut_row(struct bench *bench, int grid, int threads, struct table *table)
+{
+    struct run *run = new_run(bench, "cut", 10 * grid + threads);
+    run_command(run, "build/bench/frames %d %d", grid, threads);
+    execute(run);
+    table_row(table, "cut %d^3|%d|%s|%s|%s|%s|%s", grid, threads, run_cell(run, "%.0f", "springls"),
+              run_cell(run, "%.1f ms", "cut_ms.p50"), run_cell(run, "%.1f ms", "cut_ms.p95"),
+              run_cell(run, "%.1f ms", "cut_frame_ms.p50"), run_cell(run, "%.1f ms", "cut_frame_ms.p95"));
+}
+
 /* What calls with a budget of 2 ms take. */
 static void budget_row(struct bench *bench, int grid, int threads, struct table *table)
 {
@@ -361,6 +372,7 @@ static void frames(struct bench *bench)
         void (*row)(struct bench *bench, int grid, int threads, struct table *table);
     } tasks[] = {
         {"a frame|threads|springls|p50|p95|of which chunks, p50|processor, p50|chunks that change|at rest|60 a second", push_row},
+        {"a ball is cut out|threads|springls|the call, p50|p95|with a step and its chunks, p50|p95", cut_row},
         {"calls of 2 ms|p50|p95|longest|together, p50|p95|longest", budget_row},
         {"a frame|threads|mean|skinning|target|contour", morph_row},
     };

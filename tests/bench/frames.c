@@ -1,7 +1,8 @@
 /* frames GRID THREADS [FRAMES] - what a frame of interactive work costs: a ball-shaped brush of 0.08 grids pushes the
  * surface of a sphere of radius 0.25 grids in by a voxel a frame, going round; then the chunks that have changed are
  * meshed. Then nothing moves: rest_ms. One JSON object on stdout: milliseconds of the wall's clock and, less disturbed by what
- * else runs, of the processor. Frames after 20 to settle.
+ * else runs, of the processor. Frames after 20 to settle. Then, one a frame, balls of 0.04 grids are cut out of it: cut_ms is
+ * the call, cut_frame_ms the call, a step and its chunks.
  *
  * Besides, in this thread and by its processor time: a ball in LeVeque's deformation, where everything moves, is stepped by
  * springls_step_continue and meshed by springls_chunks_continue, without correspondences (chunks) and with them (material), in
@@ -20,7 +21,7 @@
 #include <omp.h>
 #endif
 
-enum { SETTLE = 20, REST = 50, MOST = 1 << 17, FLOW_STEPS = 100 };
+enum { SETTLE = 20, REST = 50, CUTS = 60, MOST = 1 << 17, FLOW_STEPS = 100 };
 
 struct brush {
     float center[3], radius, velocity[3];
@@ -174,6 +175,34 @@ static springls_status run_calls(springls_context *ctx, int grid, bool material,
     return status;
 }
 
+/* Cuts balls out of a sphere, round its equator. */
+static springls_status run_cuts(springls_context *ctx, springls_chunks *chunks, const springls_sphere *sphere, float size,
+                                struct series *cut, struct series *frame)
+{
+    const springls_step_desc one = {.dt = 1.0f};
+    const springls_chunk *changed;
+    int count;
+    springls_status status = SPRINGLS_OK;
+    for (int i = 0; i < CUTS && status == SPRINGLS_OK; ++i) {
+        const float turn = -0.1f * (float)(i + 1);
+        springls_sphere ball = *sphere;
+        ball.center[0] += sphere->radius * cosf(turn);
+        ball.center[1] += sphere->radius * sinf(turn);
+        ball.radius = 0.04f * size;
+        const double begin = elapsed_seconds();
+        status = springls_combine_implicit(ctx, SPRINGLS_OPERATION_DIFFERENCE, springls_implicit_sphere, &ball);
+        append(cut, 1e3 * (elapsed_seconds() - begin));
+        if (status == SPRINGLS_OK) {
+            status = springls_step(ctx, &one);
+        }
+        if (status == SPRINGLS_OK) {
+            status = springls_chunks_update(ctx, chunks, &changed, &count);
+        }
+        append(frame, 1e3 * (elapsed_seconds() - begin));
+    }
+    return status;
+}
+
 static int fail(springls_context *ctx)
 {
     fprintf(stderr, "frames: %s\n", springls_last_error(ctx));
@@ -182,7 +211,7 @@ static int fail(springls_context *ctx)
 
 int main(int argc, char **argv)
 {
-    static struct series frame, processor, step, chunk, share, rest;
+    static struct series frame, processor, step, chunk, share, rest, cut, cut_frame;
     const int grid = argc > 2 ? atoi(argv[1]) : 0, threads = argc > 2 ? atoi(argv[2]) : 0;
     const int frames = SETTLE + (argc > 3 ? atoi(argv[3]) : 100);
     if (grid < 16 || grid > 1024 || threads < 1 || frames <= SETTLE || frames > SETTLE + 2000) {
@@ -249,6 +278,9 @@ int main(int argc, char **argv)
             rest.value[rest.count++] = 1e3 * (elapsed_seconds() - begin);
         }
     }
+    if (run_cuts(ctx, chunks, &ball, size, &cut, &cut_frame) != SPRINGLS_OK) {
+        return fail(ctx);
+    }
     static struct calls step_calls, chunk_calls[2];
     int stage = 0;
     springls_sphere drop = {{0.35f * size, 0.35f * size, 0.35f * size}, 0.15f * size};
@@ -279,6 +311,8 @@ int main(int argc, char **argv)
     report(&json, "chunks_ms", &chunk);
     report(&json, "chunks_percent", &share);
     report(&json, "rest_ms", &rest);
+    report(&json, "cut_ms", &cut);
+    report(&json, "cut_frame_ms", &cut_frame);
     report(&json, "step_call_ms", &step_calls.call);
     report(&json, "step_whole_ms", &step_calls.whole);
     report(&json, "chunks_call_ms", &chunk_calls[0].call);

@@ -233,6 +233,43 @@ static springls_status paint(springls_context *ctx, const char *name, float valu
     return status;
 }
 
+/* After many operations, whose original surfaces join one hierarchy, each springl has the place on them that a restored model finds,
+   which builds its hierarchy at once. */
+TEST many_originals(void)
+{
+    const int times = 60;
+    springls_context *a = ball_at(19.5f, 9.0f), *restored = fixture_context(SIZE, NULL);
+    springls_material *places, *again;
+    void *block;
+    size_t size;
+    int i, triangles = 0, given;
+    for (i = 0; i < times; i++) {
+        const float angle = 0.7f * (float)i;
+        springls_sphere tool = fixture_ball(19.5f + 9.0f * cosf(angle), 19.7f + 9.0f * sinf(angle), 14.0f + 0.2f * (float)i, 1.6f);
+        ASSERT_OK(springls_combine_implicit(a, i % 3 ? SPRINGLS_OPERATION_DIFFERENCE : SPRINGLS_OPERATION_UNION,
+                                            springls_implicit_sphere, &tool));
+        given = springls_material_triangle_count(a);
+        ASSERT_GT(given, triangles);
+        triangles = given;
+    }
+    ASSERT_OK(springls_snapshot(a, SPRINGLS_SNAPSHOT_KIND_ALL, NULL, 0, &size));
+    block = malloc(size);
+    ASSERT_OK(springls_snapshot(a, SPRINGLS_SNAPSHOT_KIND_ALL, block, size, &size));
+    ASSERT_OK(springls_restore(restored, block, size));
+    ASSERT_EQ(triangles, springls_material_triangle_count(restored));
+    places = (springls_material *)malloc((size_t)springls_count(a) * sizeof *places);
+    again = (springls_material *)malloc((size_t)springls_count(a) * sizeof *again);
+    ASSERT_OK(springls_springl_materials(a, places));
+    ASSERT_OK(springls_springl_materials(restored, again));
+    ASSERT_EQ(0, memcmp(places, again, (size_t)springls_count(a) * sizeof *places));
+    free(places);
+    free(again);
+    free(block);
+    springls_destroy(a);
+    springls_destroy(restored);
+    PASS();
+}
+
 /* Every springl has the colour of the body it was on, and its material triangle is one of that body's. */
 TEST attributes_of_both(void)
 {
@@ -591,6 +628,7 @@ int main(int argc, char **argv)
     RUN_TEST(mesh_less_itself);
     for (i = 0; i < 4; i++) RUN_TESTp(boxes_that_share_a_face, i);
     RUN_TEST(attributes_of_both);
+    RUN_TEST(many_originals);
     RUN_TEST(goes_on);
     RUN_TEST(offsets);
     RUN_TEST(offsets_change_topology);
