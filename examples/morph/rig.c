@@ -15,21 +15,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { RIG_MARGIN = 5 };
-
-static springls_grid_desc grid_around(const struct character *body, int cells)
+static bool grid_around(const struct character *body, int cells, springls_grid_desc *grid)
 {
-    springls_grid_desc grid;
     float lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
-    memset(&grid, 0, sizeof grid);
     raycast_grow_box(body->positions, (size_t)body->vertex_count, lo, hi);
-    const double longest = (double)fmaxf(hi[0] - lo[0], fmaxf(hi[1] - lo[1], hi[2] - lo[2]));
-    for (int k = 0; k < 3; ++k) {
-        grid.spacing[k] = longest / (cells - 2 * RIG_MARGIN);
-        grid.origin[k] = (double)lo[k] - RIG_MARGIN * grid.spacing[k];
-        grid.size[k] = (int)fmax(8.0, ceil((double)(hi[k] - lo[k]) / grid.spacing[k]) + 2 * RIG_MARGIN);
-    }
-    return grid;
+    return morph_grid_around(lo, hi, cells, grid);
 }
 
 /* Copies the closed surface of the body. */
@@ -41,9 +31,8 @@ static bool body_mesh(const struct morph *morph, const struct character *body, s
     struct morph_solid solid;
     memset(&desc, 0, sizeof desc);
     memset(&surface, 0, sizeof surface);
-    desc.grid = grid_around(body, morph->settings.common.grid);
     desc.params = &morph->params;
-    bool good = (desc.grid.spacing[0] > 0.0 || morph_fail("the body has no size"))
+    bool good = (grid_around(body, morph->settings.common.grid, &desc.grid) || morph_fail("the body has no size"))
         && run_create("morph", &desc, &ctx) == CLI_CONTINUE
         && morph_solid_make(morph, ctx, &desc.grid, morph->settings.source, body, &solid)
         && morph_check(ctx, springls_extract_mesh(ctx, &surface), "body");
