@@ -7,6 +7,7 @@
 #include "character/gltf_character.h"
 #include "character/skeleton_align.h"
 #include "character/skeleton_fit.h"
+#include "character/skeleton_picture.h"
 #include "character/skin_weights.h"
 
 #include <math.h>
@@ -170,24 +171,13 @@ static double joint_distance(const struct character *body, const struct characte
     return count > 0 ? sum / count : 0.0;
 }
 
-/* Mixes a color of each bone by the weights. */
-static void weight_color(const struct influences *in, float color[3])
-{
-    memset(color, 0, 3 * sizeof *color);
-    for (int k = 0; k < CHARACTER_BONES; ++k) {
-        const struct color c = color_hsv(0.618034f * (float)in->joint[k], 0.65f, in->joint[k] % 2 ? 0.95f : 0.7f);
-        const float rgb[3] = {c.r, c.g, c.b};
-        vec3_add_scaled(color, in->weight[k], rgb, color);
-    }
-}
-
 static bool draw_weights(const struct morph *morph, const struct rig_mesh *mesh, const float *colors,
                          const struct character *skeleton, struct image *image)
 {
     static const float upwards[3] = {0.0f, 1.0f, 0.0f};
     const int height = morph->settings.size, width = height * 4 / 5;
-    const float aspect = (float)width / (float)height;
     struct raycast_scene scene;
+    float *places = malloc(3 * ((size_t)skeleton->joint_count + 1) * sizeof *places);
     memset(&scene, 0, sizeof scene);
     scene.positions = mesh->positions;
     scene.vertex_count = (size_t)mesh->vertex_count;
@@ -195,28 +185,12 @@ static bool draw_weights(const struct morph *morph, const struct rig_mesh *mesh,
     scene.triangle_count = (size_t)mesh->triangle_count;
     scene.vertex_colors = colors;
     scene.plain = true;
-    scene.camera = raycast_frame_points(mesh->positions, scene.vertex_count, morph->settings.view, upwards, 25.0f, aspect);
-    if (!raycast_render(&scene, width, height, image)) {
-        return false;
-    }
-    const struct raycast_frame frame = raycast_camera_frame(&scene.camera, aspect);
-    for (int j = 0; j < skeleton->joint_count; ++j) { /* draw the skeleton over everything */
-        float ends[2][2];
-        const int parent = skeleton->joints[j].parent;
-        for (int e = 0; e < 2 && parent >= 0; ++e) {
-            float place[3], d[3];
-            joint_place(&skeleton->joints[e ? parent : j], place);
-            vec3_sub(place, scene.camera.eye, d);
-            const float depth = vec3_dot(d, frame.forward);
-            ends[e][0] = 0.5f * (float)width * (1.0f + vec3_dot(d, frame.right) / (depth * frame.half_width));
-            ends[e][1] = 0.5f * (float)height * (1.0f - vec3_dot(d, frame.up) / (depth * frame.half_height));
-        }
-        if (parent >= 0 && skeleton->joints[j].bone && skeleton->joints[parent].bone) {
-            image_line(image, ends[0][0], ends[0][1], ends[1][0], ends[1][1], 2.0f, color_rgb(0.1f, 0.1f, 0.1f));
-            image_disc(image, ends[0][0], ends[0][1], 3.0f, color_rgb(0.1f, 0.1f, 0.1f));
-        }
-    }
-    return true;
+    scene.camera = raycast_frame_points(mesh->positions, scene.vertex_count, morph->settings.view, upwards, 25.0f,
+                                        (float)width / (float)height);
+    for (int j = 0; places && j < skeleton->joint_count; ++j) { joint_place(&skeleton->joints[j], places + 3 * j); }
+    const bool good = places && skeleton_picture(&scene, skeleton, places, true, width, height, image);
+    free(places);
+    return good;
 }
 
 static bool write_pictures(const struct morph *morph, const struct rig_mesh *mesh, const struct character *body,
@@ -237,7 +211,7 @@ static bool write_pictures(const struct morph *morph, const struct rig_mesh *mes
                 places_find(truth, mesh->positions + 3 * v, &place);
                 in = place_influences(truth->character, &place);
             }
-            weight_color(&in, colors + 3 * v);
+            influences_color(&in, colors + 3 * v);
         }
         good = draw_weights(morph, mesh, colors, p ? truth->character : body, &pictures[p]);
     }
