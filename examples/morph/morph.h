@@ -149,11 +149,16 @@ bool morph_fail(const char *format, ...)
 bool morph_no_memory(void);
 bool morph_check(springls_context *ctx, springls_status status, const char *what);
 
+/* Returns what messages and reports call a character: its file, if it has one. */
+static inline const char *morph_name(const char *path) { return path ? path : "built in"; }
+
 /* ---- read.c ---- */
 
 /* Reads both characters of the settings, and aligns the source with the target's skeleton. */
 bool morph_read(struct morph *morph);
 bool morph_read_donor(const char *path, struct character *donor); /* fails where no part has bones */
+/* Checks that each name of --props is part of that of a rigid part of either character. */
+bool morph_check_props(const char *names, const struct character *one, const struct character *other);
 
 /* ---- prepare.c ---- */
 
@@ -176,9 +181,10 @@ bool morph_solid_make(const struct morph *morph, springls_context *ctx, const sp
 
 /* ---- rig.c ---- */
 
-/* Computes bone weights for a body without any, from its own skeleton or a donor's that is fitted into it. Call
- * morph_rig_free(mesh) afterwards. */
-bool morph_rig(const struct morph *morph, struct character *body, const struct character *donor, struct rig_mesh *mesh);
+/* Computes bone weights for a body without any, from its own skeleton or a donor's that is fitted into it. path: the body's file,
+ * for messages. Call morph_rig_free(mesh) afterwards. */
+bool morph_rig(const struct morph *morph, const char *path, struct character *body, const struct character *donor,
+               struct rig_mesh *mesh);
 void morph_rig_free(struct rig_mesh *mesh);
 bool morph_weights(const struct morph *morph); /* runs --weights: computes them and writes pictures, glTF and report */
 

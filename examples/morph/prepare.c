@@ -65,7 +65,7 @@ static bool make_grid(struct morph *morph)
     float lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
     return grow_by_poses(morph, &morph->source.character, lo, hi) && grow_by_poses(morph, &morph->target.character, lo, hi)
         && (morph_grid_around(lo, hi, morph->settings.common.grid, &morph->grid)
-            || morph_fail("the animation leaves no body that could be drawn"));
+            || morph_fail("%s: the animation leaves no body that could be drawn", morph_name(morph->settings.target)));
 }
 
 bool morph_is_alone(const struct morph *morph, const struct morph_body *body, int triangle)
@@ -98,7 +98,7 @@ static bool make_body(const struct morph *morph, springls_context *ctx, const ch
         return morph_no_memory();
     }
     if (!morph_solid_make(morph, ctx, &morph->grid, path, &body->character, &body->solid)
-        || !morph_check(ctx, springls_extract_mesh(ctx, &body->mesh), "body")) {
+        || !morph_check(ctx, springls_extract_mesh(ctx, &body->mesh), morph_name(path))) {
         return false;
     }
     const size_t count = (size_t)body->mesh.vertex_count;

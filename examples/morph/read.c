@@ -50,7 +50,7 @@ static bool lend_bones(const struct morph *morph, struct character *body, const 
         return morph_fail("%s: no part has bones, and there is no donor of any", path);
     }
     if (morph->settings.donor && !morph_read_donor(morph->settings.donor, &donor)) { return false; }
-    const bool good = morph_rig(morph, body, morph->settings.donor ? &donor : other, &mesh);
+    const bool good = morph_rig(morph, path, body, morph->settings.donor ? &donor : other, &mesh);
     morph_rig_free(&mesh);
     if (morph->settings.donor) {
         character_free(&donor);
@@ -58,13 +58,12 @@ static bool lend_bones(const struct morph *morph, struct character *body, const 
     return good;
 }
 
-/* Checks that each name of --props is part of that of a rigid part of either. */
-static bool check_props(const char *names, const struct character *source, const struct character *target)
+bool morph_check_props(const char *names, const struct character *one, const struct character *other)
 {
     char name[CHARACTER_NAME];
     for (const char *at = names; at && strcmp(names, "all") != 0; at = strchr(at, ',') ? strchr(at, ',') + 1 : NULL) {
         snprintf(name, sizeof name, "%.*s", (int)strcspn(at, ","), at);
-        if (!character_has_prop(source, name) && !character_has_prop(target, name)) {
+        if (!character_has_prop(one, name) && !character_has_prop(other, name)) {
             return morph_fail("--props: no rigid part on a bone is named like \"%s\" (see --list)", name);
         }
     }
@@ -80,14 +79,14 @@ bool morph_read(struct morph *morph)
         || !read_one(set->target, 1, set->props, set->common.quiet, target)) {
         return false;
     }
-    if (!check_props(set->props, source, target)) { return false; }
+    if (!morph_check_props(set->props, source, target)) { return false; }
     if (!lend_bones(morph, source, set->source, target) || !lend_bones(morph, target, set->target, source)) {
         return false;
     }
     morph->animation = character_animation(target, set->animation);
     if (morph->animation < 0) {
-        return morph_fail(set->animation ? "the target has no animation %s (see --list)" : "the target has no animation%s",
-                          set->animation ? set->animation : "");
+        return set->animation ? morph_fail("%s: no animation %s (see --list)", morph_name(set->target), set->animation)
+                              : morph_fail("%s: no animation", morph_name(set->target));
     }
     morph->source.pulls = malloc(3 * ((size_t)source->vertex_count + 1) * sizeof(float));
     morph->target.pulls = malloc(3 * ((size_t)target->vertex_count + 1) * sizeof(float));

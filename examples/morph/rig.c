@@ -24,7 +24,7 @@ static bool grid_around(const struct character *body, int cells, springls_grid_d
 }
 
 /* Copies the closed surface of the body. */
-static bool body_mesh(const struct morph *morph, const struct character *body, struct rig_mesh *mesh)
+static bool body_mesh(const struct morph *morph, const char *path, const struct character *body, struct rig_mesh *mesh)
 {
     springls_desc desc;
     springls_context *ctx = NULL;
@@ -33,10 +33,10 @@ static bool body_mesh(const struct morph *morph, const struct character *body, s
     memset(&desc, 0, sizeof desc);
     memset(&surface, 0, sizeof surface);
     desc.params = &morph->params;
-    bool good = (grid_around(body, morph->settings.common.grid, &desc.grid) || morph_fail("the body has no size"))
+    bool good = (grid_around(body, morph->settings.common.grid, &desc.grid) || morph_fail("%s: the body has no size", morph_name(path)))
         && run_create("morph", &desc, &ctx) == CLI_CONTINUE
-        && morph_solid_make(morph, ctx, &desc.grid, morph->settings.source, body, &solid)
-        && morph_check(ctx, springls_extract_mesh(ctx, &surface), "body");
+        && morph_solid_make(morph, ctx, &desc.grid, path, body, &solid)
+        && morph_check(ctx, springls_extract_mesh(ctx, &surface), morph_name(path));
     if (good) {
         const size_t points = 3 * (size_t)surface.vertex_count * sizeof(float),
                      corners = 3 * (size_t)surface.triangle_count * sizeof(int);
@@ -90,7 +90,7 @@ static bool extend_bones(const struct character *body, const struct rig_mesh *me
     return true;
 }
 
-static bool add_weights(struct character *body, struct rig_mesh *mesh)
+static bool add_weights(const char *path, struct character *body, struct rig_mesh *mesh)
 {
     const struct skin_surface surface = {mesh->positions, mesh->triangles, mesh->vertex_count, mesh->triangle_count};
     const size_t capacity = 2 * (size_t)body->joint_count + 1;
@@ -101,23 +101,24 @@ static bool add_weights(struct character *body, struct rig_mesh *mesh)
     bool good = (bones && joints && mesh->influences) || morph_no_memory();
     good = good && extend_bones(body, mesh, bones, joints, count)
         && (skin_weights_heat(&surface, bones, joints, count, mesh->influences, &mesh->heat)
-            || morph_fail("no bone is seen from the body's surface"))
+            || morph_fail("%s: no bone is seen from the body's surface", morph_name(path)))
         && (skin_weights_transfer(&surface, mesh->influences, body) || morph_no_memory());
     free(bones);
     free(joints);
     return good;
 }
 
-bool morph_rig(const struct morph *morph, struct character *body, const struct character *donor, struct rig_mesh *mesh)
+bool morph_rig(const struct morph *morph, const char *path, struct character *body, const struct character *donor,
+               struct rig_mesh *mesh)
 {
     memset(mesh, 0, sizeof *mesh);
-    bool good = body_mesh(morph, body, mesh);
+    bool good = body_mesh(morph, path, body, mesh);
     if (good && donor) {
         good = skeleton_fit(donor, mesh->positions, mesh->vertex_count, mesh->triangles, mesh->triangle_count, body,
                             &mesh->fit_distance)
-               || morph_fail("the donor's skeleton cannot be fitted");
+               || morph_fail("%s: the donor's skeleton cannot be fitted into this body", morph_name(path));
     }
-    return good && add_weights(body, mesh);
+    return good && add_weights(path, body, mesh);
 }
 
 /* ---- --weights ---- */
@@ -260,7 +261,7 @@ static bool write_report(const struct morph *morph, const struct rig_mesh *mesh,
     }
     json_object_begin(&json, NULL);
     json_string(&json, "problem", "weights");
-    json_string(&json, "file", morph->settings.source ? morph->settings.source : "built in");
+    json_string(&json, "file", morph_name(morph->settings.source));
     json_string(&json, "donor", morph->settings.donor);
     json_integer(&json, "vertices", mesh->vertex_count);
     json_integer(&json, "vertices_that_see_their_bone", mesh->heat.visible);
@@ -295,11 +296,11 @@ bool morph_weights(const struct morph *morph)
     }
     good = (set->source ? character_read(set->source, set->props, &artist, error) : character_build(0, &artist, error))
         || morph_fail("%s", error);
-    good = good && (!set->donor || morph_read_donor(set->donor, &donor));
+    good = good && morph_check_props(set->props, &body, &body) && (!set->donor || morph_read_donor(set->donor, &donor));
     if (good && !set->donor && !body.skinned) {
         good = morph_fail("%s: no part has bones; --donor FILE lends a skeleton", set->source);
     }
-    good = good && morph_rig(morph, &body, set->donor ? &donor : NULL, &mesh);
+    good = good && morph_rig(morph, set->source, &body, set->donor ? &donor : NULL, &mesh);
     const double seconds = elapsed_seconds() - start;
     if (good && artist.skinned) {
         good = places_create(&artist, &truth) || morph_no_memory();
@@ -307,6 +308,8 @@ bool morph_weights(const struct morph *morph)
             difference = compare(&mesh, &body, &truth, alignment.map);
             joints = joint_distance(&body, &artist, alignment.map);
             alignment_free(&alignment);
+        } else if (good && set->map) {
+            good = morph_fail("%s", error);
         }
     }
     if (good && !set->common.quiet && !(set->common.json && strcmp(set->common.json, "-") == 0)) {

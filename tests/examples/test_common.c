@@ -86,7 +86,13 @@ static int parse(struct parsed *p, int argc, const char *const *argv)
         {"mode", CLI_CHOICE, &p->mode, NULL, "mode", 0.0, 0.0, "slow|fast"},
     };
     const struct cli_positional positionals[] = {{"INPUT", &p->input, "a file", true}};
-    const struct cli_program program = {"probe", "Tests.", &p->common, options, 4, positionals, 1, NULL, 0};
+    const struct cli_rule rules[] = {{.given = "weight", .needs = "mode=st|center"},
+                                     {.given = "out=.glb+center"},
+                                     {.given = "json+center", .needs = "weight"},
+                                     {.given = "INPUT=.list", .only = "quiet|mode"}};
+    const struct cli_program program = {.name = "probe", .summary = "Tests.", .common = &p->common,
+                                        .options = options, .option_count = 4, .positionals = positionals, .positional_count = 1,
+                                        .without = "threads", .rules = rules, .rule_count = 4};
     fflush(stderr);
     fflush(stdout);
     const int keep_error = dup(STDERR_FILENO), keep_output = dup(STDOUT_FILENO);
@@ -127,7 +133,7 @@ TEST cli_refuses_in_one_line_with_status_2(void)
     static const char *const bad[][3] = {
         {"--period", "fast", "x"}, {"--period", "nan", "x"},   {"--period", "1e999", "x"}, {"--period", "0x10", "x"},
         {"--period", "11", "x"},   {"--period", "", "x"},      {"--period", "2 ", "x"},    {"--grid", "12.5", "x"},
-        {"--grid", "-1", "x"},     {"--grid", "99999999999999999999", "x"},                {"--threads", "-1", "x"},
+        {"--grid", "-1", "x"},     {"--grid", "99999999999999999999", "x"},                {"--threads", "1", "x"},
         {"--center", "1,2", "x"},  {"--center", "1,2,3,4", "x"}, {"--center", "1,,3", "x"}, {"--mode", "slo", "x"},
         {"--mode", "slow|fast", "x"}, {"--params", "", "x"},   {"--nothing", "1", "x"},    {"--quiet=1", "x", NULL},
         {"-q", "x", NULL},         {"x", "y", NULL},           {"x", "--json", NULL},      {"--quiet", NULL, NULL},
@@ -145,6 +151,33 @@ TEST cli_refuses_in_one_line_with_status_2(void)
     PASS();
 }
 
+TEST cli_refuses_what_has_no_effect(void)
+{
+    static const struct {
+        const char *const line[8];
+        const char *error; /* "": it is good */
+    } cases[] = {
+        {{"x", "--weight", "1"}, "probe: --weight has no effect without --mode *st or --center\n"},
+        {{"x", "--weight", "1", "--mode", "slow"}, "probe: --weight has no effect without --mode *st or --center\n"},
+        {{"x", "--weight", "1", "--mode", "fast"}, ""},
+        {{"x", "--weight", "1", "--center=1,2,3"}, ""},
+        {{"x", "--center", "1,2,3", "--out", "a.glb"}, "probe: --out has no effect with --center\n"},
+        {{"x", "--center", "1,2,3", "--out", "a.glb/"}, ""},
+        {{"x", "--center", "1,2,3", "--json", "-"}, "probe: --json has no effect with --center and without --weight\n"},
+        {{"--quiet", "--mode", "fast", "a.list"}, ""},
+        {{"--quiet", "--grid", "9", "a.list"}, "probe: --grid has no effect with .list\n"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
+        struct parsed p;
+        const char *argv[9] = {"probe"};
+        int argc = 1;
+        for (; cases[i].line[argc - 1]; ++argc) { argv[argc] = cases[i].line[argc - 1]; }
+        ASSERT_EQm(cases[i].error, *cases[i].error ? CLI_EXIT_USAGE : CLI_CONTINUE, parse(&p, argc, argv));
+        ASSERT_STR_EQ(cases[i].error, p.error);
+    }
+    PASS();
+}
+
 TEST cli_help_ends_well_and_names_defaults(void)
 {
     struct parsed p;
@@ -154,7 +187,7 @@ TEST cli_help_ends_well_and_names_defaults(void)
     ASSERT_STR_EQ("", p.error);
     read_text(scratch("stdout"), text, sizeof text);
     ASSERT(strstr(text, "usage: probe [options] INPUT") && strstr(text, "--params paper|default") && strstr(text, "[3]"));
-    ASSERT(strstr(text, "--backend scalar|opencl"));
+    ASSERT(strstr(text, "--backend scalar|opencl") && !strstr(text, "--threads"));
     ASSERT_STR_EQ("scalar", p.common.backend);
     PASS();
 }
@@ -730,6 +763,7 @@ int main(int argc, char **argv)
     if (!make_folder()) { return 1; }
     RUN_TEST(cli_reads_every_type);
     RUN_TEST(cli_refuses_in_one_line_with_status_2);
+    RUN_TEST(cli_refuses_what_has_no_effect);
     RUN_TEST(cli_help_ends_well_and_names_defaults);
     RUN_TEST(a_full_disk_is_a_failure);
     RUN_TEST(json_is_exact_and_always_valid);

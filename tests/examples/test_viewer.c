@@ -333,6 +333,14 @@ TEST what_cannot_be_shown_ends_with_one_line(void)
     ASSERT_EQ(1, lines_said());
     ASSERT_EQ(CLI_EXIT_USAGE, run_viewer(usage));
     ASSERT_EQ(1, lines_said());
+    const char *const vain[][6] = {{"viewer", "--bench", "--script", "a.txt"}, {"viewer", "--bench", "a.obj"},
+                                   {"viewer", "--json", "-"}, {"viewer", "--out", "a"}, {"viewer", "--texture", "64"},
+                                   {"viewer", "--texture", "64", "--save", "a.ply"},
+                                   {"viewer", "--save", "a.ply", "--screenshot", "a.png"}};
+    for (size_t i = 0; i < sizeof vain / sizeof *vain; ++i) {
+        ASSERT_EQm(vain[i][1], CLI_EXIT_USAGE, run_viewer(vain[i]));
+        ASSERT_EQ(1, lines_said());
+    }
     if (display) {
         ASSERT(write_text("save.txt", "save /nowhere/a.ply\n"));
         char script[512];

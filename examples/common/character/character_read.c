@@ -551,6 +551,15 @@ static bool drop_unused_materials(struct reader *r)
     return true;
 }
 
+/* Returns whether not all vertices are one place. */
+static bool has_size(const struct character *c)
+{
+    for (int i = 3; i < 3 * c->vertex_count; ++i) {
+        if (c->positions[i] != c->positions[i % 3]) { return true; }
+    }
+    return false;
+}
+
 static bool read_parts(struct reader *r, const char *props)
 {
     struct character *c = r->character;
@@ -589,7 +598,8 @@ static bool read_parts(struct reader *r, const char *props)
             good = !wanted(r, j, part, props) || add_part(r, j, part);
         }
     }
-    return good && (c->triangle_count > 0 || fail(r, "no triangles")) && drop_unused_materials(r);
+    return good && (c->triangle_count > 0 || fail(r, "no triangles")) && (has_size(c) || fail(r, "the body has no size"))
+        && drop_unused_materials(r);
 }
 
 /* ---- animations ---- */
