@@ -484,6 +484,9 @@ int main(int argc, char **argv)
     if (status == CLI_CONTINUE) {
         status = run_options("csg", &csg.common, csg.set, &csg.params);
     }
+    if (status == CLI_CONTINUE && csg.result) {
+        status = run_check_output("csg", csg.result);
+    }
     if (status != CLI_CONTINUE) {
         return status;
     }

@@ -92,6 +92,7 @@ int main(int argc, char **argv)
     set->common = cli_common_defaults();
     int status = read_command_line(set, argc, argv);
     status = status == CLI_CONTINUE ? run_options("rig", &set->common, set->overrides, &rig->params) : status;
+    status = status == CLI_CONTINUE && set->glb ? run_check_output("rig", set->glb) : status;
     if (status != CLI_CONTINUE) {
         free(rig);
         return status;

@@ -104,6 +104,9 @@ int main(int argc, char **argv)
     if (status == CLI_CONTINUE) {
         status = run_options("viewer", &set.common, set.set, &params);
     }
+    if (status == CLI_CONTINUE && set.screenshot) {
+        status = run_check_output("viewer", set.screenshot);
+    }
     if (status != CLI_CONTINUE) {
         return status;
     }
