@@ -463,6 +463,22 @@ TEST rows_of_a_picture_miss_no_triangle(void)
     PASS();
 }
 
+/* A picture of one color is read however small its file is; a header alone that promises a large one is not. */
+TEST pictures_have_no_more_pixels_than_their_files_can_have(void)
+{
+    static const unsigned char header[26] = {0, 0, 10, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 32, 0, 32, 24, 0, 255, 0, 0, 0, 255, 0, 0, 0}; /* TGA, 8192^2 */
+    struct image white, again;
+    ASSERT_FALSE(image_read(header, sizeof header, &again));
+    ASSERT(image_create(&white, 2048, 2048, color_rgb(1.0f, 1.0f, 1.0f)));
+    ASSERT(image_write_small_png(&white, 2, scratch("white.png")));
+    ASSERT(image_read_file(scratch("white.png"), &again));
+    ASSERT_EQ(2048, again.width);
+    ASSERT_MEM_EQ(white.rgb, again.rgb, 3 * 2048 * 2048 * sizeof(float));
+    image_free(&white);
+    image_free(&again);
+    PASS();
+}
+
 TEST pictures_of_a_sphere(void)
 {
     struct raycast_scene scene;
@@ -764,7 +780,7 @@ TEST bad_files_end_in_one_line(void)
 static void remove_scratch(void)
 {
     static const char *const names[] = {"stderr", "stdout", "a.json", "b.json", "a.png", "a.ply", "a.off",
-                                        "v.nii",  "v.nii.gz", "c.nii",  "c.nii.gz"};
+                                        "v.nii",  "v.nii.gz", "c.nii",  "c.nii.gz", "a.txt", "white.png"};
     for (size_t i = 0; i < sizeof names / sizeof *names; ++i) {
         remove(scratch(names[i]));
     }
@@ -791,6 +807,7 @@ int main(int argc, char **argv)
     RUN_TEST(hierarchy_of_identical_triangles_stays_shallow);
     RUN_TEST(rows_of_a_picture_miss_no_triangle);
     RUN_TEST(pictures_of_a_sphere);
+    RUN_TEST(pictures_have_no_more_pixels_than_their_files_can_have);
     RUN_TEST(concentric_spheres_are_their_gap_apart);
     RUN_TEST(overlap_by_hand);
     RUN_TEST(ply_comes_back_welded);

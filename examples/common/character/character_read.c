@@ -264,7 +264,7 @@ static int find_picture(struct reader *r, const struct aiString *name)
     }
     picture->bytes = name->data[0] == '*' ? read_embedded(r, name->data + 1, &picture->size)
                                           : read_beside(r, name->data, &picture->size);
-    if (!picture->bytes || !image_read(picture->bytes, picture->size, &picture->image)) {
+    if (!picture->bytes || !byte_image_read(picture->bytes, picture->size, &picture->image)) {
         free(picture->bytes);
         memset(picture, 0, sizeof *picture);
         ++c->missing_pictures;
