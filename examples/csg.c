@@ -439,11 +439,8 @@ static int check_usage(struct csg *csg)
     if (two != (csg->solids[1].text != NULL)) {
         return cli_fail("csg", CLI_EXIT_USAGE, "%s is of %s", csg->operation, two ? "two solids" : "one solid");
     }
-    if (measured != (csg->amount != 0.0)) {
-        return cli_fail("csg", CLI_EXIT_USAGE, measured ? "%s needs --amount" : "%s takes no --amount", csg->operation);
-    }
-    if (csg->keep_volume && strcmp(csg->operation, "smooth") != 0) {
-        return cli_fail("csg", CLI_EXIT_USAGE, "%s takes no --keep-volume", csg->operation);
+    if (measured && csg->amount == 0.0) {
+        return cli_fail("csg", CLI_EXIT_USAGE, "%s needs --amount", csg->operation);
     }
     if (csg->result && !mesh_can_write(csg->result, error)) {
         return cli_fail("csg", CLI_EXIT_USAGE, "--result: %s", error);
@@ -467,19 +464,28 @@ int main(int argc, char **argv)
         {"FIRST", &csg.solids[0].text, "a mesh file, ball:x,y,z,radius or box:x,y,z,half", true},
         {"SECOND", &csg.solids[1].text, "the same, for the first three operations", false},
     };
+    const struct cli_rule rules[] = {
+        {.given = "amount", .needs = "OPERATION=offset|OPERATION=smooth"},
+        {.given = "keep-volume", .needs = "OPERATION=smooth"},
+    };
     const struct cli_program program = {.name = "csg",
                                         .summary = "union, intersection, difference, offset, smooth, remesh, with colours kept",
                                         .common = &csg.common,
                                         .options = table,
                                         .option_count = (int)(sizeof table / sizeof *table),
                                         .positionals = positionals,
-                                        .positional_count = (int)(sizeof positionals / sizeof *positionals)};
+                                        .positional_count = (int)(sizeof positionals / sizeof *positionals),
+                                        .rules = rules,
+                                        .rule_count = (int)(sizeof rules / sizeof *rules)};
     int status = cli_parse(&program, argc, argv);
     if (status == CLI_CONTINUE) {
         status = check_usage(&csg);
     }
     if (status == CLI_CONTINUE) {
         status = run_options("csg", &csg.common, csg.set, &csg.params);
+    }
+    if (status == CLI_CONTINUE && csg.result) {
+        status = run_check_output("csg", csg.result);
     }
     if (status != CLI_CONTINUE) {
         return status;

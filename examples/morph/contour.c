@@ -1,4 +1,4 @@
-/* contour.c - active contours push the model to the shape of a frame (run.c), and keep it in one piece.
+/* contour.c - active contours push the model to the shape of a frame (shape.c), and keep it in one piece.
  *
  * The pressure is minus the shape's signed distance, at most `pace`. In a crevice or at the tip of a thin limb that is little, and
  * hardly a springl faces the way that a limb grows: its sides are where they should be. So where the model lags behind, and on the

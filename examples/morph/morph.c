@@ -48,13 +48,23 @@ static int read_command_line(struct morph_settings *set, int argc, char **argv)
     const struct cli_positional files[] = {
         {"SOURCE", &set->source, "a rigged character (glTF and what else assimp reads)", false},
         {"TARGET", &set->target, "what it becomes", false}};
+    const struct cli_rule rules[] = {
+        {.given = "list", .only = "SOURCE|TARGET|quiet"},
+        {.given = "weights", .only = "SOURCE|donor|props|map|thicken|reach|size|view|grid|params|set|threads|json|out|quiet"},
+        {.given = "size", .needs = "out"},
+        {.given = "view", .needs = "out"},
+        {.given = "texture", .needs = "out"},
+        {.given = "channel", .needs = "json"},
+    };
     const struct cli_program program = {.name = "morph",
                                         .summary = "a walking character becomes another one",
                                         .common = &set->common,
                                         .options = options,
                                         .option_count = (int)(sizeof options / sizeof *options),
                                         .positionals = files,
-                                        .positional_count = 2};
+                                        .positional_count = 2,
+                                        .rules = rules,
+                                        .rule_count = (int)(sizeof rules / sizeof *rules)};
     const int status = cli_parse(&program, argc, argv);
     if (status != CLI_CONTINUE) {
         return status;
@@ -72,7 +82,7 @@ static int list(const char *path)
     if (path ? !character_read(path, NULL, &character, error) : !character_build(1, &character, error)) {
         return cli_fail("morph", CLI_EXIT_FAILURE, "%s", error);
     }
-    printf("%s: %d parts, %d triangles, %d joints, %d rigid parts on bones\n", path ? path : "built in", character.part_count,
+    printf("%s: %d parts, %d triangles, %d joints, %d rigid parts on bones\n", morph_name(path), character.part_count,
            character.triangle_count, character.joint_count, character.prop_count);
     for (int a = 0; a < character.animation_count; ++a) {
         printf("  animation %d: %s, %.2f s\n", a, character.animations[a].name, character.animations[a].duration);

@@ -1,9 +1,13 @@
 /* morph.h - one animated character becomes another (paper, section 5.8).
  *
- *   read      reads two characters and rescales the source onto the target's skeleton (skeleton_align.h)
+ *   read      reads two characters and rescales the source onto the target's skeleton (read.c, skeleton_align.h)
  *   rig       gives a body without bones a donor's skeleton and weights by heat (rig.c)
- *   solid     makes each a closed body on one grid (solid.c)
- *   run       runs a frame: linear blend skinning as a flow, pushed to the frame's shape (run.c), then active contours (contour.c)
+ *   prepare   makes each a closed body (solid.c) on one grid (prepare.c)
+ *   run       runs all frames (run.c), each in three parts:
+ *             shape     the level set between the two bodies in the frame's pose (shape.c)
+ *             skin      linear blend skinning as a flow, and a push to that shape (skinning.c), by weights.c
+ *             contour   active contours where the model lags (contour.c)
+ *   measure   compares frame and end with the target (measure.c)
  *   look      colors and weights that fade into the target's, and textures of them (look.c)
  *   output    writes glTF (gltf.c), pictures and report (output.c) */
 #ifndef EXAMPLES_MORPH_MORPH_H
@@ -85,7 +89,7 @@ struct morph_frame {
 };
 
 /* Bone weights of the source's surface at a correspondence. */
-struct known_weights {
+struct cached_weights {
     float correspondence[3];
     bool used;
     struct influences influences;
@@ -104,9 +108,9 @@ struct morph {
     float *way; /* of each voxel, 3: the velocity to where the model lags */
     int *source_nearest, *target_nearest; /* triangle of the posed body nearest to each voxel, -1: none near */
     int *nearest_before;                  /* target_nearest in the pose before */
-    struct known_weights *known; /* a hash table by correspondence, of known_room places */
-    size_t known_room;
-    int known_count;
+    struct cached_weights *cache; /* a hash table by correspondence, of cache_room places; `cached` are used */
+    size_t cache_room;
+    int cached;
     struct affine *skin, *skin_before, *skin_places;
     struct morph_frame *frames, rest; /* rest: the end in the neutral pose, for --out */
     int frame_count;
@@ -135,31 +139,91 @@ struct rig_mesh {
     double fit_distance; /* of the donor's surface from the body's, mean */
 };
 
+/* ---- messages.c: each prints one line on stderr and returns false; morph_check only where status is bad ---- */
+
 bool morph_fail(const char *format, ...)
 #if defined(__GNUC__)
     __attribute__((format(printf, 1, 2)))
 #endif
-    ; /* prints one line on stderr; returns false */
+    ;
 bool morph_no_memory(void);
 bool morph_check(springls_context *ctx, springls_status status, const char *what);
 
+/* Returns what messages and reports call a character: its file, if it has one. */
+static inline const char *morph_name(const char *path) { return path ? path : "built in"; }
+
+/* ---- read.c ---- */
+
+/* Reads both characters of the settings, and aligns the source with the target's skeleton. */
 bool morph_read(struct morph *morph);
 bool morph_read_donor(const char *path, struct character *donor); /* fails where no part has bones */
+/* Checks that each name of --props is part of that of a rigid part of either character. */
+bool morph_check_props(const char *names, const struct character *one, const struct character *other);
+
+/* ---- prepare.c ---- */
+
+bool morph_prepare(struct morph *morph); /* makes all that a run needs of what morph_read has read */
+void morph_free(struct morph *morph);
+size_t morph_voxel_count(const struct morph *morph);
+void morph_pose(struct morph *morph, int frame, double blend); /* sets morph->skin; blend: 0 the neutral pose, 1 the frame's */
+/* Makes a grid around a box by solid_grid_around. */
+bool morph_grid_around(const float lo[3], const float hi[3], int cells, springls_grid_desc *grid);
+/* Returns true if a triangle of a body belongs to a limb that the other lacks. */
+bool morph_is_alone(const struct morph *morph, const struct morph_body *body, int triangle);
+
+/* ---- solid.c ---- */
+
 void morph_to_voxel(const springls_grid_desc *grid, const float world[3], float voxel[3]); /* world = voxel is allowed */
 struct solid_grid morph_voxels(const springls_grid_desc *grid);
 /* Makes a closed body of the character on the context's grid and sets the model to its level set. path: its file, for messages. */
 bool morph_solid_make(const struct morph *morph, springls_context *ctx, const springls_grid_desc *grid, const char *path,
                       const struct character *character, struct morph_solid *solid);
-/* Computes bone weights for a body without any, from its own skeleton or a donor's that is fitted into it. Call
- * morph_rig_free(mesh) afterwards. */
-bool morph_rig(const struct morph *morph, struct character *body, const struct character *donor, struct rig_mesh *mesh);
+
+/* ---- rig.c ---- */
+
+/* Computes bone weights for a body without any, from its own skeleton or a donor's that is fitted into it. path: the body's file,
+ * for messages. Call morph_rig_free(mesh) afterwards. */
+bool morph_rig(const struct morph *morph, const char *path, struct character *body, const struct character *donor,
+               struct rig_mesh *mesh);
 void morph_rig_free(struct rig_mesh *mesh);
 bool morph_weights(const struct morph *morph); /* runs --weights: computes them and writes pictures, glTF and report */
-bool morph_prepare(struct morph *morph);
-bool morph_run(struct morph *morph);
-size_t morph_voxel_count(const struct morph *morph);
+
+/* ---- run.c, shape.c, skinning.c, contour.c ---- */
+
+bool morph_run(struct morph *morph); /* all frames, and for --out the neutral pose at the end */
+/* Computes morph->shape, the signed distance of the body between the two in the present pose. part: 0 the source, 1 the target. */
+bool morph_shape(struct morph *morph, float part);
+/* Samples a dense level set at a place in voxel coordinates, trilinearly. */
+float morph_sample(const int size[3], const float *phi, const float place[3]);
+/* Moves the model from the pose before to the present one, and towards morph->shape. part: of the target in the shape before. */
+bool morph_skin(struct morph *morph, float part);
 /* Pushes the model to morph->shape by active contours, and joins its parts. last: as long as that gains anything. */
 bool morph_contour(struct morph *morph, bool last);
+
+/* ---- weights.c ---- */
+
+/* Computes the weights of those springls that are new: few in a frame, and a step looks each up several times. */
+bool morph_cache_weights(struct morph *morph);
+struct influences morph_springl_weights(const struct morph *morph, const float correspondence[3]);
+/* Adds the same weights as an attribute channel, which is blended where springls split and fill; compares it with the look-up. */
+bool morph_add_channels(struct morph *morph);
+bool morph_compare_channels(struct morph *morph);
+/* Compares the final bone weights with those of the target's artist at the same place. */
+void morph_compare_weights(struct morph *morph);
+
+/* Returns the values of a springl in a view. */
+static inline const float *morph_springl_item(springls_view view, int index)
+{
+    return (const float *)(const void *)((const char *)view.data + (size_t)index * view.stride);
+}
+
+/* ---- measure.c ---- */
+
+bool morph_measure(const struct morph *morph, struct morph_frame *frame); /* extracts the frame's mesh too */
+bool morph_compare_ends(struct morph *morph); /* the last frame's mesh with the target's */
+
+/* ---- look.c ---- */
+
 /* Checks the sums of bone weights; for --out computes colors and places of a frame's mesh, whose pose the target has. */
 bool morph_look(const struct morph *morph, struct morph_frame *frame);
 /* Checks that both bodies' charts fit into an image of --texture texels a side, before the work. */
@@ -168,10 +232,12 @@ struct influences morph_mixed_influences(const struct morph *morph, const struct
 /* Cuts a frame's mesh into charts and bakes its colors, by textured_mesh_make. */
 bool morph_bake(const struct morph *morph, const struct morph_frame *frame, const struct gltf_mesh *surface, int size, int material,
                 struct textured_mesh *textured);
+
+/* ---- output.c, gltf.c ---- */
+
 bool morph_write(const struct morph *morph); /* writes all files of --out */
 bool morph_write_gltf(const struct morph *morph);
 bool morph_report(const struct morph *morph, const char *path);
 void morph_print(const struct morph *morph);
-void morph_free(struct morph *morph);
 
 #endif

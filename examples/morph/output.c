@@ -103,7 +103,7 @@ static void report_body(struct json_writer *json, const char *name, const char *
 {
     const struct character *c = &body->character;
     json_object_begin(json, name);
-    json_string(json, "file", path ? path : "built in");
+    json_string(json, "file", morph_name(path));
     json_integer(json, "joints", c->joint_count);
     json_integer(json, "parts", c->part_count);
     json_integer(json, "vertices", c->vertex_count);

@@ -7,6 +7,7 @@
 #include "character/gltf_character.h"
 #include "character/skeleton_align.h"
 #include "character/skeleton_fit.h"
+#include "character/skeleton_picture.h"
 #include "character/skin_weights.h"
 
 #include <math.h>
@@ -15,25 +16,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { RIG_MARGIN = 5 };
-
-static springls_grid_desc grid_around(const struct character *body, int cells)
+static bool grid_around(const struct character *body, int cells, springls_grid_desc *grid)
 {
-    springls_grid_desc grid;
     float lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
-    memset(&grid, 0, sizeof grid);
     raycast_grow_box(body->positions, (size_t)body->vertex_count, lo, hi);
-    const double longest = (double)fmaxf(hi[0] - lo[0], fmaxf(hi[1] - lo[1], hi[2] - lo[2]));
-    for (int k = 0; k < 3; ++k) {
-        grid.spacing[k] = longest / (cells - 2 * RIG_MARGIN);
-        grid.origin[k] = (double)lo[k] - RIG_MARGIN * grid.spacing[k];
-        grid.size[k] = (int)fmax(8.0, ceil((double)(hi[k] - lo[k]) / grid.spacing[k]) + 2 * RIG_MARGIN);
-    }
-    return grid;
+    return morph_grid_around(lo, hi, cells, grid);
 }
 
 /* Copies the closed surface of the body. */
-static bool body_mesh(const struct morph *morph, const struct character *body, struct rig_mesh *mesh)
+static bool body_mesh(const struct morph *morph, const char *path, const struct character *body, struct rig_mesh *mesh)
 {
     springls_desc desc;
     springls_context *ctx = NULL;
@@ -41,12 +32,11 @@ static bool body_mesh(const struct morph *morph, const struct character *body, s
     struct morph_solid solid;
     memset(&desc, 0, sizeof desc);
     memset(&surface, 0, sizeof surface);
-    desc.grid = grid_around(body, morph->settings.common.grid);
     desc.params = &morph->params;
-    bool good = (desc.grid.spacing[0] > 0.0 || morph_fail("the body has no size"))
+    bool good = (grid_around(body, morph->settings.common.grid, &desc.grid) || morph_fail("%s: the body has no size", morph_name(path)))
         && run_create("morph", &desc, &ctx) == CLI_CONTINUE
-        && morph_solid_make(morph, ctx, &desc.grid, morph->settings.source, body, &solid)
-        && morph_check(ctx, springls_extract_mesh(ctx, &surface), "body");
+        && morph_solid_make(morph, ctx, &desc.grid, path, body, &solid)
+        && morph_check(ctx, springls_extract_mesh(ctx, &surface), morph_name(path));
     if (good) {
         const size_t points = 3 * (size_t)surface.vertex_count * sizeof(float),
                      corners = 3 * (size_t)surface.triangle_count * sizeof(int);
@@ -100,7 +90,7 @@ static bool extend_bones(const struct character *body, const struct rig_mesh *me
     return true;
 }
 
-static bool add_weights(struct character *body, struct rig_mesh *mesh)
+static bool add_weights(const char *path, struct character *body, struct rig_mesh *mesh)
 {
     const struct skin_surface surface = {mesh->positions, mesh->triangles, mesh->vertex_count, mesh->triangle_count};
     const size_t capacity = 2 * (size_t)body->joint_count + 1;
@@ -111,23 +101,24 @@ static bool add_weights(struct character *body, struct rig_mesh *mesh)
     bool good = (bones && joints && mesh->influences) || morph_no_memory();
     good = good && extend_bones(body, mesh, bones, joints, count)
         && (skin_weights_heat(&surface, bones, joints, count, mesh->influences, &mesh->heat)
-            || morph_fail("no bone is seen from the body's surface"))
+            || morph_fail("%s: no bone is seen from the body's surface", morph_name(path)))
         && (skin_weights_transfer(&surface, mesh->influences, body) || morph_no_memory());
     free(bones);
     free(joints);
     return good;
 }
 
-bool morph_rig(const struct morph *morph, struct character *body, const struct character *donor, struct rig_mesh *mesh)
+bool morph_rig(const struct morph *morph, const char *path, struct character *body, const struct character *donor,
+               struct rig_mesh *mesh)
 {
     memset(mesh, 0, sizeof *mesh);
-    bool good = body_mesh(morph, body, mesh);
+    bool good = body_mesh(morph, path, body, mesh);
     if (good && donor) {
         good = skeleton_fit(donor, mesh->positions, mesh->vertex_count, mesh->triangles, mesh->triangle_count, body,
                             &mesh->fit_distance)
-               || morph_fail("the donor's skeleton cannot be fitted");
+               || morph_fail("%s: the donor's skeleton cannot be fitted into this body", morph_name(path));
     }
-    return good && add_weights(body, mesh);
+    return good && add_weights(path, body, mesh);
 }
 
 /* ---- --weights ---- */
@@ -181,24 +172,13 @@ static double joint_distance(const struct character *body, const struct characte
     return count > 0 ? sum / count : 0.0;
 }
 
-/* Mixes a color of each bone by the weights. */
-static void weight_color(const struct influences *in, float color[3])
-{
-    memset(color, 0, 3 * sizeof *color);
-    for (int k = 0; k < CHARACTER_BONES; ++k) {
-        const struct color c = color_hsv(0.618034f * (float)in->joint[k], 0.65f, in->joint[k] % 2 ? 0.95f : 0.7f);
-        const float rgb[3] = {c.r, c.g, c.b};
-        vec3_add_scaled(color, in->weight[k], rgb, color);
-    }
-}
-
 static bool draw_weights(const struct morph *morph, const struct rig_mesh *mesh, const float *colors,
                          const struct character *skeleton, struct image *image)
 {
     static const float upwards[3] = {0.0f, 1.0f, 0.0f};
     const int height = morph->settings.size, width = height * 4 / 5;
-    const float aspect = (float)width / (float)height;
     struct raycast_scene scene;
+    float *places = malloc(3 * ((size_t)skeleton->joint_count + 1) * sizeof *places);
     memset(&scene, 0, sizeof scene);
     scene.positions = mesh->positions;
     scene.vertex_count = (size_t)mesh->vertex_count;
@@ -206,28 +186,12 @@ static bool draw_weights(const struct morph *morph, const struct rig_mesh *mesh,
     scene.triangle_count = (size_t)mesh->triangle_count;
     scene.vertex_colors = colors;
     scene.plain = true;
-    scene.camera = raycast_frame_points(mesh->positions, scene.vertex_count, morph->settings.view, upwards, 25.0f, aspect);
-    if (!raycast_render(&scene, width, height, image)) {
-        return false;
-    }
-    const struct raycast_frame frame = raycast_camera_frame(&scene.camera, aspect);
-    for (int j = 0; j < skeleton->joint_count; ++j) { /* draw the skeleton over everything */
-        float ends[2][2];
-        const int parent = skeleton->joints[j].parent;
-        for (int e = 0; e < 2 && parent >= 0; ++e) {
-            float place[3], d[3];
-            joint_place(&skeleton->joints[e ? parent : j], place);
-            vec3_sub(place, scene.camera.eye, d);
-            const float depth = vec3_dot(d, frame.forward);
-            ends[e][0] = 0.5f * (float)width * (1.0f + vec3_dot(d, frame.right) / (depth * frame.half_width));
-            ends[e][1] = 0.5f * (float)height * (1.0f - vec3_dot(d, frame.up) / (depth * frame.half_height));
-        }
-        if (parent >= 0 && skeleton->joints[j].bone && skeleton->joints[parent].bone) {
-            image_line(image, ends[0][0], ends[0][1], ends[1][0], ends[1][1], 2.0f, color_rgb(0.1f, 0.1f, 0.1f));
-            image_disc(image, ends[0][0], ends[0][1], 3.0f, color_rgb(0.1f, 0.1f, 0.1f));
-        }
-    }
-    return true;
+    scene.camera = raycast_frame_points(mesh->positions, scene.vertex_count, morph->settings.view, upwards, 25.0f,
+                                        (float)width / (float)height);
+    for (int j = 0; places && j < skeleton->joint_count; ++j) { joint_place(&skeleton->joints[j], places + 3 * j); }
+    const bool good = places && skeleton_picture(&scene, skeleton, places, true, width, height, image);
+    free(places);
+    return good;
 }
 
 static bool write_pictures(const struct morph *morph, const struct rig_mesh *mesh, const struct character *body,
@@ -248,7 +212,7 @@ static bool write_pictures(const struct morph *morph, const struct rig_mesh *mes
                 places_find(truth, mesh->positions + 3 * v, &place);
                 in = place_influences(truth->character, &place);
             }
-            weight_color(&in, colors + 3 * v);
+            influences_color(&in, colors + 3 * v);
         }
         good = draw_weights(morph, mesh, colors, p ? truth->character : body, &pictures[p]);
     }
@@ -297,7 +261,7 @@ static bool write_report(const struct morph *morph, const struct rig_mesh *mesh,
     }
     json_object_begin(&json, NULL);
     json_string(&json, "problem", "weights");
-    json_string(&json, "file", morph->settings.source ? morph->settings.source : "built in");
+    json_string(&json, "file", morph_name(morph->settings.source));
     json_string(&json, "donor", morph->settings.donor);
     json_integer(&json, "vertices", mesh->vertex_count);
     json_integer(&json, "vertices_that_see_their_bone", mesh->heat.visible);
@@ -332,11 +296,11 @@ bool morph_weights(const struct morph *morph)
     }
     good = (set->source ? character_read(set->source, set->props, &artist, error) : character_build(0, &artist, error))
         || morph_fail("%s", error);
-    good = good && (!set->donor || morph_read_donor(set->donor, &donor));
+    good = good && morph_check_props(set->props, &body, &body) && (!set->donor || morph_read_donor(set->donor, &donor));
     if (good && !set->donor && !body.skinned) {
         good = morph_fail("%s: no part has bones; --donor FILE lends a skeleton", set->source);
     }
-    good = good && morph_rig(morph, &body, set->donor ? &donor : NULL, &mesh);
+    good = good && morph_rig(morph, set->source, &body, set->donor ? &donor : NULL, &mesh);
     const double seconds = elapsed_seconds() - start;
     if (good && artist.skinned) {
         good = places_create(&artist, &truth) || morph_no_memory();
@@ -344,6 +308,8 @@ bool morph_weights(const struct morph *morph)
             difference = compare(&mesh, &body, &truth, alignment.map);
             joints = joint_distance(&body, &artist, alignment.map);
             alignment_free(&alignment);
+        } else if (good && set->map) {
+            good = morph_fail("%s", error);
         }
     }
     if (good && !set->common.quiet && !(set->common.json && strcmp(set->common.json, "-") == 0)) {

@@ -116,7 +116,7 @@ bool morph_solid_make(const struct morph *morph, springls_context *ctx, const sp
 {
     const struct solid_grid voxels = morph_voxels(grid);
     const size_t count = (size_t)grid->size[0] * (size_t)grid->size[1] * (size_t)grid->size[2];
-    const char *name = path ? path : "built in";
+    const char *name = morph_name(path);
     const int reach = morph->settings.reach;
     struct solid_repair repair;
     bool empty = false;

@@ -11,8 +11,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MARGIN = 5 };
-
 static const double OPEN_SHARE = 0.05; /* of edges: a mesh with more boundary edges is no body */
 static const double BRIDGE = 0.1;      /* of the longest side: the longest bridge between parts */
 
@@ -41,14 +39,7 @@ static bool grid_around(const struct rig *rig, const struct character *body, str
 {
     float lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
     raycast_grow_box(body->positions, (size_t)body->vertex_count, lo, hi);
-    const double longest = (double)fmaxf(hi[0] - lo[0], fmaxf(hi[1] - lo[1], hi[2] - lo[2]));
-    grid->spacing = longest / (rig->settings.common.grid - 2 * MARGIN);
-    for (int k = 0; k < 3; ++k) {
-        grid->origin[k] = (double)lo[k] - MARGIN * grid->spacing;
-        grid->size[k] =
-            grid->spacing > 0.0 ? (int)fmax(8.0, ceil((double)(hi[k] - lo[k]) / grid->spacing) + 2 * MARGIN) : 8;
-    }
-    return grid->spacing > 0.0;
+    return solid_grid_around(lo, hi, rig->settings.common.grid, grid);
 }
 
 static bool set_mesh(const struct rig *rig, const char *path, struct rig_body *body)

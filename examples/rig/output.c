@@ -4,7 +4,7 @@
 #include "base/json.h"
 #include "base/vec3.h"
 #include "character/gltf_character.h"
-#include "pictures/raycast.h"
+#include "character/skeleton_picture.h"
 
 #include <stdint.h>
 #include <stdio.h>
@@ -15,17 +15,6 @@ enum { FILM = 4 };
 
 /* ---- pictures ---- */
 
-/* Mixes a color of each bone by the weights. */
-static void weight_color(const struct influences *in, float color[3])
-{
-    memset(color, 0, 3 * sizeof *color);
-    for (int k = 0; k < CHARACTER_BONES; ++k) {
-        const struct color c = color_hsv(0.618034f * (float)in->joint[k], 0.5f, in->joint[k] % 2 ? 0.95f : 0.75f);
-        const float rgb[3] = {c.r, c.g, c.b};
-        vec3_add_scaled(color, in->weight[k], rgb, color);
-    }
-}
-
 struct drawing {
     const struct rig *rig;
     struct raycast_camera camera;
@@ -34,12 +23,12 @@ struct drawing {
 };
 
 /* Draws the closed surface at `positions` and the skeleton over it. */
-static bool draw(const struct drawing *d, const float *positions, const struct affine *places, struct image *image)
+static bool draw(const struct drawing *d, const float *positions, const struct affine *joints, struct image *image)
 {
     const struct rig *rig = d->rig;
-    const struct character *c = &rig->body.character;
-    const float aspect = (float)d->width / (float)d->height;
+    const int count = rig->body.character.joint_count;
     struct raycast_scene scene;
+    float *places = malloc(3 * ((size_t)count + 1) * sizeof *places);
     memset(&scene, 0, sizeof scene);
     scene.positions = positions;
     scene.vertex_count = (size_t)rig->surface.vertex_count;
@@ -48,25 +37,10 @@ static bool draw(const struct drawing *d, const float *positions, const struct a
     scene.vertex_colors = d->colors;
     scene.plain = true;
     scene.camera = d->camera;
-    if (!raycast_render(&scene, d->width, d->height, image)) { return false; }
-    const struct raycast_frame frame = raycast_camera_frame(&d->camera, aspect);
-    for (int j = 0; j < c->joint_count; ++j) {
-        float ends[2][2];
-        const int parent = c->joints[j].parent >= 0 ? c->joints[j].parent : j;
-        for (int e = 0; e < 2; ++e) {
-            float place[3], away[3];
-            for (int i = 0; i < 3; ++i) { place[i] = (float)places[e ? parent : j].m[4 * i + 3]; }
-            vec3_sub(place, d->camera.eye, away);
-            const float depth = vec3_dot(away, frame.forward);
-            ends[e][0] = 0.5f * (float)d->width * (1.0f + vec3_dot(away, frame.right) / (depth * frame.half_width));
-            ends[e][1] = 0.5f * (float)d->height * (1.0f - vec3_dot(away, frame.up) / (depth * frame.half_height));
-        }
-        const bool left = strstr(c->joints[j].name, ".L") != NULL;
-        const struct color ink = left ? color_rgb(0.75f, 0.0f, 0.0f) : color_rgb(0.1f, 0.1f, 0.1f);
-        image_line(image, ends[0][0], ends[0][1], ends[1][0], ends[1][1], 2.0f, ink);
-        image_disc(image, ends[0][0], ends[0][1], 3.0f, ink);
-    }
-    return true;
+    for (int i = 0; places && i < 3 * count; ++i) { places[i] = (float)joints[i / 3].m[4 * (i % 3) + 3]; }
+    const bool good = places && skeleton_picture(&scene, &rig->body.character, places, false, d->width, d->height, image);
+    free(places);
+    return good;
 }
 
 static bool draw_all(const struct rig *rig, struct drawing *d, float *posed, struct image *pictures, int count)
@@ -114,7 +88,7 @@ static bool write_picture(const struct rig *rig, const char *path)
     memset(pictures, 0, sizeof pictures);
     memset(&strip, 0, sizeof strip);
     bool good = (colors && posed) || rig_fail("not enough memory");
-    for (size_t v = 0; good && v < vertices; ++v) { weight_color(&rig->influences[v], colors + 3 * v); }
+    for (size_t v = 0; good && v < vertices; ++v) { influences_color(&rig->influences[v], colors + 3 * v); }
     good = good && draw_all(rig, &d, posed, pictures, count)
         && ((image_strip(pictures, NULL, count, count, color_rgb(1.0f, 1.0f, 1.0f), &strip)
              && image_write_png(&strip, path))

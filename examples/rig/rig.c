@@ -57,19 +57,24 @@ static int read_command_line(struct rig_settings *set, int argc, char **argv)
     };
     const struct cli_positional files[] = {
         {"MESH", &set->mesh, "a closed body (glTF and what else assimp reads)", true}};
+    const struct cli_rule rules[] = {
+        {.given = "motion", .needs = "animation"}, {.given = "fps", .needs = "animation"},
+        {.given = "size", .needs = "out"},         {.given = "size+out=.glb"},
+        {.given = "view", .needs = "out"},         {.given = "view+out=.glb"},
+    };
     const struct cli_program program = {.name = "rig",
                                         .summary = "a skeleton and bone weights for a body that has none",
                                         .common = &set->common,
                                         .options = options,
                                         .option_count = (int)(sizeof options / sizeof *options),
                                         .positionals = files,
-                                        .positional_count = 1};
+                                        .positional_count = 1,
+                                        .without = "backend",
+                                        .rules = rules,
+                                        .rule_count = (int)(sizeof rules / sizeof *rules)};
     const int status = cli_parse(&program, argc, argv);
     if (status != CLI_CONTINUE) { return status; }
     if (cli_grid("rig", &set->common, 112, 48, 512) != CLI_CONTINUE) { return CLI_EXIT_USAGE; }
-    if (set->motion && !set->animation) {
-        return cli_fail("rig", CLI_EXIT_USAGE, "--motion %s: of which character? (--animation FILE)", set->motion);
-    }
     if (set->common.out && ends_with(set->common.out, ".glb")) {
         set->glb = set->common.out;
         set->common.out = NULL;
@@ -87,6 +92,7 @@ int main(int argc, char **argv)
     set->common = cli_common_defaults();
     int status = read_command_line(set, argc, argv);
     status = status == CLI_CONTINUE ? run_options("rig", &set->common, set->overrides, &rig->params) : status;
+    status = status == CLI_CONTINUE && set->glb ? run_check_output("rig", set->glb) : status;
     if (status != CLI_CONTINUE) {
         free(rig);
         return status;

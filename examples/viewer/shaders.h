@@ -52,7 +52,7 @@ static const char *const viewer_surface_fragment[] = {
     "}\n",
     "void main() {\n",
     "  vec3 to_eye = normalize(eye - place), n = normalize(facing);\n",
-    "  bool inside = dot(n, to_eye) < 0.0;\n",
+    "  bool inside = !gl_FrontFacing;\n", /* at the outline of coarse triangles n may face away though the triangle does not */
     "  if (inside) n = -n;\n",
     "  vec3 color = painting == 1 ? checker(origin - middle) : painting == 2 ? paint : base;\n",
     "  if (tinted && painting != 2) color *= paint;\n",

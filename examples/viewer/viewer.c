@@ -39,13 +39,22 @@ static int read_command_line(struct settings *set, int argc, char **argv)
         {"set", CLI_STRING, &set->set, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
     };
     const struct cli_positional mesh[] = {{"MESH", &set->mesh, "PLY, OBJ, STL, OFF or glTF; without it a ball", false}};
+    const struct cli_rule rules[] = {
+        {.given = "bench", .only = "grid|params|set|backend|threads|json|quiet"},
+        {.given = "json", .needs = "bench"},
+        {.given = "save+screenshot", .needs = "script"},
+        {.given = "texture", .needs = "save=.glb|script"},
+    };
     const struct cli_program program = {.name = "viewer",
                                         .summary = summary,
                                         .common = &set->common,
                                         .options = options,
                                         .option_count = (int)(sizeof options / sizeof *options),
                                         .positionals = mesh,
-                                        .positional_count = 1};
+                                        .positional_count = 1,
+                                        .without = "out",
+                                        .rules = rules,
+                                        .rule_count = (int)(sizeof rules / sizeof *rules)};
     snprintf(summary, sizeof summary, "a body to work on with the mouse\n\n%s", viewer_manual);
     return cli_parse(&program, argc, argv);
 }
@@ -94,6 +103,9 @@ int main(int argc, char **argv)
     int status = read_command_line(&set, argc, argv);
     if (status == CLI_CONTINUE) {
         status = run_options("viewer", &set.common, set.set, &params);
+    }
+    if (status == CLI_CONTINUE && set.screenshot) {
+        status = run_check_output("viewer", set.screenshot);
     }
     if (status != CLI_CONTINUE) {
         return status;

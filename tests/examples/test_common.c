@@ -86,7 +86,13 @@ static int parse(struct parsed *p, int argc, const char *const *argv)
         {"mode", CLI_CHOICE, &p->mode, NULL, "mode", 0.0, 0.0, "slow|fast"},
     };
     const struct cli_positional positionals[] = {{"INPUT", &p->input, "a file", true}};
-    const struct cli_program program = {"probe", "Tests.", &p->common, options, 4, positionals, 1, NULL, 0};
+    const struct cli_rule rules[] = {{.given = "weight", .needs = "mode=st|center"},
+                                     {.given = "out=.glb+center"},
+                                     {.given = "json+center", .needs = "weight"},
+                                     {.given = "INPUT=.list", .only = "quiet|mode"}};
+    const struct cli_program program = {.name = "probe", .summary = "Tests.", .common = &p->common,
+                                        .options = options, .option_count = 4, .positionals = positionals, .positional_count = 1,
+                                        .without = "threads", .rules = rules, .rule_count = 4};
     fflush(stderr);
     fflush(stdout);
     const int keep_error = dup(STDERR_FILENO), keep_output = dup(STDOUT_FILENO);
@@ -127,7 +133,7 @@ TEST cli_refuses_in_one_line_with_status_2(void)
     static const char *const bad[][3] = {
         {"--period", "fast", "x"}, {"--period", "nan", "x"},   {"--period", "1e999", "x"}, {"--period", "0x10", "x"},
         {"--period", "11", "x"},   {"--period", "", "x"},      {"--period", "2 ", "x"},    {"--grid", "12.5", "x"},
-        {"--grid", "-1", "x"},     {"--grid", "99999999999999999999", "x"},                {"--threads", "-1", "x"},
+        {"--grid", "-1", "x"},     {"--grid", "99999999999999999999", "x"},                {"--threads", "1", "x"},
         {"--center", "1,2", "x"},  {"--center", "1,2,3,4", "x"}, {"--center", "1,,3", "x"}, {"--mode", "slo", "x"},
         {"--mode", "slow|fast", "x"}, {"--params", "", "x"},   {"--nothing", "1", "x"},    {"--quiet=1", "x", NULL},
         {"-q", "x", NULL},         {"x", "y", NULL},           {"x", "--json", NULL},      {"--quiet", NULL, NULL},
@@ -145,6 +151,33 @@ TEST cli_refuses_in_one_line_with_status_2(void)
     PASS();
 }
 
+TEST cli_refuses_what_has_no_effect(void)
+{
+    static const struct {
+        const char *const line[8];
+        const char *error; /* "": it is good */
+    } cases[] = {
+        {{"x", "--weight", "1"}, "probe: --weight has no effect without --mode *st or --center\n"},
+        {{"x", "--weight", "1", "--mode", "slow"}, "probe: --weight has no effect without --mode *st or --center\n"},
+        {{"x", "--weight", "1", "--mode", "fast"}, ""},
+        {{"x", "--weight", "1", "--center=1,2,3"}, ""},
+        {{"x", "--center", "1,2,3", "--out", "a.glb"}, "probe: --out has no effect with --center\n"},
+        {{"x", "--center", "1,2,3", "--out", "a.glb/"}, ""},
+        {{"x", "--center", "1,2,3", "--json", "-"}, "probe: --json has no effect with --center and without --weight\n"},
+        {{"--quiet", "--mode", "fast", "a.list"}, ""},
+        {{"--quiet", "--grid", "9", "a.list"}, "probe: --grid has no effect with .list\n"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
+        struct parsed p;
+        const char *argv[9] = {"probe"};
+        int argc = 1;
+        for (; cases[i].line[argc - 1]; ++argc) { argv[argc] = cases[i].line[argc - 1]; }
+        ASSERT_EQm(cases[i].error, *cases[i].error ? CLI_EXIT_USAGE : CLI_CONTINUE, parse(&p, argc, argv));
+        ASSERT_STR_EQ(cases[i].error, p.error);
+    }
+    PASS();
+}
+
 TEST cli_help_ends_well_and_names_defaults(void)
 {
     struct parsed p;
@@ -154,7 +187,7 @@ TEST cli_help_ends_well_and_names_defaults(void)
     ASSERT_STR_EQ("", p.error);
     read_text(scratch("stdout"), text, sizeof text);
     ASSERT(strstr(text, "usage: probe [options] INPUT") && strstr(text, "--params paper|default") && strstr(text, "[3]"));
-    ASSERT(strstr(text, "--backend scalar|opencl"));
+    ASSERT(strstr(text, "--backend scalar|opencl") && !strstr(text, "--threads"));
     ASSERT_STR_EQ("scalar", p.common.backend);
     PASS();
 }
@@ -430,6 +463,22 @@ TEST rows_of_a_picture_miss_no_triangle(void)
     PASS();
 }
 
+/* A picture of one color is read however small its file is; a header alone that promises a large one is not. */
+TEST pictures_have_no_more_pixels_than_their_files_can_have(void)
+{
+    static const unsigned char header[26] = {0, 0, 10, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 32, 0, 32, 24, 0, 255, 0, 0, 0, 255, 0, 0, 0}; /* TGA, 8192^2 */
+    struct image white, again;
+    ASSERT_FALSE(image_read(header, sizeof header, &again));
+    ASSERT(image_create(&white, 2048, 2048, color_rgb(1.0f, 1.0f, 1.0f)));
+    ASSERT(image_write_small_png(&white, 2, scratch("white.png")));
+    ASSERT(image_read_file(scratch("white.png"), &again));
+    ASSERT_EQ(2048, again.width);
+    ASSERT_MEM_EQ(white.rgb, again.rgb, 3 * 2048 * 2048 * sizeof(float));
+    image_free(&white);
+    image_free(&again);
+    PASS();
+}
+
 TEST pictures_of_a_sphere(void)
 {
     struct raycast_scene scene;
@@ -539,6 +588,20 @@ TEST broken_surfaces_are_refused(void)
         {"a.ply", "PLY\nformat ascii 1.0\nelement vertex 4000000000\nend_header\n", "promises 4000000000 elements"},
         {"a.ply", PLY_VERTICES PLY_FACES "end_header\n" PLY_PLACES "3 0 1 2\n0\n", "a face has no corners"},
         {"a.ply", PLY_VERTICES PLY_FACES "end_header\n" PLY_PLACES "3 0 1 2\n3 0 1 7\n", "names vertex 7 of 3"},
+        {"a.ply", PLY_VERTICES PLY_FACES "end_header\n" PLY_PLACES "3 0 1 2\n3 0 1\n", "face 1 has fewer values"},
+        {"a.ply", PLY_VERTICES PLY_FACES "end_header\n" PLY_PLACES "3 0 1 2 1\n3 0 1 2\n", "face 0 has more values"},
+        {"a.ply", PLY_VERTICES PLY_FACES "end_header\n" PLY_PLACES "3 0 1 2\n-3 0 1 2\n", "face 1: its list has no length"},
+        {"a.ply", PLY_VERTICES PLY_FACES "end_header\n" PLY_PLACES "999999999 0 1 2\n3 0 1 2\n", "face 0 has fewer values"},
+        {"a.ply", PLY_VERTICES PLY_FACES "end_header\n" PLY_PLACES "\n3 0 1 2\n", "the file ends in face 1"},
+        {"a.ply", PLY_VERTICES "property list float int n\nend_header\n", "line 7 of the PLY header"},
+        {"a.ply", "plyx\nformat ascii 1.0\nend_header\n", "a PLY file begins with ply"},
+        {"a.txt", "plyx\nformat ascii 1.0\nend_header\n", "a PLY file begins with ply"},
+        {"a.ply", "ply\nformat text 1.0\nend_header\n", "line 2 of the PLY header"},
+        {"a.ply", "ply\nelement vertex 3\nend_header\n", "the PLY header has no format"},
+        {"a.ply", "ply\nformat binary_big_endian 1.0\nelement face 1\nproperty list int int n\nend_header\n\xff\xff\xff\xfd",
+         "face 0: its list has no length, or a negative one"},
+        {"a.ply", "ply\nformat binary_little_endian 1.0\nelement face 1\nproperty list int int n\nend_header\n\xff\xff\xff\x7f",
+         "the file ends in face 0"},
         {"a.off", "OFF\n# places\n3 4000000000 0\n" PLY_PLACES "3 0 1 2\n", "promises 4000000000 elements"},
         {"a.off", "COFF 4000000000 1 0\n", "promises 4000000000 elements"},
         {"a.off", "OFF\n3 2 0\n" PLY_PLACES "3 0 1 2\n", "ends before its 3 vertices and 2 faces"},
@@ -717,7 +780,7 @@ TEST bad_files_end_in_one_line(void)
 static void remove_scratch(void)
 {
     static const char *const names[] = {"stderr", "stdout", "a.json", "b.json", "a.png", "a.ply", "a.off",
-                                        "v.nii",  "v.nii.gz", "c.nii",  "c.nii.gz"};
+                                        "v.nii",  "v.nii.gz", "c.nii",  "c.nii.gz", "a.txt", "white.png"};
     for (size_t i = 0; i < sizeof names / sizeof *names; ++i) {
         remove(scratch(names[i]));
     }
@@ -730,6 +793,7 @@ int main(int argc, char **argv)
     if (!make_folder()) { return 1; }
     RUN_TEST(cli_reads_every_type);
     RUN_TEST(cli_refuses_in_one_line_with_status_2);
+    RUN_TEST(cli_refuses_what_has_no_effect);
     RUN_TEST(cli_help_ends_well_and_names_defaults);
     RUN_TEST(a_full_disk_is_a_failure);
     RUN_TEST(json_is_exact_and_always_valid);
@@ -743,6 +807,7 @@ int main(int argc, char **argv)
     RUN_TEST(hierarchy_of_identical_triangles_stays_shallow);
     RUN_TEST(rows_of_a_picture_miss_no_triangle);
     RUN_TEST(pictures_of_a_sphere);
+    RUN_TEST(pictures_have_no_more_pixels_than_their_files_can_have);
     RUN_TEST(concentric_spheres_are_their_gap_apart);
     RUN_TEST(overlap_by_hand);
     RUN_TEST(ply_comes_back_welded);

@@ -298,6 +298,16 @@ TEST results_that_cannot_be_written_end_with_one_line(void)
     CHECK_CALL(refused(CLI_EXIT_FAILURE, "/nowhere/a.glb", "remesh", "ball:0,0,0,1", NULL, no_glb));
     CHECK_CALL(refused(CLI_EXIT_FAILURE, "/dev/full", "remesh", "ball:0,0,0,1", NULL, full));
     CHECK_CALL(refused(CLI_EXIT_FAILURE, there, "remesh", "ball:0,0,0,1", NULL, directory));
+    /* before the work, so that no other file is written */
+    const char *const half[] = {"--grid", "24", "--result", scratch("half.ply"), "--json", "/nowhere/a.json", "--quiet", NULL};
+    CHECK_CALL(refused(CLI_EXIT_FAILURE, "/nowhere/a.json", "remesh", "ball:0,0,0,1", NULL, half));
+    ASSERT_FALSE(is_there(half[3]));
+    char made[512], inside[600]; /* a folder that is not there yet */
+    snprintf(made, sizeof made, "%s", scratch("made"));
+    snprintf(inside, sizeof inside, "%s/a.json", made);
+    const char *const both[] = {"--grid", "24", "--out", made, "--json", inside, "--quiet", NULL};
+    ASSERT_EQ(CLI_EXIT_OK, run_csg("remesh", "ball:0,0,0,1", NULL, both));
+    ASSERT(is_there(inside));
     PASS();
 }
 

@@ -282,10 +282,17 @@ TEST wrong_lines_end_with_a_status(void)
     const char *const absent[] = {"a.glb", "b.glb", NULL}, *const still[] = {"--animation", "Swim", "--grid", "32", NULL};
     const char *const props[] = {"--props", "nope", "--grid", "32", NULL};
     const char *const texture[] = {"--texture", "8", "--grid", "32", "--out", scratch("texture"), NULL};
+    const char *const points[][4] = {{scratch("point.obj"), "a.glb"}, {scratch("point.obj"), "--weights"}, {"--donor", scratch("point.obj"), "--weights"}};
+    const char *const vain[][4] = {{"--list", "--weights"}, {"--weights", "--frames", "3"}, {"--weights", "a.glb", "b.glb"},
+                                   {"--size", "64"}, {"--view", "0,0,1"}, {"--texture", "0"}, {"--channel"}};
     const char *const donor[] = {scratch("flat.obj"), "--weights", "--donor", scratch("flat.obj"), "--grid", "32", NULL};
     FILE *flat = fopen(scratch("flat.obj"), "w");
     ASSERT(flat && fputs("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", flat) >= 0 && fclose(flat) == 0);
+    FILE *point = fopen(scratch("point.obj"), "w");
+    ASSERT(point && fputs("v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n", point) >= 0 && fclose(point) == 0);
     ASSERT(quiet != NULL);
+    for (size_t i = 0; i < sizeof points / sizeof *points; ++i) ASSERT_EQ(1, run_program(points[i]));
+    for (size_t i = 0; i < sizeof vain / sizeof *vain; ++i) ASSERT_EQm(vain[i][0], 2, run_program(vain[i]));
     ASSERT_EQ(2, run_program(unknown));
     ASSERT_EQ(2, run_program(alone));
     ASSERT_EQ(2, run_program(small));
@@ -295,10 +302,14 @@ TEST wrong_lines_end_with_a_status(void)
     ASSERT_EQ(1, run_program(texture));
     ASSERT_EQ(1, run_program(donor));
     fflush(stderr);
-    size_t length, lines = 0;
+    size_t length, lines = 0, named = 0, refused = 0;
     char *text = whole_file(scratch("errors"), &length);
     for (size_t i = 0; i < length; ++i) lines += text[i] == '\n';
-    ASSERT_EQ(8u, lines);
+    ASSERT_EQ(18u, lines);
+    for (const char *t = text; (t = strstr(t, "point.obj: the body has no size")) != NULL; ++t) ++named;
+    for (const char *t = text; (t = strstr(t, " has no effect with")) != NULL; ++t) ++refused;
+    ASSERT_EQ(3u, named);
+    ASSERT_EQ(7u, refused);
     ASSERT(strstr(text, "nope") && strstr(text, "--texture 8") && strstr(text, "flat.obj: no part has bones"));
     free(text);
     PASS();

@@ -20,7 +20,7 @@ int main(int argc, char **argv)
 #else
 
 /* Its inner functions are called here. */
-#include "../../examples/morph/run.c"
+#include "../../examples/morph/skinning.c"
 
 #include "character/clip_transfer.h"
 

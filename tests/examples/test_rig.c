@@ -653,16 +653,24 @@ TEST bad_input_ends_with_one_line(void)
                                     {body, "--animation", body, "--grid", "64", NULL},
                                     {body, "--animation", "none.glb", "--grid", "64", NULL},
                                     {body, "--template", "quadruped", "--grid", "64", NULL}};
-    const char *const usage[][4] = {{NULL}, {body, "--grid", "8", NULL}, {body, "--nonsense", NULL}, {body, "--motion", "0", NULL}};
+    char point[512];
+    snprintf(point, sizeof point, "%s", scratch("point.obj"));
+    write_file(point, "v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n");
+    const char *const points[][6] = {{point}, {body, "--animation", point, "--grid", "64", NULL}};
+    const char *const usage[][6] = {{NULL}, {body, "--grid", "8"}, {body, "--nonsense"}, {body, "--motion", "0"}, {body, "--fps", "9"},
+                                    {body, "--size", "99"}, {body, "--view", "1,0,0", "--out", "a.glb"}, {body, "--backend", "scalar"}};
     const char *errors = scratch("errors");
     ASSERT(freopen(errors, "w", stderr) != NULL);
     for (int l = 0; l < COUNT(lines); ++l) ASSERT_EQm(lines[l][0], 1, run_program(lines[l]));
+    for (int l = 0; l < COUNT(points); ++l) ASSERT_EQ(1, run_program(points[l]));
     for (int l = 0; l < COUNT(usage); ++l) ASSERT_EQ(2, run_program(usage[l]));
     fflush(stderr);
     int count = 0;
     char *text = whole_file(errors, NULL);
     for (const char *c = text; *c; ++c) count += *c == '\n';
-    ASSERT_EQ(COUNT(lines) + COUNT(usage), count);
+    ASSERT_EQ(COUNT(lines) + COUNT(points) + COUNT(usage), count);
+    const char *named = strstr(text, "point.obj: the body has no size");
+    ASSERT(named && strstr(named + 1, "point.obj: the body has no size"));
     ASSERT(strstr(text, "the body has") && strstr(text, "encloses nothing")
            && strstr(text, "biped, quadruped or a JSON file"));
     free(text);

@@ -324,6 +324,25 @@ TEST pictures_show_what_there_is(void)
     PASS();
 }
 
+/* Triangles at the outline have smooth normals that face away; they are lit as the outside, not darkened as the inside. */
+TEST coarse_bodies_have_no_dark_outline(void)
+{
+    static pixels coarse;
+    char path[512];
+    if (!display) SKIPm("there is no Xvfb");
+    snprintf(path, sizeof path, "%s", scratch("coarse.png"));
+    const char *const arguments[] = {"viewer", "--grid", "8", "--width", "480", "--height", "360", "--screenshot", path, NULL};
+    const int status = run_viewer(arguments);
+    if (status == CLI_EXIT_FAILURE && strstr(trouble, "GL")) SKIPm("the display has no OpenGL 3.3");
+    ASSERT_EQ(CLI_EXIT_OK, status);
+    ASSERT(read_picture("coarse.png", coarse));
+    int darkest = 255;
+    for (int y = HIGH / 4; y < HIGH; ++y) /* below the panel */
+        for (int x = 0; x < WIDE; ++x) darkest = coarse[y][x][0] < darkest ? coarse[y][x][0] : darkest;
+    ASSERT_GTE(darkest, 38); /* without a light: 0.26 of the clay's red, 41 */
+    PASS();
+}
+
 TEST what_cannot_be_shown_ends_with_one_line(void)
 {
     const char *const nowhere[] = {"viewer", "--grid", "16", "--screenshot", "/nowhere/at all.png", NULL};
@@ -333,6 +352,14 @@ TEST what_cannot_be_shown_ends_with_one_line(void)
     ASSERT_EQ(1, lines_said());
     ASSERT_EQ(CLI_EXIT_USAGE, run_viewer(usage));
     ASSERT_EQ(1, lines_said());
+    const char *const vain[][6] = {{"viewer", "--bench", "--script", "a.txt"}, {"viewer", "--bench", "a.obj"},
+                                   {"viewer", "--json", "-"}, {"viewer", "--out", "a"}, {"viewer", "--texture", "64"},
+                                   {"viewer", "--texture", "64", "--save", "a.ply"},
+                                   {"viewer", "--save", "a.ply", "--screenshot", "a.png"}};
+    for (size_t i = 0; i < sizeof vain / sizeof *vain; ++i) {
+        ASSERT_EQm(vain[i][1], CLI_EXIT_USAGE, run_viewer(vain[i]));
+        ASSERT_EQ(1, lines_said());
+    }
     if (display) {
         ASSERT(write_text("save.txt", "save /nowhere/a.ply\n"));
         char script[512];
@@ -364,6 +391,7 @@ int main(int argc, char **argv)
     RUN_TEST(a_texture_wants_colors);
     start_display();
     RUN_TEST(pictures_show_what_there_is);
+    RUN_TEST(coarse_bodies_have_no_dark_outline);
     RUN_TEST(what_cannot_be_shown_ends_with_one_line);
     stop_display();
     if (!remove_folder()) return 1;

@@ -44,7 +44,15 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         { "FIRST", &first, "what is needed", true },
         { "MORE", more, "what is not", false },
     };
-    struct cli_program program = { "fuzz", "takes any command line", &common, options, 7, positionals, 2, &files, 4 };
+    const struct cli_rule rules[] = {
+        { "flag+text=a", NULL, NULL },
+        { "int", "float|MORE=b", "flag|FIRST|MORE|float|place" },
+        { "choice=two", NULL, "FIRST|text" },
+    };
+    const struct cli_program program = { .name = "fuzz", .summary = "takes any command line", .common = &common,
+                                         .options = options, .option_count = 7, .positionals = positionals, .positional_count = 2,
+                                         .repeated = &files, .max_repeated = 4, .without = "backend|out",
+                                         .rules = rules, .rule_count = 3 };
     char word[MOST_WORDS][WORD], name[] = "fuzz", *argv[MOST_WORDS + 2];
     int status;
     argv[0] = name;

@@ -10,7 +10,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define COMMON_COUNT 7
+enum { COMMON_COUNT = 7, MOST_ARGUMENTS = 64 };
+
+/* A command line that is being read. */
+struct line {
+    const struct cli_program *program;
+    struct cli_option options[MOST_ARGUMENTS]; /* the program's, then the common ones that it has */
+    int option_count, positionals;
+    const char *given[MOST_ARGUMENTS]; /* values of options, then of positionals; NULL: not given */
+};
 
 struct cli_common cli_common_defaults(void)
 {
@@ -18,14 +26,23 @@ struct cli_common cli_common_defaults(void)
     return common;
 }
 
-/* Writes the options that every program has; returns how many. */
-static int common_options(const struct cli_program *program, struct cli_option out[COMMON_COUNT])
+/* Returns whether a word is one of "a|b|c"; words: NULL has none. */
+static bool is_one_of(const char *words, const char *word)
 {
-    struct cli_common *c = program->common;
-    if (!c) {
-        return 0;
+    const size_t length = strlen(word);
+    for (const char *w = words; w; w = strchr(w, '|') ? strchr(w, '|') + 1 : NULL) {
+        if (length > 0 && strncmp(w, word, length) == 0 && (w[length] == '|' || w[length] == '\0')) {
+            return true;
+        }
     }
-    const struct cli_option all[COMMON_COUNT] = {
+    return false;
+}
+
+/* Begins a line: lists the options of the program and those that every program has. */
+static void list_options(const struct cli_program *program, struct line *line)
+{
+    struct cli_common none, *c = program->common ? program->common : &none;
+    const struct cli_option common[COMMON_COUNT] = {
         {"grid", CLI_INT, &c->grid, "N", "grid cells along the longest side (0: the program's choice)", 0.0, 4096.0,
          NULL},
         {"params", CLI_CHOICE, &c->params, NULL, "parameter set", 0.0, 0.0, "paper|default"},
@@ -35,8 +52,12 @@ static int common_options(const struct cli_program *program, struct cli_option o
         {"out", CLI_STRING, &c->out, "DIR", "write pictures and meshes into this folder", 0.0, 0.0, NULL},
         {"quiet", CLI_FLAG, &c->quiet, NULL, "no progress bar, no remarks", 0.0, 0.0, NULL},
     };
-    memcpy(out, all, sizeof all);
-    return COMMON_COUNT;
+    memset(line, 0, sizeof *line);
+    line->program = program;
+    for (int i = 0; i < program->option_count; ++i) { line->options[line->option_count++] = program->options[i]; }
+    for (int i = 0; program->common && i < COMMON_COUNT; ++i) {
+        if (!is_one_of(program->without, common[i].name)) { line->options[line->option_count++] = common[i]; }
+    }
 }
 
 int cli_grid(const char *name, struct cli_common *common, int standard, int least, int most)
@@ -100,17 +121,6 @@ bool cli_read_int(const char *text, int *value)
     }
     *value = (int)read;
     return true;
-}
-
-static bool is_choice(const char *choices, const char *text)
-{
-    const size_t length = strlen(text);
-    for (const char *c = choices; c; c = strchr(c, '|') ? strchr(c, '|') + 1 : NULL) {
-        if (length > 0 && strncmp(c, text, length) == 0 && (c[length] == '|' || c[length] == '\0')) {
-            return true;
-        }
-    }
-    return false;
 }
 
 static bool in_range(const struct cli_option *option, double value)
@@ -182,7 +192,7 @@ static int store(const struct cli_program *program, const struct cli_option *opt
         memcpy(option->destination, triple, sizeof triple);
         return CLI_CONTINUE;
     case CLI_CHOICE:
-        if (!is_choice(option->choices, text) || strchr(text, '|')) {
+        if (!is_one_of(option->choices, text) || strchr(text, '|')) {
             return bad_value(program, option, text, option->choices);
         }
         *(const char **)option->destination = text;
@@ -242,8 +252,9 @@ static void print_option(const struct cli_option *o)
     putchar('\n');
 }
 
-static void print_usage(const struct cli_program *program, const struct cli_option *common, int common_count)
+static void print_usage(const struct line *line)
 {
+    const struct cli_program *program = line->program;
     printf("usage: %s [options]", program->name);
     for (int i = 0; i < program->positional_count; ++i) {
         const struct cli_positional *p = &program->positionals[i];
@@ -254,24 +265,21 @@ static void print_usage(const struct cli_program *program, const struct cli_opti
         const struct cli_positional *p = &program->positionals[i];
         printf("  %-28s %s\n", p->name, p->help ? p->help : "");
     }
-    for (int i = 0; i < program->option_count; ++i) {
-        print_option(&program->options[i]);
-    }
-    for (int i = 0; i < common_count; ++i) {
-        print_option(&common[i]);
+    for (int i = 0; i < line->option_count; ++i) {
+        print_option(&line->options[i]);
     }
     printf("  %-28s %s\n", "--help", "show this text");
 }
 
-static const struct cli_option *find_option(const struct cli_option *options, int count, const char *name,
-                                            size_t length)
+/* Returns the number of the option with this name, -1: there is none. */
+static int find_option(const struct line *line, const char *name, size_t length)
 {
-    for (int i = 0; i < count; ++i) {
-        if (strlen(options[i].name) == length && strncmp(options[i].name, name, length) == 0) {
-            return &options[i];
+    for (int i = 0; i < line->option_count; ++i) {
+        if (strlen(line->options[i].name) == length && strncmp(line->options[i].name, name, length) == 0) {
+            return i;
         }
     }
-    return NULL;
+    return -1;
 }
 
 /* Looks for --help before anything else, because it takes precedence over a mistake in the line. */
@@ -285,47 +293,143 @@ static bool wants_help(int argc, char **argv)
     return false;
 }
 
-/* Stores the next positional argument, of which `*count` were stored before. */
-static int take_positional(const struct cli_program *program, const char *token, int *count)
+/* Stores the next positional argument. */
+static int take_positional(struct line *line, const char *token)
 {
+    const struct cli_program *program = line->program;
     const int last = program->positional_count - 1;
-    const bool repeats = program->repeated && *count >= last;
-    if (repeats ? *program->repeated == program->max_repeated : *count > last) {
+    const bool repeats = program->repeated && line->positionals >= last;
+    if (repeats ? *program->repeated == program->max_repeated : line->positionals > last) {
         return cli_fail(program->name, CLI_EXIT_USAGE, "unexpected argument '%s' (see --help)", token);
     }
-    if (repeats) {
-        program->positionals[last].destination[(*program->repeated)++] = token;
-        *count = program->positional_count;
-    } else {
-        *program->positionals[(*count)++].destination = token;
-    }
+    const int number = repeats ? last : line->positionals;
+    program->positionals[number].destination[repeats ? (*program->repeated)++ : 0] = token;
+    line->given[line->option_count + number] = token;
+    line->positionals = number + 1;
     return CLI_CONTINUE;
 }
 
 /* Stores the option of argv[*i], "--name", "--name=value" or "--name" and the next word, to which *i then points. */
-static int take_option(const struct cli_program *program, const struct cli_option *common, int common_count, int argc,
-                       char **argv, int *i)
+static int take_option(struct line *line, int argc, char **argv, int *i)
 {
-    const char *token = argv[*i], *name = token + 2;
+    const char *program = line->program->name, *token = argv[*i], *name = token + 2;
     const size_t length = token[1] == '-' ? strcspn(name, "=") : 0;
-    const struct cli_option *option = length ? find_option(program->options, program->option_count, name, length) : NULL;
-    if (!option && length) {
-        option = find_option(common, common_count, name, length);
+    const int number = length ? find_option(line, name, length) : -1;
+    if (number < 0) {
+        return cli_fail(program, CLI_EXIT_USAGE, "unknown option '%s' (see --help)", token);
     }
-    if (!option) {
-        return cli_fail(program->name, CLI_EXIT_USAGE, "unknown option '%s' (see --help)", token);
-    }
+    const struct cli_option *option = &line->options[number];
     const char *value = name[length] == '=' ? name + length + 1 : NULL;
     if (option->type == CLI_FLAG && value) {
-        return cli_fail(program->name, CLI_EXIT_USAGE, "--%s takes no value", option->name);
+        return cli_fail(program, CLI_EXIT_USAGE, "--%s takes no value", option->name);
     }
     if (option->type != CLI_FLAG && !value) {
         if (*i + 1 >= argc) {
-            return cli_fail(program->name, CLI_EXIT_USAGE, "--%s needs a value", option->name);
+            return cli_fail(program, CLI_EXIT_USAGE, "--%s needs a value", option->name);
         }
         value = argv[++*i];
     }
-    return store(program, option, value);
+    line->given[number] = value ? value : "";
+    return store(line->program, option, value);
+}
+
+/* ---- rules ---- */
+
+/* Returns the name of an argument: of an option, or after these of a positional. */
+static const char *argument_name(const struct line *line, int number)
+{
+    return number < line->option_count ? line->options[number].name : line->program->positionals[number - line->option_count].name;
+}
+
+static int argument_count(const struct line *line) { return line->option_count + line->program->positional_count; }
+
+static bool ends_with(const char *text, const char *end, size_t length)
+{
+    return strlen(text) >= length && strncmp(text + strlen(text) - length, end, length) == 0;
+}
+
+/* Returns whether a term, "name" or "name=end" of `length` characters, is this argument, and it is given. */
+static bool term_fits(const struct line *line, const char *term, size_t length, int number)
+{
+    const char *name = argument_name(line, number), *equals = memchr(term, '=', length);
+    const size_t name_length = equals ? (size_t)(equals - term) : length;
+    return line->given[number] && strlen(name) == name_length && strncmp(name, term, name_length) == 0
+        && (!equals || ends_with(line->given[number], equals + 1, length - name_length - 1));
+}
+
+/* Returns the next term of "a|b" or "a+b", to be called until NULL. */
+static const char *next_term(const char **terms, size_t *length)
+{
+    const char *term = *terms && **terms ? *terms : NULL;
+    *length = term ? strcspn(term, "+|") : 0;
+    *terms = term ? term + *length + (term[*length] != '\0') : NULL;
+    return term;
+}
+
+/* Returns whether an argument that is given is a term of a list. */
+static bool is_listed(const struct line *line, const char *terms, int number)
+{
+    size_t length;
+    for (const char *term; (term = next_term(&terms, &length)) != NULL;) {
+        if (term_fits(line, term, length, number)) { return true; }
+    }
+    return false;
+}
+
+/* Returns whether at least one of the terms is given, or with `all` each. */
+static bool are_given(const struct line *line, const char *terms, bool all)
+{
+    size_t length;
+    for (const char *term; (term = next_term(&terms, &length)) != NULL;) {
+        bool given = false;
+        for (int n = 0; n < argument_count(line); ++n) { given = given || term_fits(line, term, length, n); }
+        if (given != all) { return given; }
+    }
+    return all;
+}
+
+/* Appends terms to a text as they are typed, with a word before each: --name, --name *end, NAME, or the end alone for NAME=end. */
+static void append_terms(char *text, size_t size, const char *terms, const char *first, const char *next)
+{
+    size_t length;
+    for (const char *term, *word = first; (term = next_term(&terms, &length)) != NULL; word = next) {
+        const int name = (int)strcspn(term, "=+|"), end = (int)length - name > 0 ? (int)length - name - 1 : 0;
+        const size_t used = strlen(text);
+        const bool positional = isupper((unsigned char)*term) != 0;
+        if (positional && end > 0) {
+            snprintf(text + used, size - used, "%s%.*s", word, end, term + name + 1);
+        } else {
+            snprintf(text + used, size - used, "%s%s%.*s%s%.*s", word, positional ? "" : "--", name, term, end > 0 ? " *" : "", end,
+                     term + name + (end > 0));
+        }
+    }
+}
+
+/* Returns the first argument that is given and that a rule with `only` does not allow, -1: there is none. */
+static int find_excluded(const struct line *line, const struct cli_rule *rule)
+{
+    for (int n = 0; rule->only && n < argument_count(line); ++n) {
+        if (line->given[n] && !is_listed(line, rule->given, n) && !is_listed(line, rule->only, n)) { return n; }
+    }
+    return -1;
+}
+
+/* Refuses what has no effect by a rule. */
+static int check_rule(const struct line *line, const struct cli_rule *rule)
+{
+    char what[64] = "", beside[256] = "";
+    const char *rest = strchr(rule->given, '+');
+    if (!are_given(line, rule->given, true)) { return CLI_CONTINUE; }
+    const int excluded = find_excluded(line, rule);
+    if (excluded >= 0) {
+        append_terms(what, sizeof what, argument_name(line, excluded), "", "");
+        append_terms(beside, sizeof beside, rule->given, " with ", " and ");
+    } else if ((rule->needs || !rule->only) && !are_given(line, rule->needs, false)) {
+        snprintf(what, sizeof what, "--%.*s", (int)strcspn(rule->given, "=+"), rule->given);
+        append_terms(beside, sizeof beside, rest ? rest + 1 : NULL, " with ", " and ");
+        append_terms(beside, sizeof beside, rule->needs, rest ? " and without " : " without ", " or ");
+    }
+    return *what ? cli_fail(line->program->name, CLI_EXIT_USAGE, "%s has no effect%s", what, beside) : CLI_CONTINUE;
 }
 
 /* Ends the program as failed if what it has printed did not all arrive, as on a full disk. */
@@ -347,12 +451,15 @@ static void check_output_at_exit(void)
 int cli_parse(const struct cli_program *program, int argc, char **argv)
 {
     check_output_at_exit();
-    struct cli_option common[COMMON_COUNT];
-    const int common_count = common_options(program, common);
-    int positionals = 0, status = CLI_CONTINUE;
+    struct line line;
+    int status = CLI_CONTINUE;
     bool options_over = false;
+    if (program->option_count + COMMON_COUNT + program->positional_count > MOST_ARGUMENTS) {
+        return cli_fail(program->name, CLI_EXIT_FAILURE, "more than %d options", MOST_ARGUMENTS);
+    }
+    list_options(program, &line);
     if (wants_help(argc, argv)) {
-        print_usage(program, common, common_count);
+        print_usage(&line);
         return CLI_EXIT_OK;
     }
     for (int i = 1; i < argc && status == CLI_CONTINUE; ++i) {
@@ -360,14 +467,15 @@ int cli_parse(const struct cli_program *program, int argc, char **argv)
         if (!options_over && strcmp(token, "--") == 0) {
             options_over = true;
         } else if (options_over || token[0] != '-' || token[1] == '\0') {
-            status = take_positional(program, token, &positionals);
+            status = take_positional(&line, token);
         } else {
-            status = take_option(program, common, common_count, argc, argv, &i);
+            status = take_option(&line, argc, argv, &i);
         }
     }
-    if (status == CLI_CONTINUE && positionals < program->positional_count && program->positionals[positionals].required) {
+    if (status == CLI_CONTINUE && line.positionals < program->positional_count && program->positionals[line.positionals].required) {
         return cli_fail(program->name, CLI_EXIT_USAGE, "missing argument %s (see --help)",
-                        program->positionals[positionals].name);
+                        program->positionals[line.positionals].name);
     }
+    for (int r = 0; r < program->rule_count && status == CLI_CONTINUE; ++r) { status = check_rule(&line, &program->rules[r]); }
     return status;
 }

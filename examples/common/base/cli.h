@@ -58,6 +58,14 @@ struct cli_common {
     bool quiet;          /* --quiet */
 };
 
+/* What has no effect, and is refused in one line. A term is the name of an option, or of a positional in capitals, or "name=end" for
+ * one whose value ends so. Where all terms of `given` are there, one of `needs` has to be, and of others only those of `only`. */
+struct cli_rule {
+    const char *given; /* "a+b" */
+    const char *needs; /* "a|b"; NULL, without `only`: the terms of `given` exclude each other */
+    const char *only;  /* "a|b"; NULL: anything */
+};
+
 struct cli_program {
     const char *name;
     const char *summary;
@@ -68,6 +76,9 @@ struct cli_program {
     int positional_count;
     int *repeated;     /* not NULL: the last positional may be given `max_repeated` times, into an array */
     int max_repeated; /* *repeated, 0 at the start, becomes the number given */
+    const char *without; /* common options that the program does not have, "a|b"; NULL: it has all */
+    const struct cli_rule *rules;
+    int rule_count;
 };
 
 enum { CLI_CONTINUE = -1, CLI_EXIT_OK = 0, CLI_EXIT_FAILURE = 1, CLI_EXIT_USAGE = 2 };

@@ -264,7 +264,7 @@ static int find_picture(struct reader *r, const struct aiString *name)
     }
     picture->bytes = name->data[0] == '*' ? read_embedded(r, name->data + 1, &picture->size)
                                           : read_beside(r, name->data, &picture->size);
-    if (!picture->bytes || !image_read(picture->bytes, picture->size, &picture->image)) {
+    if (!picture->bytes || !byte_image_read(picture->bytes, picture->size, &picture->image)) {
         free(picture->bytes);
         memset(picture, 0, sizeof *picture);
         ++c->missing_pictures;
@@ -551,6 +551,15 @@ static bool drop_unused_materials(struct reader *r)
     return true;
 }
 
+/* Returns whether not all vertices are one place. */
+static bool has_size(const struct character *c)
+{
+    for (int i = 3; i < 3 * c->vertex_count; ++i) {
+        if (c->positions[i] != c->positions[i % 3]) { return true; }
+    }
+    return false;
+}
+
 static bool read_parts(struct reader *r, const char *props)
 {
     struct character *c = r->character;
@@ -589,7 +598,8 @@ static bool read_parts(struct reader *r, const char *props)
             good = !wanted(r, j, part, props) || add_part(r, j, part);
         }
     }
-    return good && (c->triangle_count > 0 || fail(r, "no triangles")) && drop_unused_materials(r);
+    return good && (c->triangle_count > 0 || fail(r, "no triangles")) && (has_size(c) || fail(r, "the body has no size"))
+        && drop_unused_materials(r);
 }
 
 /* ---- animations ---- */

@@ -6,6 +6,18 @@
 #include <stdlib.h>
 #include <string.h>
 
+bool solid_grid_around(const float lo[3], const float hi[3], int cells, struct solid_grid *grid)
+{
+    const double longest = (double)fmaxf(hi[0] - lo[0], fmaxf(hi[1] - lo[1], hi[2] - lo[2]));
+    if (!(longest > 0.0) || !isfinite(longest)) { return false; }
+    grid->spacing = longest / (cells - 2 * SOLID_MARGIN);
+    for (int k = 0; k < 3; ++k) {
+        grid->size[k] = (int)fmax(8.0, ceil((double)(hi[k] - lo[k]) / grid->spacing) + 2 * SOLID_MARGIN);
+        grid->origin[k] = (double)lo[k] - SOLID_MARGIN * grid->spacing;
+    }
+    return true;
+}
+
 /* ---- what is connected ---- */
 
 /* Runs of voxels of one side along x, row by row, and which of them are connected. */

@@ -91,17 +91,16 @@ static int texel(float u, int size, float *part)
     return ((int)whole + size) % size;
 }
 
-static void image_sample(const struct image *image, const float uv[2], float color[3])
+/* Samples an image bilinearly; it repeats. */
+static void image_sample(const struct byte_image *image, const float uv[2], float color[3])
 {
     float s, t;
     const int x = texel(uv[0], image->width, &s), y = texel(uv[1], image->height, &t);
     const int x1 = (x + 1) % image->width, y1 = (y + 1) % image->height;
+    const unsigned char *row = image->rgb + 3 * (size_t)y * (size_t)image->width, *row1 = image->rgb + 3 * (size_t)y1 * (size_t)image->width;
     for (int k = 0; k < 3; ++k) {
-        const float *rgb = image->rgb + k;
-        const float top = (1.0f - s) * rgb[3 * ((size_t)y * (size_t)image->width + (size_t)x)]
-                          + s * rgb[3 * ((size_t)y * (size_t)image->width + (size_t)x1)];
-        const float bottom = (1.0f - s) * rgb[3 * ((size_t)y1 * (size_t)image->width + (size_t)x)]
-                             + s * rgb[3 * ((size_t)y1 * (size_t)image->width + (size_t)x1)];
+        const float top = (1.0f - s) * ((float)row[3 * x + k] / 255.0f) + s * ((float)row[3 * x1 + k] / 255.0f);
+        const float bottom = (1.0f - s) * ((float)row1[3 * x + k] / 255.0f) + s * ((float)row1[3 * x1 + k] / 255.0f);
         color[k] = (1.0f - t) * top + t * bottom;
     }
 }

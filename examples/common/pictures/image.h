@@ -34,9 +34,20 @@ bool image_write_small_png(const struct image *image, int colors, const char *pa
 bool image_shrink(struct image *image, int width);
 /* Encodes as PNG in memory, to be freed. */
 bool image_encode_png(const struct image *image, unsigned char **bytes, size_t *size);
-/* Decodes PNG, JPEG and the other formats of stb_image, but PNM, from a file's bytes. Returns false with an empty picture on failure. */
+/* Decodes PNG, JPEG and the other formats of stb_image, but PNM, from a file's bytes. Returns false with an empty picture on failure, and
+ * where the file promises more pixels than its size can have. */
 bool image_read(const unsigned char *bytes, size_t length, struct image *image);
 bool image_read_file(const char *path, struct image *image);
+
+/* A picture as files have them, a byte a channel: for textures, which are only read. Free it by byte_image_free. */
+struct byte_image {
+    int width, height;
+    unsigned char *rgb; /* 3 * width * height */
+};
+
+bool byte_image_read(const unsigned char *bytes, size_t length, struct byte_image *image); /* as image_read */
+void byte_image_free(struct byte_image *image);
+bool byte_image_encode_png(const struct byte_image *image, unsigned char **bytes, size_t *size);
 
 /* ---- drawing ---- */
 void image_blend(struct image *image, int x, int y, struct color color, float alpha); /* one pixel */

@@ -26,22 +26,39 @@
     #pragma GCC diagnostic pop
 #endif
 
-enum { MAX_PIXELS = 1 << 26 };
+/* A byte of a file has at most so many pixels: deflate makes 1032 bytes of it, of 8 pixels each where these are black or white. Most
+ * readers of stb_image go on with zeros behind the end. */
+enum { MAX_PIXELS = 1 << 26, MAX_PIXELS_A_BYTE = 8 * 1032 };
+
+bool byte_image_read(const unsigned char *bytes, size_t length, struct byte_image *image)
+{
+    int channels = 0;
+    memset(image, 0, sizeof *image);
+    if (length <= INT32_MAX && stbi_info_from_memory(bytes, (int)length, &image->width, &image->height, &channels)
+        && (int64_t)image->width * image->height <= MAX_PIXELS
+        && (int64_t)image->width * image->height <= (int64_t)length * MAX_PIXELS_A_BYTE) {
+        image->rgb = stbi_load_from_memory(bytes, (int)length, &image->width, &image->height, &channels, 3);
+    }
+    if (!image->rgb) { memset(image, 0, sizeof *image); }
+    return image->rgb != NULL;
+}
+
+void byte_image_free(struct byte_image *image)
+{
+    stbi_image_free(image->rgb);
+    memset(image, 0, sizeof *image);
+}
 
 bool image_read(const unsigned char *bytes, size_t length, struct image *image)
 {
-    int width = 0, height = 0, channels = 0;
+    struct byte_image read;
     memset(image, 0, sizeof *image);
-    if (length > INT32_MAX || !stbi_info_from_memory(bytes, (int)length, &width, &height, &channels)
-        || (int64_t)width * height > MAX_PIXELS) {
-        return false;
+    const bool good = byte_image_read(bytes, length, &read)
+        && image_create(image, read.width, read.height, color_rgb(1.0f, 1.0f, 1.0f));
+    for (size_t i = 0; good && i < 3 * (size_t)read.width * (size_t)read.height; ++i) {
+        image->rgb[i] = (float)read.rgb[i] / 255.0f;
     }
-    unsigned char *pixels = stbi_load_from_memory(bytes, (int)length, &width, &height, &channels, 3);
-    const bool good = pixels && image_create(image, width, height, color_rgb(1.0f, 1.0f, 1.0f));
-    for (size_t i = 0; good && i < 3 * (size_t)width * (size_t)height; ++i) {
-        image->rgb[i] = (float)pixels[i] / 255.0f;
-    }
-    stbi_image_free(pixels);
+    byte_image_free(&read);
     return good;
 }
 

@@ -37,14 +37,20 @@ static unsigned char *image_bytes(const struct image *image)
     return bytes;
 }
 
+bool byte_image_encode_png(const struct byte_image *image, unsigned char **encoded, size_t *size)
+{
+    int length = 0;
+    *encoded = image->rgb ? stbi_write_png_to_mem(image->rgb, 3 * image->width, image->width, image->height, 3, &length) : NULL;
+    *size = (size_t)length;
+    return *encoded != NULL;
+}
+
 bool image_encode_png(const struct image *image, unsigned char **encoded, size_t *size)
 {
-    unsigned char *bytes = image_bytes(image);
-    int length = 0;
-    *encoded = bytes ? stbi_write_png_to_mem(bytes, 3 * image->width, image->width, image->height, 3, &length) : NULL;
-    *size = (size_t)length;
-    free(bytes);
-    return *encoded != NULL;
+    const struct byte_image bytes = {image->width, image->height, image_bytes(image)};
+    const bool good = byte_image_encode_png(&bytes, encoded, size);
+    free(bytes.rgb);
+    return good;
 }
 
 /* Not by stbi_write_png, which does not notice a full disk. */

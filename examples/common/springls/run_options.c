@@ -163,6 +163,21 @@ int run_make_folder(const char *program, const char *path)
                                    : cli_fail(program, CLI_EXIT_FAILURE, "cannot write into %s: %s", path, strerror(errno));
 }
 
+int run_check_output(const char *program, const char *path)
+{
+    char folder[1024] = ".";
+    struct stat info;
+    const char *slash = strrchr(path, '/');
+    const bool exists = stat(path, &info) == 0;
+    if (slash) { snprintf(folder, sizeof folder, "%.*s", (int)(slash - path + 1), path); }
+    if (exists && S_ISDIR(info.st_mode)) {
+        errno = EISDIR;
+    } else if (access(exists ? path : folder, W_OK) == 0) {
+        return CLI_CONTINUE;
+    }
+    return cli_fail(program, CLI_EXIT_FAILURE, "%s cannot be written: %s", path, strerror(errno));
+}
+
 int run_options(const char *program, const struct cli_common *common, const char *set, springls_params *params)
 {
     *params = strcmp(common->params, "paper") == 0 ? springls_paper_params() : springls_default_params();
@@ -179,8 +194,11 @@ int run_options(const char *program, const struct cli_common *common, const char
         return cli_fail(program, CLI_EXIT_FAILURE, "--threads %d: built without threads (OpenMP)", common->threads);
     }
 #endif
-    /* The folder of --out is made before the run, so that a mistake is found early. */
-    return common->out ? run_make_folder(program, common->out) : CLI_CONTINUE;
+    /* The folder of --out is made, and --json looked at, before the run, so that a mistake is found early. */
+    if (common->out && run_make_folder(program, common->out) != CLI_CONTINUE) {
+        return CLI_EXIT_FAILURE;
+    }
+    return common->json && strcmp(common->json, "-") != 0 ? run_check_output(program, common->json) : CLI_CONTINUE;
 }
 
 int run_threads(void)

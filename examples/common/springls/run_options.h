@@ -12,7 +12,7 @@
 #define RUN_OPTIONS_SET_HELP "change parameters: name=value[,name=value...], names as in springls_params"
 
 /* Sets params to the set named by --params, then the members in `set` ("name=value,name=value"; NULL = none). Also sets the
- * number of threads and makes the folder of --out. Returns CLI_CONTINUE, or the exit status after one line on stderr. */
+ * number of threads, makes the folder of --out and checks that the file of --json can be written. Returns CLI_CONTINUE, or the exit status after one line on stderr. */
 int run_options(const char *program, const struct cli_common *common, const char *set, springls_params *params);
 
 /* Sets the members of params in `set` alone, as run_options does. Returns CLI_CONTINUE, or the exit status after one line on
@@ -30,6 +30,10 @@ int run_threads(void); /* present number of threads of parallel loops */
 /* Makes a folder and those that it lies in, as far as they are missing. Returns CLI_CONTINUE, or the exit status after one line
  * on stderr. */
 int run_make_folder(const char *program, const char *path);
+
+/* Checks, before the work, that a file can be written or replaced; makes none. Returns CLI_CONTINUE, or the exit status after one
+ * line on stderr. */
+int run_check_output(const char *program, const char *path);
 
 /* Builds "folder/name", cut to `size` - 1 characters. */
 const char *run_path(const char *folder, const char *name, char *path, size_t size);

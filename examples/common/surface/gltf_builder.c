@@ -167,7 +167,7 @@ static void add_picture(struct gltf *g, const struct picture *picture)
                jpeg = picture->size > 3 && memcmp(picture->bytes, jpeg_sign, 3) == 0;
     unsigned char *made = NULL;
     size_t size = picture->size;
-    if (!png && !jpeg && !image_encode_png(&picture->image, &made, &size)) {
+    if (!png && !jpeg && !byte_image_encode_png(&picture->image, &made, &size)) {
         g->failed = true;
         return;
     }

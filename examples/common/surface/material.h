@@ -24,12 +24,12 @@ struct material {
 struct picture {
     unsigned char *bytes; /* PNG, JPEG, ...; owned */
     size_t size;
-    struct image image;
+    struct byte_image image;
 };
 
 static inline void picture_free(struct picture *picture)
 {
-    image_free(&picture->image);
+    byte_image_free(&picture->image);
     free(picture->bytes);
 }
 

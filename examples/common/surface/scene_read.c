@@ -1,6 +1,8 @@
 #define _POSIX_C_SOURCE 200809L
 #include "surface/scene_read.h"
 
+#include "surface/ply_check.h"
+
 #include <assimp/cimport.h>
 #include <assimp/config.h>
 #include <assimp/postprocess.h>
@@ -14,7 +16,7 @@
 #include <string.h>
 #include <strings.h>
 
-enum { LONGEST_LINE = 4096, MOST_LINES = 1000 }; /* of a header */
+enum { LONGEST_LINE = 4096 };
 
 bool scene_fail(char error[SCENE_TEXT], const char *path, const char *format, ...)
 {
@@ -45,36 +47,6 @@ static bool count_fits(struct header *h, double count)
 {
     return (count >= 0.0 && count <= (double)h->size)
            || scene_fail(h->error, h->path, "the header promises %.0f elements, the file has %ld bytes", count, h->size);
-}
-
-/* Returns whether the line begins with the word alone. */
-static bool is_word(const char *line, const char *word)
-{
-    const size_t length = strlen(word);
-    return strncmp(line, word, length) == 0 && (line[length] == '\0' || isspace((unsigned char)line[length]));
-}
-
-/* Returns whether every line is one that the format has, up to its end. */
-static bool ply_header_is_whole(struct header *h)
-{
-    static const char *const words[] = {"format", "comment", "obj_info", "element", "property"};
-    for (int row = 2; row < MOST_LINES && fgets(h->line, LONGEST_LINE, h->file); ++row) {
-        bool allowed = false;
-        double count;
-        if (is_word(h->line, "end_header")) {
-            return true;
-        }
-        for (size_t i = 0; i < sizeof words / sizeof *words; ++i) {
-            allowed = allowed || is_word(h->line, words[i]);
-        }
-        if (!allowed || !strchr(h->line, '\n')) {
-            return scene_fail(h->error, h->path, "line %d of the PLY header is none that it can have", row);
-        }
-        if (sscanf(h->line, "element %*s %lf", &count) == 1 && !count_fits(h, count)) {
-            return false;
-        }
-    }
-    return scene_fail(h->error, h->path, "the PLY header has no end");
 }
 
 /* Reads the next line that is neither blank nor a comment. */
@@ -209,10 +181,9 @@ static bool header_is_good(struct header *h)
         /* assimp reports what is missing */
         return !ferror(h->file) || scene_fail(h->error, h->path, "a folder, or a file that cannot be read");
     }
-    /* assimp takes the word in capitals too */
-    if (tolower((unsigned char)h->line[0]) == 'p' && tolower((unsigned char)h->line[1]) == 'l'
-        && tolower((unsigned char)h->line[2]) == 'y') {
-        return ply_header_is_whole(h);
+    if (strncasecmp(h->line, "ply", 3) == 0) {
+        rewind(h->file);
+        return ply_check(h->file, h->path, h->size, h->error);
     }
     if (ends_with(h->path, ".ply")) { /* assimp finds the word further on, and reads beyond the end */
         return scene_fail(h->error, h->path, "a PLY file begins with ply");

@@ -1,0 +1,208 @@
+#include "surface/ply_check.h"
+
+#include <ctype.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { LONGEST_LINE = 4096, MOST_LINES = 1000, MOST_PROPERTIES = 256 }; /* of a header */
+
+/* What a value is: bytes in a binary file, and whether it is a whole number, with or without a sign. */
+static const struct type {
+    const char *name;
+    int bytes;
+    bool whole, sign;
+} types[] = {{"char", 1, true, true},     {"int8", 1, true, true},      {"uchar", 1, true, false},  {"uint8", 1, true, false},
+             {"short", 2, true, true},    {"int16", 2, true, true},     {"ushort", 2, true, false}, {"uint16", 2, true, false},
+             {"int", 4, true, true},      {"int32", 4, true, true},     {"uint", 4, true, false},   {"uint32", 4, true, false},
+             {"float", 4, false, true},   {"float32", 4, false, true},  {"double", 8, false, true}, {"float64", 8, false, true}};
+
+struct property {
+    const struct type *type, *count; /* count: of a list, which is preceded by how many there are; NULL: one value */
+};
+
+struct element {
+    char name[32];
+    double count;
+    int first, end; /* of the properties */
+};
+
+struct ply {
+    const char *path;
+    FILE *file;
+    long size;
+    char *error;
+    bool has_format, ascii, big_endian;
+    struct element elements[MOST_PROPERTIES];
+    struct property properties[MOST_PROPERTIES];
+    int element_count, property_count;
+};
+
+/* ---- the header ---- */
+
+static const struct type *find_type(const char *name)
+{
+    for (size_t i = 0; i < sizeof types / sizeof *types; ++i) {
+        if (strcmp(types[i].name, name) == 0) { return &types[i]; }
+    }
+    return NULL;
+}
+
+static bool read_format(struct ply *p, const char *line)
+{
+    char word[32] = "";
+    sscanf(line, "format %31s", word);
+    p->ascii = strcmp(word, "ascii") == 0;
+    p->big_endian = strcmp(word, "binary_big_endian") == 0;
+    p->has_format = p->ascii || p->big_endian || strcmp(word, "binary_little_endian") == 0;
+    return p->has_format;
+}
+
+static bool read_element(struct ply *p, const char *line)
+{
+    struct element *e = &p->elements[p->element_count];
+    if (p->element_count == MOST_PROPERTIES || sscanf(line, "element %31s %lf", e->name, &e->count) != 2) { return false; }
+    e->first = e->end = p->property_count;
+    ++p->element_count;
+    return true;
+}
+
+static bool read_property(struct ply *p, const char *line)
+{
+    char first[32], second[32] = "", third[32] = "";
+    struct property *property = &p->properties[p->property_count];
+    const int words = sscanf(line, "property %31s %31s %31s", first, second, third);
+    const bool list = words >= 1 && strcmp(first, "list") == 0;
+    if (p->element_count == 0 || p->property_count == MOST_PROPERTIES || words < (list ? 3 : 2)) { return false; }
+    property->count = list ? find_type(second) : NULL;
+    property->type = find_type(list ? third : first);
+    p->elements[p->element_count - 1].end = ++p->property_count;
+    return property->type && (!list || (property->count && property->count->whole));
+}
+
+/* Returns whether the line begins with the word alone. */
+static bool is_word(const char *line, const char *word)
+{
+    const size_t length = strlen(word);
+    return strncmp(line, word, length) == 0 && (line[length] == '\0' || isspace((unsigned char)line[length]));
+}
+
+static bool read_line(struct ply *p, const char *line)
+{
+    return is_word(line, "comment") || is_word(line, "obj_info") || (is_word(line, "format") && read_format(p, line))
+        || (is_word(line, "element") && read_element(p, line)) || (is_word(line, "property") && read_property(p, line));
+}
+
+/* Reads the header up to its end, behind which the elements begin. An element takes at least one byte. */
+static bool read_header(struct ply *p)
+{
+    char line[LONGEST_LINE];
+    bool ended = false;
+    if (!fgets(line, sizeof line, p->file) || !isspace((unsigned char)line[3])) { /* assimp takes the first word in capitals too */
+        return scene_fail(p->error, p->path, "a PLY file begins with ply");
+    }
+    for (int row = 2; row < MOST_LINES && !ended && fgets(line, sizeof line, p->file); ++row) {
+        ended = is_word(line, "end_header");
+        if (!ended && (!strchr(line, '\n') || !read_line(p, line))) {
+            return scene_fail(p->error, p->path, "line %d of the PLY header is none that it can have", row);
+        }
+    }
+    for (int e = 0; e < p->element_count; ++e) {
+        const double count = p->elements[e].count;
+        if (!(count >= 0.0 && count <= (double)p->size)) {
+            return scene_fail(p->error, p->path, "the header promises %.0f elements, the file has %ld bytes", count, p->size);
+        }
+    }
+    return (ended || scene_fail(p->error, p->path, "the PLY header has no end"))
+        && (p->has_format || scene_fail(p->error, p->path, "the PLY header has no format"));
+}
+
+/* ---- the elements ---- */
+
+/* Reads the next word of the line, cut to `room`. Returns false at the end of the line, of which the line end is not read. */
+static bool next_word(FILE *file, char *word, size_t room)
+{
+    size_t length = 0;
+    int c = getc(file);
+    while (c != '\n' && c != EOF && isspace(c)) { c = getc(file); }
+    for (; c != EOF && !isspace(c); c = getc(file)) {
+        word[length] = (char)c;
+        length += length + 1 < room;
+    }
+    word[length] = '\0';
+    ungetc(c, file);
+    return length > 0;
+}
+
+/* Reads how many values of a property follow: 1, or that number of a list. Returns -1 where there is none, or it is negative. */
+static double read_count(const struct ply *p, const struct property *property)
+{
+    char word[32], *end;
+    unsigned char bytes[8];
+    double value = 0.0;
+    if (!property->count) { return 1.0; }
+    if (p->ascii) {
+        const double read = next_word(p->file, word, sizeof word) ? strtod(word, &end) : -1.0;
+        return read >= 0.0 && *end == '\0' && read <= 4294967295.0 && read == (double)(long long)read ? read : -1.0;
+    }
+    const int count = property->count->bytes;
+    if (fread(bytes, 1, (size_t)count, p->file) != (size_t)count) { return -1.0; }
+    for (int i = 0; i < count; ++i) { value = 256.0 * value + bytes[p->big_endian ? i : count - 1 - i]; }
+    return property->count->sign && bytes[p->big_endian ? 0 : count - 1] > 127 ? -1.0 : value;
+}
+
+/* Passes over values. Returns whether they are there. */
+static bool skip_values(const struct ply *p, const struct property *property, double count)
+{
+    char word[32], few[256];
+    const double bytes = count * property->type->bytes;
+    for (double i = 0.0; p->ascii && i < count; ++i) {
+        if (!next_word(p->file, word, sizeof word)) { return false; }
+    }
+    if (p->ascii || bytes <= sizeof few) { /* seeking takes longer */
+        return p->ascii || fread(few, 1, (size_t)bytes, p->file) == (size_t)bytes;
+    }
+    return bytes <= (double)(p->size - ftell(p->file)) && fseek(p->file, (long)bytes, SEEK_CUR) == 0;
+}
+
+/* Passes over the white space before an element of an ASCII file, which may be blank lines. */
+static void skip_space(FILE *file)
+{
+    int c = getc(file);
+    while (c != EOF && isspace(c)) { c = getc(file); }
+    ungetc(c, file);
+}
+
+/* Passes over one element: in an ASCII file a line. */
+static bool skip_element(const struct ply *p, const struct element *e, double number)
+{
+    char word[32];
+    if (p->ascii) { skip_space(p->file); }
+    for (int i = e->first; i < e->end; ++i) {
+        const double count = read_count(p, &p->properties[i]);
+        const bool whole = count >= 0.0 && skip_values(p, &p->properties[i], count);
+        if (!whole && (feof(p->file) || (!p->ascii && count >= 0.0))) {
+            return scene_fail(p->error, p->path, "the file ends in %s %.0f", e->name, number);
+        }
+        if (!whole) {
+            return scene_fail(p->error, p->path, count < 0.0 ? "%s %.0f: its list has no length, or a negative one"
+                                                             : "%s %.0f has fewer values than it should", e->name, number);
+        }
+    }
+    if (p->ascii && next_word(p->file, word, sizeof word)) {
+        return scene_fail(p->error, p->path, "%s %.0f has more values than it should", e->name, number);
+    }
+    return true;
+}
+
+bool ply_check(FILE *file, const char *path, long size, char error[SCENE_TEXT])
+{
+    struct ply *p = calloc(1, sizeof *p);
+    if (!p) { return scene_fail(error, path, "not enough memory"); }
+    p->path = path, p->file = file, p->size = size, p->error = error;
+    bool good = read_header(p);
+    for (int e = 0; good && e < p->element_count; ++e) {
+        for (double n = 0.0; good && n < p->elements[e].count; ++n) { good = skip_element(p, &p->elements[e], n); }
+    }
+    free(p);
+    return good;
+}

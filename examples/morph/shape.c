@@ -1,0 +1,243 @@
+/* shape.c - the shape of a frame: a body between source and target, both in the frame's pose.
+ *
+ * The two signed distances are blended, limbs that only one body has are united with that, it is moved so that the volume is between
+ * theirs, and what falls apart is bridged. */
+#include "morph/morph.h"
+
+#include "base/vec3.h"
+#include "character/mesh_voxels.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define ROD 1.4f      /* voxels: radius that limbs have at least before the target is reached */
+#define VICINITY 5.0f /* voxels: up to where springls have the weights of the target near them */
+#define BAND 0.9f     /* voxels: up to where signed distances of posed bodies are exact */
+
+/* ---- bodies in the present pose ---- */
+
+/* Continues the nearest triangles of a posed body into all of it, and outside as far as springls move in a frame. Returns false if
+ * memory is short. */
+static bool continue_nearest(const struct morph *morph, const float *phi, int *nearest)
+{
+    const int *size = morph->grid.size, step[3] = {1, size[0], size[0] * size[1]}, count = size[0] * size[1] * size[2];
+    int *queue = malloc((size_t)count * sizeof *queue), end = 0;
+    if (!queue) {
+        return false;
+    }
+    for (int n = 0; n < count; ++n) {
+        if (nearest[n] >= 0) { queue[end++] = n; }
+    }
+    for (int done = 0; done < end; ++done) {
+        for (int k = 0; k < 6; ++k) {
+            const int next = queue[done] + (k % 2 ? step[k / 2] : -step[k / 2]);
+            if (next >= 0 && next < count && nearest[next] < 0 && phi[next] < VICINITY) {
+                nearest[next] = nearest[queue[done]];
+                queue[end++] = next;
+            }
+        }
+    }
+    free(queue);
+    return true;
+}
+
+/* Moves a body's surface to the present pose, with limbs that the other lacks at `size` of theirs, and computes its signed
+ * distance. Returns false if memory is short. */
+static bool pose_body(struct morph *morph, struct morph_body *body, float size, float *phi, int *nearest)
+{
+    const struct solid_grid grid = morph_voxels(&morph->grid);
+    float *voxels = malloc(3 * ((size_t)body->mesh.vertex_count + 1) * sizeof *voxels);
+#if defined(_OPENMP)
+    #pragma omp parallel for
+#endif
+    for (int v = 0; v < (voxels ? body->mesh.vertex_count : 0); ++v) {
+        const struct affine blend = influences_blend(&body->influences[v], morph->skin);
+        float place[3];
+        vec3_add_scaled(body->mesh.positions + 3 * v, 1.0f - size, body->mesh_pulls + 3 * v, place);
+        affine_apply(&blend, place, body->posed + 3 * v);
+        morph_to_voxel(&morph->grid, body->posed + 3 * v, voxels + 3 * v);
+    }
+    const bool continued = body == &morph->target || body->has_alone; /* else nothing reads it beyond the band */
+    const bool good = voxels && mesh_voxels(&grid, voxels, body->mesh.triangles, body->mesh.triangle_count, BAND, phi, nearest)
+        && (!continued || continue_nearest(morph, phi, nearest));
+    free(voxels);
+    return good;
+}
+
+/* ---- between the two ---- */
+
+/* Returns the volume of a level set, voxels, and in *area roughly that of its surface. What is summed are integers: their order,
+ * and so the number of threads, changes no bit. */
+static double volume_of(const struct morph *morph, const float *phi, float shift, double *area)
+{
+    const int count = (int)morph_voxel_count(morph), unit = 1 << 20;
+    int64_t volume = 0, near = 0;
+#if defined(_OPENMP)
+    #pragma omp parallel for reduction(+ : volume, near)
+#endif
+    for (int n = 0; n < count; ++n) {
+        const float x = phi[n] + shift;
+        volume += x <= -0.5f ? unit : x < 0.5f ? (int)((0.5f - x) * (float)unit) : 0;
+        near += fabsf(x) < 0.5f;
+    }
+    *area = (double)near;
+    return (double)volume / unit;
+}
+
+/* Adds a rod of `radius` voxels to a level set. */
+static void add_rod(const int size[3], float *phi, const float from[3], const float to[3], float radius)
+{
+    float axis[3];
+    int lo[3], hi[3];
+    vec3_sub(to, from, axis);
+    const float square = vec3_dot(axis, axis);
+    for (int k = 0; k < 3; ++k) {
+        lo[k] = (int)fmaxf(1.0f, floorf(fminf(from[k], to[k]) - radius - BAND));
+        hi[k] = (int)fminf((float)size[k] - 2.0f, ceilf(fmaxf(from[k], to[k]) + radius + BAND));
+    }
+    for (int z = lo[2]; z <= hi[2]; ++z) {
+        for (int y = lo[1]; y <= hi[1]; ++y) {
+            for (int x = lo[0]; x <= hi[0]; ++x) {
+                const float p[3] = {(float)x, (float)y, (float)z};
+                float d[3];
+                vec3_sub(p, from, d);
+                vec3_add_scaled(d, square > 0.0f ? -fmaxf(0.0f, fminf(1.0f, vec3_dot(d, axis) / square)) : 0.0f, axis, d);
+                float *here = phi + ((size_t)z * (size_t)size[1] + (size_t)y) * (size_t)size[0] + (size_t)x;
+                *here = fminf(*here, vec3_length(d) - radius);
+            }
+        }
+    }
+}
+
+/* Keeps limbs at least as thick as a rod along their bones, so that none falls apart between two shapes. Those that the source
+ * lacks have `grown` of their size. */
+static void add_rods(const struct morph *morph, float radius, float grown, float *phi)
+{
+    const struct character *target = &morph->target.character;
+    for (int j = 0; j < target->joint_count; ++j) {
+        const int root = morph->alignment.grows[j], ends[2] = {j, root < 0 ? morph->alignment.bone_above[j]
+                                                                  : j == root ? -1 : target->joints[j].parent};
+        float places[2][3];
+        for (int e = 0; e < 2 && ends[1] >= 0; ++e) {
+            joint_place(&target->joints[ends[e]], places[e]);
+            if (root >= 0) {
+                float way[3];
+                joint_place(&target->joints[root], way);
+                vec3_sub(way, places[e], way);
+                vec3_add_scaled(places[e], 1.0f - grown, way, places[e]);
+            }
+            affine_apply(&morph->skin[ends[e]], places[e], places[e]);
+            morph_to_voxel(&morph->grid, places[e], places[e]);
+        }
+        if (ends[1] >= 0) { add_rod(morph->grid.size, phi, places[0], places[1], radius); }
+    }
+}
+
+/* Unites a voxel of a level set with those limbs of a body that the other lacks. */
+static float unite_alone(const struct morph *morph, const struct morph_body *body, float body_phi, int nearest, float phi)
+{
+    return body_phi < phi && body->has_alone && nearest >= 0 && morph_is_alone(morph, body, nearest) ? body_phi : phi;
+}
+
+/* Blends the level sets of source and target, and unites limbs that only one has with them. */
+static void blend_bodies(struct morph *morph, float part)
+{
+    const int count = (int)morph_voxel_count(morph);
+    const float *source = morph->source_phi, *target = morph->target_phi;
+#if defined(_OPENMP)
+    #pragma omp parallel for
+#endif
+    for (int n = 0; n < count; ++n) {
+        float phi = (1.0f - part) * source[n] + part * target[n];
+        phi = unite_alone(morph, &morph->source, source[n], morph->source_nearest[n], phi);
+        morph->shape[n] = unite_alone(morph, &morph->target, target[n], morph->target_nearest[n], phi);
+    }
+}
+
+/* Returns the volume of a triangle and the origin. */
+static double cone(const float a[3], const float b[3], const float c[3])
+{
+    float cross[3];
+    vec3_cross(a, b, cross);
+    return (double)vec3_dot(cross, c) / 6.0;
+}
+
+/* Returns the part of a body's volume that is left with limbs that the other lacks at `size` of theirs. */
+static double volume_left(const struct morph_body *body, float size)
+{
+    double whole = 0.0, left = 0.0;
+    for (int t = 0; t < body->mesh.triangle_count; ++t) {
+        float shrunk[3][3];
+        const float *corner[3];
+        for (int k = 0; k < 3; ++k) {
+            const int v = body->mesh.triangles[3 * t + k];
+            corner[k] = body->mesh.positions + 3 * v;
+            vec3_add_scaled(corner[k], 1.0f - size, body->mesh_pulls + 3 * v, shrunk[k]);
+        }
+        whole += cone(corner[0], corner[1], corner[2]);
+        left += cone(shrunk[0], shrunk[1], shrunk[2]);
+    }
+    return fmax(0.1, left / whole);
+}
+
+/* Keeps the nearest triangles of the pose before: springls are still there when the step of skinning looks up weights. */
+static void keep_nearest(struct morph *morph)
+{
+    int *before = morph->target_nearest;
+    morph->target_nearest = morph->nearest_before; /* its memory */
+    morph->nearest_before = before;
+}
+
+bool morph_shape(struct morph *morph, float part)
+{
+    const struct solid_grid voxels = morph_voxels(&morph->grid);
+    const int count = (int)morph_voxel_count(morph);
+    float *phi = morph->shape, *source = morph->source_phi, *target = morph->target_phi;
+    double area, volumes[2] = {0.0, 0.0};
+    struct solid_repair repair;
+    const float sizes[2] = {fmaxf(0.05f, 1.0f - part), fmaxf(0.05f, part)}; /* of limbs that the other lacks */
+    keep_nearest(morph);
+    if (!pose_body(morph, &morph->target, sizes[1], target, morph->target_nearest)
+        || (part < 1.0f && !pose_body(morph, &morph->source, sizes[0], source, morph->source_nearest))) {
+        return morph_no_memory();
+    }
+    if (part < 1.0f) {
+        volumes[0] = volume_of(morph, source, 0.0f, &area) / volume_left(&morph->source, sizes[0]);
+        volumes[1] = volume_of(morph, target, 0.0f, &area) / volume_left(&morph->target, sizes[1]);
+        blend_bodies(morph, part);
+        const double wanted = (1.0 - (double)part) * volumes[0] + (double)part * volumes[1];
+        float shift = 0.0f;
+        for (int step = 0; step < 3; ++step) { /* Newton */
+            const double volume = volume_of(morph, phi, shift, &area);
+            shift += area > 0.0 ? (float)fmax(-1.0, fmin(1.0, (volume - wanted) / area)) : 0.0f;
+        }
+        for (int n = 0; n < count; ++n) { phi[n] += shift; }
+    } else {
+        memcpy(phi, target, (size_t)count * sizeof *phi);
+    }
+    const float rod = ROD * fminf(1.0f, 5.0f * (1.0f - part));
+    if (rod > 0.0f) { add_rods(morph, rod, part, phi); }
+    return solid_repair(&voxels, phi, morph->settings.reach, true, &repair) || morph_no_memory();
+}
+
+float morph_sample(const int size[3], const float *phi, const float place[3])
+{
+    size_t base = 0, step[3] = {1, (size_t)size[0], (size_t)size[0] * (size_t)size[1]};
+    float part[3], sum = 0.0f;
+    for (int k = 0; k < 3; ++k) {
+        const float at = fmaxf(0.0f, fminf((float)size[k] - 1.001f, place[k]));
+        base += (size_t)at * step[k];
+        part[k] = at - floorf(at);
+    }
+    for (int c = 0; c < 8; ++c) {
+        float weight = 1.0f;
+        size_t at = base;
+        for (int k = 0; k < 3; ++k) {
+            weight *= c >> k & 1 ? part[k] : 1.0f - part[k];
+            at += c >> k & 1 ? step[k] : 0;
+        }
+        sum += weight * phi[at];
+    }
+    return sum;
+}
