@@ -448,9 +448,7 @@ bool atlas_segment_image(struct atlas_segment *run)
     if (!volume_read_one(set->image, set->frame, "--frame", &run->image, error)) {
         return atlas_fail("%s", error);
     }
-    if (cli_may_print(&set->common)) {
-        volume_print_note(&run->image, NULL);
-    }
+    volume_warn(&run->image, "atlas", NULL);
     if (set->reference && !read_reference(run)) {
         return false;
     }

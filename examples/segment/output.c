@@ -79,7 +79,7 @@ static bool draw_slices(const struct segment *run, const char *path)
     struct image picture;
     gray_window(run, &view.window_lo, &view.window_hi);
     const bool drawn = slices_render(&view, &picture) || segment_no_memory();
-    const bool written = drawn && (image_write_png(&picture, path) || segment_fail("%s: cannot write there", path));
+    const bool written = drawn && (image_write_png(&picture, path) || cli_write_failed("segment", path));
     if (drawn) {
         image_free(&picture);
     }
@@ -119,9 +119,9 @@ bool segment_write_object(const struct segment *run)
     }
     return (model_portrait_write(&run->frames[run->frame_count - 1], &portrait, 4.0f,
                                  object_path(run, "surface", ".png", path, sizeof path))
-            || segment_fail("%s: cannot draw it", path))
+            || cli_write_failed("segment", path))
         && (model_film_write(run->frames, run->frame_count, &film, object_path(run, "film", ".png", path, sizeof path))
-            || segment_fail("%s: cannot draw it", path));
+            || cli_write_failed("segment", path));
 }
 
 /* Writes the labels in the geometry of the image, as NIfTI and in the image's own format. */
@@ -224,11 +224,12 @@ bool segment_report(const struct segment *run, const char *path)
     const struct segment_settings *set = &run->settings;
     struct json_writer json;
     if (!json_open(&json, path)) {
-        return segment_fail("%s: cannot write there", path);
+        return cli_write_failed("segment", path);
     }
     json_object_begin(&json, NULL);
     json_string(&json, "program", "segment");
     json_string(&json, "image", set->image);
+    json_string(&json, "image_warning", volume_warning(&run->image));
     json_string(&json, "init", set->init);
     json_number(&json, "pressure", set->pressure);
     json_number(&json, "region", set->region);
@@ -254,7 +255,7 @@ bool segment_report(const struct segment *run, const char *path)
         json_array_end(&json);
     }
     json_object_end(&json);
-    return json_close(&json) || segment_fail("%s: writing failed", path);
+    return json_close(&json) || cli_write_failed("segment", path);
 }
 
 void segment_print_summary(const struct segment *run)

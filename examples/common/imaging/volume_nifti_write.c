@@ -85,7 +85,7 @@ bool volume_write_nifti(const char *path, const struct volume *like, enum volume
 
     gzFile file = gzopen(path, compressed ? "wb6" : "wbT"); /* T: plain bytes */
     if (!file) {
-        return volume_error(error, "%.200s: cannot write there", path);
+        return volume_write_error(error, path);
     }
     bool good = gzwrite(file, bytes, (unsigned)header_size + 4) == (int)header_size + 4;
     const size_t total = volume_voxels(like) * volume_type_size(type), step = (size_t)1 << 24;
@@ -95,8 +95,9 @@ bool volume_write_nifti(const char *path, const struct volume *like, enum volume
     }
     good = gzclose(file) == Z_OK && good;
     if (!good) {
+        volume_write_error(error, path);
         remove(path);
-        return volume_error(error, "%.200s: writing failed (disk full?)", path);
+        return false;
     }
     return true;
 }

@@ -151,7 +151,7 @@ bool field_write(const char *path, const struct field *field, char error[VOLUME_
     }
     gzFile file = gzopen(path, compressed ? "wb6" : "wbT"); /* T: plain bytes */
     if (!file) {
-        return write_error(error, path, "cannot write there");
+        return volume_write_error(error, path);
     }
     bool good = gzwrite(file, &header, sizeof header) == (int)sizeof header && gzwrite(file, no_extensions, 4) == 4;
     for (size_t c = 0; c < 3; ++c) {
@@ -159,8 +159,9 @@ bool field_write(const char *path, const struct field *field, char error[VOLUME_
     }
     good = gzclose(file) == Z_OK && good;
     if (!good) {
+        volume_write_error(error, path);
         remove(path);
-        return write_error(error, path, "writing failed (disk full?)");
+        return false;
     }
     return true;
 }
