@@ -102,11 +102,11 @@ static const char *object_path(const struct segment *run, const char *name, cons
 bool segment_write_object(const struct segment *run)
 {
     char path[1024], error[VOLUME_TEXT];
-    const struct mesh_arrays ply = {.positions = run->surface.positions, .normals = run->surface.normals,
-                                 .vertex_count = (size_t)run->surface.vertex_count,
-                                 .indices = (const uint32_t *)(const void *)run->surface.triangles,
-                                 .triangle_count = (size_t)run->surface.triangle_count, /* omits what only coarser grids had */
-                                 .originals = run->result->levels == 1 && !run->refitted ? run->surface.correspondences : NULL,
+    const struct mesh_arrays ply = {.positions = run->surface->positions, .normals = run->surface->normals,
+                                 .vertex_count = (size_t)run->surface->vertex_count,
+                                 .indices = (const uint32_t *)(const void *)run->surface->triangles,
+                                 .triangle_count = (size_t)run->surface->triangle_count, /* omits what only coarser grids had */
+                                 .originals = run->result->levels == 1 && !run->refitted ? run->surface->correspondences : NULL,
                                  .comment = "millimetres, RAS+"};
     const struct model_view film = {.direction = {0.35f, 1.0f, 0.25f}, /* from the front */
                                     .up = {0.0f, 0.0f, 1.0f}, .over_surface = true};
@@ -304,7 +304,7 @@ void segment_end_object(struct segment *run)
     run->frame_count = 0;
     run->refitted = false;
     springls_mesh_free(run->truth_ctx, &run->truth_surface);
-    springls_mesh_free(run->ctx, &run->surface);
+    run->surface = NULL;
     springls_destroy(run->truth_ctx);
     springls_destroy(run->ctx);
     run->truth_ctx = run->ctx = NULL;
