@@ -248,8 +248,8 @@ bool atlas_segment_output(const struct atlas_segment *run)
     }
     if (common->out) {
         run_path(common->out, "report.json", path, sizeof path);
-        if (!write_surface(run, common->out) || !write_points(run, common->out) || !draw_stages(run, common->out) || !write_volumes(run, common->out) ||
-            !report(run, path)) {
+        if (!write_volumes(run, common->out) || !write_surface(run, common->out) || !write_points(run, common->out)
+            || !draw_stages(run, common->out) || !report(run, path)) {
             return false;
         }
     }
