@@ -410,42 +410,50 @@ static bool read_landmarks(struct track *track)
                                                     track->anchors), "landmarks");
 }
 
-/* Checks the image of a frame, and takes its warning. */
-static bool check_image(struct track *track, int frame)
+/* Takes the warning of a frame's image, and refuses one that cannot be registered. */
+static bool check_image(struct track *track, int frame, const struct volume *image)
 {
+    const bool registers = !track->settings.fields && !track->settings.true_field;
+    char name[32];
+    snprintf(name, sizeof name, "frame %d", frame);
+    volume_warn(image, "track4d", name);
+    memcpy(track->frames[frame].warning, image->note, sizeof image->note);
+    return !registers || image->maximum > image->minimum
+        || track_fail("frame %d: all voxels are equal: there is nothing to register", frame);
+}
+
+/* Reads what a frame needs: image, label and field. */
+static bool check_frame(struct track *track, int frame)
+{
+    const struct track_settings *set = &track->settings;
+    float *mask = NULL;
     struct volume image;
+    struct field field;
     if (!track_frame_image(track, frame, &image)) {
         return false;
     }
-    const bool registers = !track->settings.fields && !track->settings.true_field && track->frame_count > 1;
-    const bool flat = registers && !(image.maximum > image.minimum);
-    memcpy(track->frames[frame].warning, image.note, sizeof image.note);
-    char name[32];
-    snprintf(name, sizeof name, "frame %d", frame);
-    volume_warn(&image, "track4d", name);
+    const bool good = check_image(track, frame, &image) && track_frame_mask(track, frame, &mask);
     volume_free(&image);
-    return !flat || track_fail("frame %d: all voxels are equal: there is nothing to register", frame);
+    free(mask);
+    if (!good || !set->fields || frame == set->reference) {
+        return good;
+    }
+    const bool read = track_field_read(track, frame, &field);
+    if (read) {
+        field_free(&field);
+    }
+    return read;
 }
 
-/* Reads what every frame needs before the work on the first one: images, labels and fields. Those of a made motion are made. */
+/* Checks all frames before the work on the first one. Those of a made motion are made of the reference. */
 static bool check_frames(struct track *track)
 {
-    const struct track_settings *set = &track->settings;
-    for (int f = 0; f < track->frame_count && set->beat == 0; ++f) {
-        float *mask = NULL;
-        struct field field;
-        if (!check_image(track, f) || !track_frame_mask(track, f, &mask)) {
-            return false;
-        }
-        free(mask);
-        if (set->fields && f != set->reference) {
-            if (!track_field_read(track, f, &field)) {
-                return false;
-            }
-            field_free(&field);
-        }
+    const bool made = track->settings.beat > 0;
+    bool good = !made || check_image(track, track->settings.reference, &track->image);
+    for (int f = 0; good && !made && f < track->frame_count; ++f) {
+        good = check_frame(track, f);
     }
-    return true;
+    return good;
 }
 
 bool track_read(struct track *track)
@@ -455,9 +463,6 @@ bool track_read(struct track *track)
     struct volume labels;
     if (!volume_read(set->image, set->reference, &track->image, error) || !volume_read(set->labels, 0, &labels, error)) {
         return track_fail("%s", error);
-    }
-    if (set->beat > 0) {
-        volume_warn(&track->image, "track4d", NULL);
     }
     track->frame_count = set->beat > 0 ? set->beat : track->image.frame_count;
     track->labelled = labels.frame_count;
@@ -490,5 +495,6 @@ bool track_read(struct track *track)
     if (!track_frame_mask(&first, set->reference, &track->mask)) {
         return false;
     }
-    return (set->beat > 0 ? make_beat(track) : check_frames(track)) && make_model(track) && (!set->landmarks || read_landmarks(track));
+    return check_frames(track) && (set->beat == 0 || make_beat(track)) && make_model(track)
+        && (!set->landmarks || read_landmarks(track));
 }
