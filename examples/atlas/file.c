@@ -105,7 +105,7 @@ static bool write_raw(const char *path, const struct raw_array *arrays, int coun
     if (file && fclose(file) != 0) {
         good = false;
     }
-    return good || atlas_fail("%s: cannot write there", path);
+    return good || cli_write_failed("atlas", path);
 }
 
 static void write_template(struct json_writer *json, const struct fusion_template *template)
@@ -132,7 +132,7 @@ bool atlas_write(const char *folder, const struct atlas *atlas)
         return false;
     }
     if (!json_open(&json, header)) {
-        return atlas_fail("%s: cannot write there", header);
+        return cli_write_failed("atlas", header);
     }
     json_object_begin(&json, NULL);
     json_string(&json, "format", format_name);
@@ -165,7 +165,7 @@ bool atlas_write(const char *folder, const struct atlas *atlas)
     }
     json_array_end(&json);
     json_object_end(&json);
-    return json_close(&json) || atlas_fail("%s: writing failed", header);
+    return json_close(&json) || cli_write_failed("atlas", header);
 }
 
 /* ---- in ---- */

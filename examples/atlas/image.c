@@ -20,7 +20,8 @@ float atlas_intensity(const struct volume *image, const float place[3])
     const size_t strides[3] = {1, (size_t)image->dims[0], (size_t)image->dims[0] * (size_t)image->dims[1]};
     volume_world_to_index(image, place, x);
     for (int a = 0; a < 3; ++a) {
-        const float inside = fmaxf(0.0f, fminf((float)(image->dims[a] - 1), x[a]));
+        const float last = (float)(image->dims[a] - 1), below = x[a] < last ? x[a] : last; /* fminf is a call */
+        const float inside = below > 0.0f ? below : 0.0f;
         low[a] = (size_t)inside;
         step[a] = low[a] + 1 < (size_t)image->dims[a] ? strides[a] : 0;
         t[a] = inside - (float)low[a];

@@ -295,7 +295,7 @@ static bool report(const struct trial *trial, const struct table *table, const c
 {
     struct json_writer json;
     if (!json_open(&json, path)) {
-        return atlas_fail("%s: cannot write there", path);
+        return cli_write_failed("atlas", path);
     }
     json_object_begin(&json, NULL);
     json_string(&json, "program", "atlas leave-one-out");
@@ -321,7 +321,7 @@ static bool report(const struct trial *trial, const struct table *table, const c
     }
     json_array_end(&json);
     json_object_end(&json);
-    return json_close(&json) || atlas_fail("%s: writing failed", path);
+    return json_close(&json) || cli_write_failed("atlas", path);
 }
 
 /* Prints a subject's Dice and volume ratio at each stage. */

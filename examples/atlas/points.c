@@ -16,7 +16,7 @@ static bool write_table(const char *folder, const char *name, const char *first,
     char path[1024];
     FILE *file = fopen(run_path(folder, name, path, sizeof path), "w");
     if (!file) {
-        return atlas_fail("%s: cannot write there", path);
+        return cli_write_failed("atlas", path);
     }
     fprintf(file, "%s,x_mm,y_mm,z_mm,mean_x_mm,mean_y_mm,mean_z_mm\n", first);
     for (int i = 0; i < count; ++i) {
@@ -25,7 +25,7 @@ static bool write_table(const char *folder, const char *name, const char *first,
                 (double)a[2]);
     }
     const bool good = !ferror(file);
-    return (fclose(file) == 0 && good) || atlas_fail("%s: writing failed", path);
+    return (fclose(file) == 0 && good) || cli_write_failed("atlas", path);
 }
 
 static bool write_ply(const char *folder, const char *name, const struct shape_mesh *mesh, const float *points, int count,
@@ -79,7 +79,7 @@ bool atlas_write_weights(const char *folder, const struct atlas *atlas, const ch
     double weights[ATLAS_MAX_MODES] = {0.0};
     FILE *file = fopen(run_path(folder, "weights.csv", path, sizeof path), "w");
     if (!file) {
-        return atlas_fail("%s: cannot write there", path);
+        return cli_write_failed("atlas", path);
     }
     fputs("subject", file);
     for (int m = 0; m < modes; ++m) {
@@ -95,7 +95,7 @@ bool atlas_write_weights(const char *folder, const struct atlas *atlas, const ch
         fputc('\n', file);
     }
     const bool good = !ferror(file);
-    return (fclose(file) == 0 && good) || atlas_fail("%s: writing failed", path);
+    return (fclose(file) == 0 && good) || cli_write_failed("atlas", path);
 }
 
 void atlas_short_name(const char *name, int number, char *text, size_t size)

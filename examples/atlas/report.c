@@ -86,7 +86,7 @@ static bool report(const struct atlas_build *build, const char *path)
     const struct atlas *atlas = &build->atlas;
     struct json_writer json;
     if (!json_open(&json, path)) {
-        return atlas_fail("%s: cannot write there", path);
+        return cli_write_failed("atlas", path);
     }
     json_object_begin(&json, NULL);
     json_string(&json, "program", "atlas build");
@@ -116,7 +116,7 @@ static bool report(const struct atlas_build *build, const char *path)
     json_integer(&json, "threads", run_threads());
     json_number(&json, "peak_rss_mib", peak_rss_mib());
     json_object_end(&json);
-    return json_close(&json) || atlas_fail("%s: writing failed", path);
+    return json_close(&json) || cli_write_failed("atlas", path);
 }
 
 /* ---- pictures and meshes ---- */
@@ -163,7 +163,7 @@ static bool draw_modes(const struct atlas_build *build, const char *folder)
     free(shape);
     free(colors);
     run_path(folder, "modes.png", path, sizeof path);
-    return good && (modes == 0 || pictures_write(pictures, list, 3 * modes, 3, path) || atlas_fail("%s: cannot draw it", path));
+    return good && (modes == 0 || pictures_write(pictures, list, 3 * modes, 3, path) || cli_write_failed("atlas", path));
 }
 
 /* Draws subjects with one color for each place of the mean shape: equal colors correspond. */
@@ -184,7 +184,7 @@ static bool draw_subjects(const struct atlas_build *build, const char *folder)
     }
     run_path(folder, "subjects.png", path, sizeof path);
     const int columns = count < 5 ? count + 1 : (count + 2) / 2;
-    return good && (pictures_write(pictures, captions, count + 1, columns, path) || atlas_fail("%s: cannot draw it", path));
+    return good && (pictures_write(pictures, captions, count + 1, columns, path) || cli_write_failed("atlas", path));
 }
 
 static bool draw_curves(const struct atlas_build *build, const char *folder)
@@ -208,7 +208,7 @@ static bool draw_curves(const struct atlas_build *build, const char *folder)
     }
     free(x);
     run_path(folder, "curves.png", path, sizeof path);
-    return good && (pictures_write(pictures, captions, 3, 3, path) || atlas_fail("%s: cannot draw it", path));
+    return good && (pictures_write(pictures, captions, 3, 3, path) || cli_write_failed("atlas", path));
 }
 
 /* Writes the corresponding points of all subjects: subjects/NNN_name, particles/NNN_name; and weights.csv. */

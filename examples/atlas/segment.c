@@ -50,19 +50,25 @@ static float choose_side(const struct atlas_segment *run, float longest)
     return fmaxf(run->fused ? 0.5f * voxel : voxel, longest / (float)MAX_CELLS);
 }
 
-/* Makes cubes around the shape. */
-static bool create_cubes(const struct atlas_segment *run, float leash, struct volume *cubes)
+static void mesh_box(const struct shape_mesh *mesh, float lo[3], float hi[3])
 {
-    const struct shape_mesh *mesh = &run->stages[run->begin];
-    float lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY}, longest = 0.0f;
-    int dims[3];
+    for (int a = 0; a < 3; ++a) {
+        lo[a] = INFINITY;
+        hi[a] = -INFINITY;
+    }
     for (int i = 0; i < 3 * mesh->vertex_count; ++i) {
         lo[i % 3] = fminf(lo[i % 3], mesh->positions[i]);
         hi[i % 3] = fmaxf(hi[i % 3], mesh->positions[i]);
     }
-    for (int a = 0; a < 3; ++a) {
-        longest = fmaxf(longest, hi[a] - lo[a]);
-    }
+}
+
+/* Makes cubes around the shape. */
+static bool create_cubes(const struct atlas_segment *run, float leash, struct volume *cubes)
+{
+    float lo[3], hi[3];
+    int dims[3];
+    mesh_box(&run->stages[run->begin], lo, hi);
+    const float longest = fmaxf(hi[0] - lo[0], fmaxf(hi[1] - lo[1], hi[2] - lo[2]));
     const float side = choose_side(run, longest), margin = leash + 4.0f * side;
     const float sides[3] = {side, side, side};
     for (int a = 0; a < 3; ++a) {
@@ -441,6 +447,28 @@ static bool compare(struct atlas_segment *run)
     return good;
 }
 
+/* Refuses an image that cannot show the atlas's object: one that is shorter than half of it, or has fewer than three voxels
+ * across it or two slices along it. The search tries sizes from 0.87 to 1.15 only. */
+static bool sizes_fit(const struct atlas_segment *run)
+{
+    const struct volume *image = &run->image;
+    const float *spacing = image->spacing, voxel = cbrtf(spacing[0] * spacing[1] * spacing[2]);
+    float lo[3], hi[3], object[3], shortest = INFINITY, longest = 0.0f, side = 0.0f, view = 0.0f;
+    mesh_box(&run->atlas.mean, lo, hi);
+    for (int a = 0; a < 3; ++a) {
+        object[a] = hi[a] - lo[a];
+        shortest = fminf(shortest, object[a]);
+        longest = fmaxf(longest, object[a]);
+        side = fmaxf(side, spacing[a]);
+        view = fmaxf(view, spacing[a] * (float)image->dims[a]);
+    }
+    const bool near = view < 0.5f * longest, coarse = 3.0f * voxel > shortest || side > 0.5f * longest;
+    return (!near && !coarse)
+        || atlas_fail("%.200s: %s for the atlas's object of %.3g x %.3g x %.3g mm, with voxels of %.3g x %.3g x %.3g mm",
+                      run->settings.image, near ? "too small" : "too coarse", (double)object[0], (double)object[1],
+                      (double)object[2], (double)spacing[0], (double)spacing[1], (double)spacing[2]);
+}
+
 bool atlas_segment_image(struct atlas_segment *run)
 {
     const struct atlas_segment_settings *set = &run->settings;
@@ -448,10 +476,8 @@ bool atlas_segment_image(struct atlas_segment *run)
     if (!volume_read_one(set->image, set->frame, "--frame", &run->image, error)) {
         return atlas_fail("%s", error);
     }
-    if (cli_may_print(&set->common)) {
-        volume_print_note(&run->image, NULL);
-    }
-    if (set->reference && !read_reference(run)) {
+    volume_warn(&run->image, "atlas", NULL);
+    if (!sizes_fit(run) || (set->reference && !read_reference(run))) {
         return false;
     }
     choose_window(run);

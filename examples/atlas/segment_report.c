@@ -57,11 +57,12 @@ static bool report(const struct atlas_segment *run, const char *path)
     const struct atlas_segment_settings *set = &run->settings;
     struct json_writer json;
     if (!json_open(&json, path)) {
-        return atlas_fail("%s: cannot write there", path);
+        return cli_write_failed("atlas", path);
     }
     json_object_begin(&json, NULL);
     json_string(&json, "program", "atlas segment");
     json_string(&json, "image", set->image);
+    json_string(&json, "image_warning", volume_warning(&run->image));
     json_string(&json, "atlas", set->atlas);
     json_string(&json, "params", set->common.params);
     json_string(&json, "fit", run->fused ? "fusion" : "profiles");
@@ -91,7 +92,7 @@ static bool report(const struct atlas_segment *run, const char *path)
     json_integer(&json, "threads", run_threads());
     json_number(&json, "peak_rss_mib", peak_rss_mib());
     json_object_end(&json);
-    return json_close(&json) || atlas_fail("%s: writing failed", path);
+    return json_close(&json) || cli_write_failed("atlas", path);
 }
 
 /* ---- pictures, labels, mesh ---- */
@@ -118,7 +119,7 @@ static bool draw_stages(const struct atlas_segment *run, const char *folder)
         free(colors);
     }
     run_path(folder, "stages.png", path, sizeof path);
-    return good && (pictures_write(pictures, captions, count, count, path) || atlas_fail("%s: cannot draw it", path));
+    return good && (pictures_write(pictures, captions, count, count, path) || cli_write_failed("atlas", path));
 }
 
 /* Writes for every voxel inside the region of the nearest place of the result's surface. */
@@ -181,7 +182,7 @@ static bool draw_slices(const struct atlas_segment *run, const float *before, co
     }
     const bool good = image_write_png(&picture, path);
     image_free(&picture);
-    return good || atlas_fail("%s: cannot write there", path);
+    return good || cli_write_failed("atlas", path);
 }
 
 static bool write_volumes(const struct atlas_segment *run, const char *folder)
@@ -247,8 +248,8 @@ bool atlas_segment_output(const struct atlas_segment *run)
     }
     if (common->out) {
         run_path(common->out, "report.json", path, sizeof path);
-        if (!write_surface(run, common->out) || !write_points(run, common->out) || !draw_stages(run, common->out) || !write_volumes(run, common->out) ||
-            !report(run, path)) {
+        if (!write_volumes(run, common->out) || !write_surface(run, common->out) || !write_points(run, common->out)
+            || !draw_stages(run, common->out) || !report(run, path)) {
             return false;
         }
     }

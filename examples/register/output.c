@@ -56,7 +56,7 @@ static bool draw(const struct run *run, const char *path)
     }
     good = image_write_png(&all, path);
     image_free(&all);
-    return good || register_fail("cannot write the picture");
+    return good || cli_write_failed("register", path);
 }
 
 static void json_pair(struct json_writer *json, const char *key, struct pair pair)
@@ -73,12 +73,14 @@ bool register_report(const struct run *run, const char *path)
     const struct registration *reg = &run->registration;
     struct json_writer json;
     if (!json_open(&json, path)) {
-        return register_fail("cannot write the report");
+        return cli_write_failed("register", path);
     }
     json_object_begin(&json, NULL);
     json_string(&json, "program", "register");
     json_string(&json, "fixed", run->fixed_path);
     json_string(&json, "moving", run->moving_path);
+    json_string(&json, "fixed_warning", volume_warning(&run->fixed));
+    json_string(&json, "moving_warning", volume_warning(&run->moving));
     json_string(&json, "field", run->field_path);
     if (!run->field_path) {
         json_string(&json, "align", run->align);
@@ -123,7 +125,7 @@ bool register_report(const struct run *run, const char *path)
     json_number(&json, "seconds", run->seconds);
     json_number(&json, "peak_rss_mib", peak_rss_mib());
     json_object_end(&json);
-    return json_close(&json) || register_fail("writing the report failed");
+    return json_close(&json) || cli_write_failed("register", path);
 }
 
 bool register_write(const struct run *run)

@@ -79,7 +79,7 @@ static bool run_alone(struct segment *alone)
     }
     fine = fine && segment_check(alone->ctx, springls_set_level_set(alone->ctx, alone->grid.data), "level set alone");
     return fine && segment_remove_islands(alone) /* and a model, to extract its surface */
-        && segment_check(alone->ctx, springls_extract_mesh(alone->ctx, &alone->surface), "level set alone");
+        && segment_take_surface(alone);
 }
 
 /* Computes mean and deviation of the distances from every vertex of one surface to the other one. */
@@ -116,7 +116,7 @@ bool segment_compare_level_set(struct segment *run)
     alone.frame_count = 0;
     memset(&alone.grid, 0, sizeof alone.grid);
     memset(&alone.start, 0, sizeof alone.start);
-    memset(&alone.surface, 0, sizeof alone.surface);
+    alone.surface = NULL;
     memset(&alone.truth_surface, 0, sizeof alone.truth_surface);
     alone.distance = malloc(run->voxels * sizeof *alone.distance);
     alone.inside = malloc(run->voxels);
@@ -126,7 +126,7 @@ bool segment_compare_level_set(struct segment *run)
     if (fine) {
         fine = segment_map_back(&alone);
         result->level_set_dice = overlap_masks(run->inside, alone.inside, run->voxels).dice;
-        fine = fine && (distances(&run->surface, &alone.surface, &result->level_set_mean, &result->level_set_deviation)
+        fine = fine && (distances(run->surface, alone.surface, &result->level_set_mean, &result->level_set_deviation)
                         || segment_fail("the level set alone has vanished"));
     }
     segment_end_object(&alone);

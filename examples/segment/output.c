@@ -79,7 +79,7 @@ static bool draw_slices(const struct segment *run, const char *path)
     struct image picture;
     gray_window(run, &view.window_lo, &view.window_hi);
     const bool drawn = slices_render(&view, &picture) || segment_no_memory();
-    const bool written = drawn && (image_write_png(&picture, path) || segment_fail("%s: cannot write there", path));
+    const bool written = drawn && (image_write_png(&picture, path) || cli_write_failed("segment", path));
     if (drawn) {
         image_free(&picture);
     }
@@ -102,11 +102,11 @@ static const char *object_path(const struct segment *run, const char *name, cons
 bool segment_write_object(const struct segment *run)
 {
     char path[1024], error[VOLUME_TEXT];
-    const struct mesh_arrays ply = {.positions = run->surface.positions, .normals = run->surface.normals,
-                                 .vertex_count = (size_t)run->surface.vertex_count,
-                                 .indices = (const uint32_t *)(const void *)run->surface.triangles,
-                                 .triangle_count = (size_t)run->surface.triangle_count, /* omits what only coarser grids had */
-                                 .originals = run->result->levels == 1 && !run->refitted ? run->surface.correspondences : NULL,
+    const struct mesh_arrays ply = {.positions = run->surface->positions, .normals = run->surface->normals,
+                                 .vertex_count = (size_t)run->surface->vertex_count,
+                                 .indices = (const uint32_t *)(const void *)run->surface->triangles,
+                                 .triangle_count = (size_t)run->surface->triangle_count, /* omits what only coarser grids had */
+                                 .originals = run->result->levels == 1 && !run->refitted ? run->surface->correspondences : NULL,
                                  .comment = "millimetres, RAS+"};
     const struct model_view film = {.direction = {0.35f, 1.0f, 0.25f}, /* from the front */
                                     .up = {0.0f, 0.0f, 1.0f}, .over_surface = true};
@@ -119,9 +119,9 @@ bool segment_write_object(const struct segment *run)
     }
     return (model_portrait_write(&run->frames[run->frame_count - 1], &portrait, 4.0f,
                                  object_path(run, "surface", ".png", path, sizeof path))
-            || segment_fail("%s: cannot draw it", path))
+            || cli_write_failed("segment", path))
         && (model_film_write(run->frames, run->frame_count, &film, object_path(run, "film", ".png", path, sizeof path))
-            || segment_fail("%s: cannot draw it", path));
+            || cli_write_failed("segment", path));
 }
 
 /* Writes the labels in the geometry of the image, as NIfTI and in the image's own format. */
@@ -224,11 +224,12 @@ bool segment_report(const struct segment *run, const char *path)
     const struct segment_settings *set = &run->settings;
     struct json_writer json;
     if (!json_open(&json, path)) {
-        return segment_fail("%s: cannot write there", path);
+        return cli_write_failed("segment", path);
     }
     json_object_begin(&json, NULL);
     json_string(&json, "program", "segment");
     json_string(&json, "image", set->image);
+    json_string(&json, "image_warning", volume_warning(&run->image));
     json_string(&json, "init", set->init);
     json_number(&json, "pressure", set->pressure);
     json_number(&json, "region", set->region);
@@ -254,7 +255,7 @@ bool segment_report(const struct segment *run, const char *path)
         json_array_end(&json);
     }
     json_object_end(&json);
-    return json_close(&json) || segment_fail("%s: writing failed", path);
+    return json_close(&json) || cli_write_failed("segment", path);
 }
 
 void segment_print_summary(const struct segment *run)
@@ -303,7 +304,7 @@ void segment_end_object(struct segment *run)
     run->frame_count = 0;
     run->refitted = false;
     springls_mesh_free(run->truth_ctx, &run->truth_surface);
-    springls_mesh_free(run->ctx, &run->surface);
+    run->surface = NULL;
     springls_destroy(run->truth_ctx);
     springls_destroy(run->ctx);
     run->truth_ctx = run->ctx = NULL;

@@ -47,6 +47,19 @@ static bool take_frame(struct segment *run)
     return model_frame_take(run->ctx, caption, &run->frames[run->frame_count++]) || segment_no_memory();
 }
 
+bool segment_take_surface(struct segment *run)
+{
+    if (run->frame_count == 0) {
+        memset(&run->frames[0], 0, sizeof run->frames[0]);
+        if (!segment_check(run->ctx, springls_extract_mesh(run->ctx, &run->frames[0].surface), "surface")) {
+            return false;
+        }
+        run->frame_count = 1;
+    }
+    run->surface = &run->frames[run->frame_count - 1].surface;
+    return true;
+}
+
 float segment_fastest(const struct segment *run) { return 1.0f + (float)run->settings.gvf; }
 
 /* Where a look changes a region's means, the contour follows them before the next one. */
@@ -164,7 +177,7 @@ static bool evolve(struct segment *run)
         return segment_fail("the contour vanished after %d steps: start closer to the object; cells of the grid, %.3g mm, have to "
                             "be smaller than it", result->steps, (double)result->voxel);
     }
-    return fine && segment_check(run->ctx, springls_extract_mesh(run->ctx, &run->surface), "surface")
+    return fine && segment_take_surface(run)
         && segment_check(run->ctx, springls_measure(run->ctx, &result->measures), "measures");
 }
 
@@ -197,7 +210,7 @@ static struct surface as_surface(const springls_mesh *mesh)
 
 bool segment_compare(struct segment *run)
 {
-    const struct surface found = as_surface(&run->surface);
+    const struct surface found = as_surface(run->surface);
     const float *spacing = run->image.spacing;
     const char *reference = run->settings.reference;
     struct segment_result *result = run->result;

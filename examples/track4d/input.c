@@ -7,6 +7,7 @@
 #include "springls/segment_model.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -65,6 +66,7 @@ static bool read_onto(const struct volume *grid, const char *path, bool labels, 
         (labels ? field_warp_labels(&still, &read, volume->data) : field_warp(&still, &read, read.minimum, volume->data));
         volume->minimum = read.minimum;
         volume->maximum = read.maximum;
+        memcpy(volume->note, read.note, sizeof volume->note);
         field_free(&still);
     }
     volume_free(&read);
@@ -164,7 +166,7 @@ bool track_frame_image(const struct track *track, int frame, struct volume *imag
         return read_onto(&track->image, frame == 0 ? track->settings.image : track->settings.second, false, image);
     }
     if (track->settings.beat == 0) {
-        return volume_read(track->settings.image, frame, image, error) || track_fail("%s", error);
+        return volume_read(track->settings.image, frame, image, error) || track_fail("frame %d: %s", frame, error);
     }
     if (!volume_create_padded(&track->image, 0, image) || !backward_map(track, frame, &back)) {
         return track_no_memory();
@@ -182,25 +184,25 @@ bool track_frame_image(const struct track *track, int frame, struct volume *imag
     return true;
 }
 
-static bool mask_of(const struct track *track, const char *path, const struct volume *labels, float **mask)
+static bool mask_of(const struct track *track, const char *path, int frame, const struct volume *labels, float **mask)
 {
     const size_t total = volume_voxels(labels);
     unsigned char *inside = malloc(total);
     *mask = malloc(total * sizeof **mask);
-    if (!inside || !*mask) {
-        free(inside);
-        return track_no_memory();
-    }
     const int label = track->settings.label;
-    if (segment_mask(labels, &label, label >= 0, inside) == 0) {
-        free(inside);
-        return track_fail("%s: no voxel has the label asked for%s", path, label >= 0 ? " (--label)" : "");
+    bool good = (inside && *mask) || track_no_memory();
+    if (good && segment_mask(labels, &label, label >= 0, inside) == 0) {
+        good = track_fail("%s: no voxel has the label asked for in frame %d%s", path, frame, label >= 0 ? " (--label)" : "");
     }
-    for (size_t n = 0; n < total; ++n) {
+    for (size_t n = 0; good && n < total; ++n) {
         (*mask)[n] = inside[n];
     }
     free(inside);
-    return true;
+    if (!good) {
+        free(*mask);
+        *mask = NULL;
+    }
+    return good;
 }
 
 bool track_frame_mask(const struct track *track, int frame, float **mask)
@@ -223,7 +225,7 @@ bool track_frame_mask(const struct track *track, int frame, float **mask)
     const char *const second = track->settings.second_labels;
     if (track->settings.second && (frame == 0 || second)) {
         const char *const path = frame == 0 ? track->settings.labels : second;
-        const bool good = read_onto(&track->image, path, true, &labels) && mask_of(track, path, &labels, mask);
+        const bool good = read_onto(&track->image, path, true, &labels) && mask_of(track, path, frame, &labels, mask);
         volume_free(&labels);
         return good;
     }
@@ -233,15 +235,15 @@ bool track_frame_mask(const struct track *track, int frame, float **mask)
     if (!volume_read_like(&track->image, "its image", track->settings.labels, frame, &labels, error)) {
         return track_fail("%s", error);
     }
-    const bool good = mask_of(track, track->settings.labels, &labels, mask);
+    const bool good = mask_of(track, track->settings.labels, frame, &labels, mask);
     volume_free(&labels);
     return good;
 }
 
 /* ---- the reference ---- */
 
-/* Makes a beat from the center and root mean square radius of the label, mm. */
-static struct beat make_beat(const struct track *track)
+/* Makes the beat from the center and root mean square radius of the label, mm. */
+static bool make_beat(struct track *track)
 {
     double sum[3] = {0.0, 0.0, 0.0}, square = 0.0, number = 0.0;
     for (size_t n = 0; n < volume_voxels(&track->image); ++n) {
@@ -258,11 +260,15 @@ static struct beat make_beat(const struct track *track)
             number += 1.0;
         }
     }
+    if (number < 2.0) {
+        return track_fail("%s: a made motion wants an object of more than one voxel", track->settings.labels);
+    }
     for (int a = 0; a < 3; ++a) {
         sum[a] /= number;
         square -= number * sum[a] * sum[a];
     }
-    return beat_of(sum, sqrt(square / number));
+    track->beat = beat_of(sum, sqrt(square / number));
+    return true;
 }
 
 /* Returns the level of the blurred mask that encloses as many voxels as the mask: one half would shrink a ball. */
@@ -349,6 +355,20 @@ bool track_reference(struct track *track)
                        "reference");
 }
 
+/* Makes the level set of the label that of the model. */
+static bool start_model(struct track *track)
+{
+    if (!make_level_set(track)) {
+        return false;
+    }
+    const springls_status status = springls_set_level_set(track->ctx, track->grid.data);
+    if (status == SPRINGLS_EMPTY_MODEL) {
+        return track_fail("%s: the object of frame %d is too small for cells of %.3g mm (--grid)", track->settings.labels,
+                          track->settings.reference, (double)track->grid.spacing[0]);
+    }
+    return track_check(track->ctx, status, "reference");
+}
+
 static bool make_model(struct track *track)
 {
     const float *s = track->image.spacing;
@@ -365,8 +385,7 @@ static bool make_model(struct track *track)
     track->params.split_input = 0; /* springl i is triangle i of the reference */
     desc.params = &track->params;
     desc.backend = track->backend = run_backend("track4d", &track->settings.common);
-    return run_create("track4d", &desc, &track->ctx) == CLI_CONTINUE && make_level_set(track)
-           && track_check(track->ctx, springls_set_level_set(track->ctx, track->grid.data), "reference")
+    return run_create("track4d", &desc, &track->ctx) == CLI_CONTINUE && start_model(track)
            && track_check(track->ctx, springls_extract_mesh(track->ctx, &track->mesh), "reference") && track_reference(track)
            && match_springls(track);
 }
@@ -391,6 +410,52 @@ static bool read_landmarks(struct track *track)
                                                     track->anchors), "landmarks");
 }
 
+/* Takes the warning of a frame's image, and refuses one that cannot be registered. */
+static bool check_image(struct track *track, int frame, const struct volume *image)
+{
+    const bool registers = !track->settings.fields && !track->settings.true_field;
+    char name[32];
+    snprintf(name, sizeof name, "frame %d", frame);
+    volume_warn(image, "track4d", name);
+    memcpy(track->frames[frame].warning, image->note, sizeof image->note);
+    return !registers || image->maximum > image->minimum
+        || track_fail("frame %d: all voxels are equal: there is nothing to register", frame);
+}
+
+/* Reads what a frame needs: image, label and field. */
+static bool check_frame(struct track *track, int frame)
+{
+    const struct track_settings *set = &track->settings;
+    float *mask = NULL;
+    struct volume image;
+    struct field field;
+    if (!track_frame_image(track, frame, &image)) {
+        return false;
+    }
+    const bool good = check_image(track, frame, &image) && track_frame_mask(track, frame, &mask);
+    volume_free(&image);
+    free(mask);
+    if (!good || !set->fields || frame == set->reference) {
+        return good;
+    }
+    const bool read = track_field_read(track, frame, &field);
+    if (read) {
+        field_free(&field);
+    }
+    return read;
+}
+
+/* Checks all frames before the work on the first one. Those of a made motion are made of the reference. */
+static bool check_frames(struct track *track)
+{
+    const bool made = track->settings.beat > 0;
+    bool good = !made || check_image(track, track->settings.reference, &track->image);
+    for (int f = 0; good && !made && f < track->frame_count; ++f) {
+        good = check_frame(track, f);
+    }
+    return good;
+}
+
 bool track_read(struct track *track)
 {
     const struct track_settings *set = &track->settings;
@@ -398,9 +463,6 @@ bool track_read(struct track *track)
     struct volume labels;
     if (!volume_read(set->image, set->reference, &track->image, error) || !volume_read(set->labels, 0, &labels, error)) {
         return track_fail("%s", error);
-    }
-    if (cli_may_print(&set->common)) {
-        volume_print_note(&track->image, "reference");
     }
     track->frame_count = set->beat > 0 ? set->beat : track->image.frame_count;
     track->labelled = labels.frame_count;
@@ -433,8 +495,6 @@ bool track_read(struct track *track)
     if (!track_frame_mask(&first, set->reference, &track->mask)) {
         return false;
     }
-    if (set->beat > 0) {
-        track->beat = make_beat(track);
-    }
-    return make_model(track) && (!set->landmarks || read_landmarks(track));
+    return check_frames(track) && (set->beat == 0 || make_beat(track)) && make_model(track)
+        && (!set->landmarks || read_landmarks(track));
 }

@@ -34,15 +34,20 @@ static bool true_motion(const struct track *track, int frame, int steps, struct 
     return sample_all(track, beat_map, steps == 1 ? &forward : &substep, &forward, beat_map, &back, motion);
 }
 
-static bool read_motion(const struct track *track, int frame, struct track_motion *motion)
+bool track_field_read(const struct track *track, int frame, struct field *field)
 {
     char path[1024], error[VOLUME_TEXT];
     const char *pattern = track->settings.fields, *mark = strstr(pattern, "%d");
+    snprintf(path, sizeof path, "%.*s%d%s", (int)(mark - pattern), pattern, frame, mark + 2);
+    return field_read(path, field, error) || track_fail("%s", error);
+}
+
+static bool read_motion(const struct track *track, int frame, struct track_motion *motion)
+{
     double remains = 0.0;
     struct field field;
-    snprintf(path, sizeof path, "%.*s%d%s", (int)(mark - pattern), pattern, frame, mark + 2);
-    if (!field_read(path, &field, error)) {
-        return track_fail("%s", error);
+    if (!track_field_read(track, frame, &field)) {
+        return false;
     }
     const bool good = sample_all(track, field_map_points, &field, &field, field_map_points, &field, motion);
     field_free(&field);
@@ -70,11 +75,6 @@ static bool register_motion(const struct track *track, int frame, int steps, con
     const bool same = track->settings.beat == 0 && !track->settings.second; /* in a synthetic motion every frame has its own noise */
     if (!read_frame(track, frame, &image)) {
         return false;
-    }
-    if (cli_may_print(&track->settings.common)) {
-        char name[32];
-        snprintf(name, sizeof name, "frame %d", frame);
-        volume_print_note(&image, name);
     }
     bool good = same || read_frame(track, track->settings.reference, &reference);
     if (good && !register_images(&reference, &image, &track->registration, start, &motion->registration, error)) {

@@ -90,7 +90,7 @@ static bool write_slices(const struct track *track, int f, const float *distance
     bool good = slices_render(&view, &picture) || track_no_memory();
     if (good) {
         good = image_write_png(&picture, run_path(track->settings.common.out, name, path, sizeof path))
-               || track_fail("%s: cannot write there", path);
+               || cli_write_failed("track4d", path);
         image_free(&picture);
     }
     volume_free(&image);
@@ -129,7 +129,7 @@ static bool write_plot(const struct track *track, const struct plot *plot, const
     }
     const bool good = image_write_png(&picture, run_path(track->settings.common.out, name, path, sizeof path));
     image_free(&picture);
-    return good || track_fail("%s: cannot write there", path);
+    return good || cli_write_failed("track4d", path);
 }
 
 static bool plot_volumes(const struct track *track)
@@ -266,7 +266,7 @@ static bool write_modes(const struct track *track)
     }
     run_path(track->settings.common.out, "modes.png", path, sizeof path);
     if (good) {
-        good = pictures_write(pictures, list, done, 3, path) || track_fail("%s: cannot write there", path);
+        good = pictures_write(pictures, list, done, 3, path) || cli_write_failed("track4d", path);
     } else {
         for (int i = 0; i < done; ++i) {
             image_free(&pictures[i]);
@@ -290,7 +290,7 @@ bool track_write(struct track *track)
     return plot_volumes(track) && plot_errors(track) && write_modes(track)
            && (model_film_write(track->pictures, track->picture_count, &film,
                                 run_path(track->settings.common.out, "film.png", path, sizeof path))
-               || track_fail("%s: cannot draw it", path))
+               || cli_write_failed("track4d", path))
            && track_report(track, run_path(track->settings.common.out, "report.json", path, sizeof path));
 }
 
@@ -322,6 +322,7 @@ static void report_frame(struct json_writer *json, const struct track *track, in
     const double side = (double)track->grid.spacing[0];
     json_object_begin(json, NULL);
     json_integer(json, "frame", f);
+    json_string(json, "image_warning", frame->warning[0] ? frame->warning : NULL);
     json_number(json, "volume_ml", frame->volume_ml);
     json_number(json, "area_cm2", frame->area_cm2);
     json_integer(json, "components", frame->components);
@@ -401,7 +402,7 @@ bool track_report(const struct track *track, const char *path)
     const struct track_settings *set = &track->settings;
     struct json_writer json;
     if (!json_open(&json, path)) {
-        return track_fail("%s: cannot write there", path);
+        return cli_write_failed("track4d", path);
     }
     json_object_begin(&json, NULL);
     json_string(&json, "program", "track4d");
@@ -423,7 +424,7 @@ bool track_report(const struct track *track, const char *path)
         report_sequence(&json, track);
     }
     json_object_end(&json);
-    return json_close(&json) || track_fail("%s: writing failed", path);
+    return json_close(&json) || cli_write_failed("track4d", path);
 }
 
 static void print_steps(const struct track *track)

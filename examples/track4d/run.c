@@ -168,9 +168,10 @@ static bool compare_labels(struct track *track, int f, const struct track_motion
     const size_t total = volume_voxels(&track->image);
     struct volume reference = track->image;
     float *truth = NULL, *found = malloc(total * sizeof *found);
-    if (!found || !track_frame_mask(track, f, &truth) || !truth) {
+    const bool read = found ? track_frame_mask(track, f, &truth) : track_no_memory();
+    if (!read || !truth) {
         free(found);
-        return found ? true : track_no_memory();
+        return read;
     }
     size_t voxels = 0;
     for (size_t n = 0; n < total; ++n) {
@@ -291,21 +292,22 @@ static bool find_modes(struct track *track)
     const size_t vertices = (size_t)track->mesh.vertex_count;
     float **shapes = calloc((size_t)track->frame_count, sizeof *shapes);
     track->aligned_mean = malloc(3 * vertices * sizeof *track->aligned_mean);
-    bool good = shapes && track->aligned_mean;
+    bool good = (shapes && track->aligned_mean) || track_no_memory();
     for (int f = 0; good && f < track->frame_count; ++f) {
         shapes[f] = malloc(3 * vertices * sizeof **shapes);
-        good = shapes[f] != NULL;
+        good = shapes[f] || track_no_memory();
         if (good) {
             memcpy(shapes[f], track->frames[f].vertices, 3 * vertices * sizeof **shapes);
         }
     }
-    good = good && shapes_align(shapes, track->frame_count, vertices, false, track->aligned_mean)
-           && shape_model_build(shapes, track->frame_count, vertices, track->frame_count - 1, &track->motion);
+    good = good && ((shapes_align(shapes, track->frame_count, vertices, false, track->aligned_mean)
+                     && shape_model_build(shapes, track->frame_count, vertices, track->frame_count - 1, &track->motion))
+                    || track_fail("the motion has no principal modes: the meshes have no extent in some frame, or memory is short"));
     for (int f = 0; shapes && f < track->frame_count; ++f) {
         free(shapes[f]);
     }
     free(shapes);
-    return good || track_fail("the principal modes of the motion cannot be found: not enough memory");
+    return good;
 }
 
 bool track_run(struct track *track)

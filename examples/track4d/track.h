@@ -34,6 +34,7 @@ struct track_error {
 
 /* Results of a frame. */
 struct track_frame {
+    char warning[VOLUME_TEXT]; /* about its image; empty: none */
     bool done, has_label;
     double registration_seconds, model_seconds;
     double jacobian_min;
@@ -99,6 +100,7 @@ struct track_motion {
 };
 
 /* motion.c */
+bool track_field_read(const struct track *track, int frame, struct field *field); /* a file of --fields */
 bool track_motion_make(const struct track *track, int frame, int steps, const struct registration *start,
                        struct track_motion *motion);
 void track_motion_free(struct track_motion *motion);

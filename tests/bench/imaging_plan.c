@@ -123,7 +123,7 @@ static void plan_collection_segment(struct imaging *imaging, const char *data)
     add(imaging, IMAGING_SEGMENT, "hip_left", "left hip from the right one mirrored", "%s --mask-label 78 --label 77", words);
     add(imaging, IMAGING_SEGMENT, "ventricle", "left ventricle of the echocardiogram",
         "%s/4d/echo4d_lv_11f.nii.gz --frame 0 --window 15,70 --ramp 20 --init sphere --center 108,107,109 --radius 30 "
-        "--curvature 1 --levels 1 --topology preserved", data);
+        "--curvature 1 --stay 10 --levels 1 --topology preserved", data);
 }
 
 static void plan_collection_motion(struct imaging *imaging, const char *data)

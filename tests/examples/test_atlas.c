@@ -626,6 +626,36 @@ static bool write_series(const char *path, const struct volume *image)
     return file && fclose(file) == 0 && good;
 }
 
+/* An image whose voxels have a wrong size, so that it cannot show the atlas's object, is refused before anything is fitted. */
+TEST atlas_segment_wants_an_image_of_its_objects_size(void)
+{
+    static const double factors[][3] = {{0.02, 0.02, 0.02}, {20.0, 20.0, 20.0}, {1.0, 1.0, 60.0}};
+    char error[VOLUME_TEXT];
+    struct volume image;
+    ASSERT(volume_read(scratch(6, "unseen.nii.gz", 0), 0, &image, error));
+    for (size_t c = 0; c < sizeof factors / sizeof *factors; ++c) {
+        struct atlas_segment run;
+        const float none[3] = {0.0f, 0.0f, 0.0f};
+        float spacing[3];
+        struct volume resized;
+        for (int a = 0; a < 3; ++a) spacing[a] = (float)((double)image.spacing[a] * factors[c][a]);
+        ASSERT(volume_create(image.dims, spacing, none, &resized));
+        ASSERT(volume_write(scratch(9, "resized.nii.gz", 0), &resized, VOLUME_FLOAT32, image.data, error));
+        volume_free(&resized);
+        memset(&run, 0, sizeof run);
+        run.settings = (struct atlas_segment_settings){.common = cli_common_defaults(), .level = 150.0, .steps = 2, .frame = -1};
+        run.settings.common.quiet = true;
+        run.settings.image = scratch(9, "resized.nii.gz", 0);
+        run.settings.atlas = scratch(8, "atlas.json", 0);
+        run.params = springls_default_params();
+        ASSERT_FALSE(atlas_segment_run(&run));
+        ASSERT(run.stages[0].vertex_count == 0);
+        atlas_segment_free(&run);
+    }
+    volume_free(&image);
+    PASS();
+}
+
 /* What does not fit the image is refused before anything is fitted, and a series without --frame. */
 TEST atlas_segment_compares_only_what_fits(void)
 {
@@ -1100,6 +1130,7 @@ int main(int argc, char **argv)
     RUN_TESTp(atlas_finds_an_ellipsoid, false); /* by the level of its image */
     RUN_TESTp(atlas_finds_an_ellipsoid, true);  /* by what it has learned; needs the atlas of the first */
     RUN_TEST(a_segmented_subject_is_added);
+    RUN_TEST(atlas_segment_wants_an_image_of_its_objects_size);
     RUN_TEST(atlas_segment_compares_only_what_fits);
     RUN_TEST(images_have_to_show_their_subjects);
     RUN_TEST(votes_go_by_the_agreement_of_patches);

@@ -538,6 +538,46 @@ TEST share_of_the_image_is_reported(void)
     PASS();
 }
 
+/* Saves the image with slices that are `factor` times as thick. */
+static bool save_stretched(const struct volume *v, double factor, const char *path)
+{
+    struct volume thick = *v;
+    for (int r = 0; r < 3; ++r) thick.affine[r][2] *= factor;
+    thick.spacing[2] *= (float)factor;
+    return save(&thick, path);
+}
+
+/* A warning on stderr, also with --quiet, and the report have the number of voxels without a value. */
+TEST voxels_without_a_value_are_warned_of(void)
+{
+    static char text[8192];
+    struct volume v;
+    char words[1024];
+    ASSERT(two_balls(&v));
+    for (int i = 0; i < 11520; ++i) v.data[2 * i] = NAN;
+    ASSERT(save(&v, in_folder("half.nii")));
+    snprintf(words, sizeof words, "%s --level 50 --init threshold --steps 1 --json %s", in_folder("half.nii"),
+             in_folder("half.json"));
+    fflush(stderr);
+    const int kept = dup(2);
+    ASSERT(kept >= 0 && freopen(in_folder("stderr.txt"), "w", stderr) != NULL);
+    const int status = call(words);
+    fflush(stderr);
+    dup2(kept, 2);
+    close(kept);
+    ASSERT_EQ(0, status);
+    for (int f = 0; f < 2; ++f) {
+        FILE *file = fopen(in_folder(f == 0 ? "stderr.txt" : "half.json"), "r");
+        ASSERT(file);
+        text[fread(text, 1, sizeof text - 1, file)] = '\0';
+        fclose(file);
+        ASSERTm(text, strstr(text, f == 0 ? "segment: warning: 11520 of 23040 voxels are NaN or infinite"
+                                          : "\"image_warning\": \"11520 of 23040 voxels are NaN or infinite"));
+    }
+    volume_free(&v);
+    PASS();
+}
+
 TEST wrong_words_and_bad_images_are_refused(void)
 {
     static const char *const usage[] = {"--window 5,3",
@@ -552,6 +592,10 @@ TEST wrong_words_and_bad_images_are_refused(void)
                                         "--region-means all",
                                         "--gvf-halvings 9",
                                         "--edge 2",
+                                        "--pressure 1e38",
+                                        "--region 1e38",
+                                        "--gvf 1e38",
+                                        "--curvature 1e38",
                                         "--compare-level-set --topology preserved",
                                         "--seed 1,2",
                                         "--seed 1,2,3; --init cube",
@@ -560,6 +604,7 @@ TEST wrong_words_and_bad_images_are_refused(void)
     struct volume v;
     char words[1024];
     ASSERT(two_balls(&v) && save(&v, in_folder("two.nii")));
+    ASSERT(save_stretched(&v, 200.0, in_folder("two.nii.flat")));
     fflush(stderr);
     const int kept = dup(2);
     ASSERT(kept >= 0 && freopen(in_folder("stderr.txt"), "w", stderr) != NULL);
@@ -571,7 +616,9 @@ TEST wrong_words_and_bad_images_are_refused(void)
     static const char *const failing[] = {" --level 900", " --mask nothing.mha --init mask", ".none", " --level 50 --frame 3x",
                                           " --level 50 --init sphere --radius 2 --levels 1 --center 0,0,0",
                                           " --level 50 --radius 0.5 --levels 1", " --level 50 --seed 1,2,300",
-                                          " --level 50 --seed 1,2,30", " --level 50 --frame 3"};
+                                          " --level 50 --seed 1,2,30", " --level 50 --frame 3",
+                                          " --level 50 --json /nothing/there.json", " --level 50 --out /dev/null",
+                                          ".flat --level 50"};
     for (size_t u = 0; u < sizeof failing / sizeof *failing; ++u, ++calls) {
         snprintf(words, sizeof words, "%s%s", in_folder("two.nii"), failing[u]);
         wrong += call(words) != (strstr(failing[u], "3x") ? 2 : 1);
@@ -606,6 +653,7 @@ int main(int argc, char **argv)
     RUN_TEST(islands_are_kept_or_removed);
     RUN_TEST(seeds_grow_into_their_parts);
     RUN_TEST(share_of_the_image_is_reported);
+    RUN_TEST(voxels_without_a_value_are_warned_of);
     RUN_TEST(wrong_words_and_bad_images_are_refused);
     char command[300];
     snprintf(command, sizeof command, "rm -rf '%s'", folder);

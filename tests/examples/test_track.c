@@ -316,8 +316,8 @@ TEST second_files_are_where_they_are(void)
     PASS();
 }
 
-/* Voxels that are not numbers are replaced, and counted in a note, in the reference too. */
-TEST replaced_voxels_are_noted(void)
+/* Voxels that are not numbers are replaced; a warning and the report count them, in the reference too. */
+TEST replaced_voxels_are_warned_of(void)
 {
     static char text[65536];
     char error[VOLUME_TEXT];
@@ -326,19 +326,83 @@ TEST replaced_voxels_are_noted(void)
     broken.data[5] = NAN;
     ASSERT(volume_write(scratch("broken.nii"), &broken, VOLUME_FLOAT32, broken.data, error));
     volume_free(&broken);
-    const char *const words[] = {"track4d", scratch("broken.nii"), scratch("image.nii"), "--labels", scratch("label.nii"), NULL};
-    ASSERT_EQ(0, run_program(5, words));
-    ASSERT(read_file("stdout", text, sizeof text) > 10);
-    ASSERT(strstr(text, "note: reference: NaN or infinite voxels"));
+    const char *const words[] = {"track4d", scratch("broken.nii"), scratch("image.nii"), "--labels", scratch("label.nii"),
+                                 "--quiet", "--json", scratch("broken.json"), NULL};
+    ASSERT_EQ(0, run_program(8, words));
+    ASSERT(read_file("stderr", text, sizeof text) > 10);
+    ASSERT(strstr(text, "track4d: warning: frame 0: 1 of 25200 voxels are NaN or infinite"));
+    ASSERT(read_file("broken.json", text, sizeof text) > 10);
+    ASSERT(strstr(text, "\"image_warning\": \"1 of 25200 voxels are NaN or infinite"));
+    PASS();
+}
+
+/* Makes a sequence of `frames` images in a file: one tall volume whose header is changed. later: value of the last frame. */
+static bool write_sequence(const char *path, int frames, float later)
+{
+    char error[VOLUME_TEXT];
+    struct volume tall;
+    const int dims[3] = {image.dims[0], image.dims[1], frames * image.dims[2]};
+    const short header[5] = {4, (short)image.dims[0], (short)image.dims[1], (short)image.dims[2], (short)frames};
+    const size_t one = volume_voxels(&image);
+    if (!volume_create(dims, image.spacing, image.origin, &tall)) return false;
+    for (size_t n = 0; n < volume_voxels(&tall); ++n) {
+        tall.data[n] = n < one * (size_t)(frames - 1) ? (float)(n % one % 7) : later;
+    }
+    bool good = volume_write(path, &tall, VOLUME_FLOAT32, tall.data, error);
+    volume_free(&tall);
+    FILE *file = good ? fopen(path, "r+b") : NULL;
+    good = file && fseek(file, 40, SEEK_SET) == 0 && fwrite(header, sizeof *header, 5, file) == 5;
+    return file && fclose(file) == 0 && good;
+}
+
+/* What is wrong with a later frame is found before the work on the first one. */
+TEST all_frames_are_checked_first(void)
+{
+    static char text[4096];
+    char sequence[512], moving[512], missing[512];
+    struct volume straight;
+    uint8_t *label = calloc(volume_voxels(&image), 1);
+    char error[VOLUME_TEXT];
+    snprintf(sequence, sizeof sequence, "%s", scratch("sequence.nii"));
+    snprintf(moving, sizeof moving, "%s", scratch("straight.nii"));
+    snprintf(missing, sizeof missing, "%s", scratch("no_%d.nii"));
+    ASSERT(label && volume_create(image.dims, image.spacing, image.origin, &straight));
+    for (size_t n = 9000; n < 9010; ++n) label[n] = 1;
+    ASSERT(volume_write(moving, &straight, VOLUME_UINT8, label, error));
+    volume_free(&straight);
+    free(label);
+    const struct {
+        float later;
+        bool cut;
+        const char *fields, *reason;
+    } cases[] = {{NAN, false, NULL, "frame 2: "}, {5.0f, false, NULL, "frame 2: all voxels are equal"},
+                 {5.0f, true, NULL, "frame 2: "}, {5.0f, false, missing, "no_1.nii: "}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
+        const char *const words[] = {"track4d", sequence, "--labels", moving, "--out", scratch("checked"),
+                                     cases[i].fields ? "--fields" : "--quiet", cases[i].fields, NULL};
+        ASSERT(write_sequence(sequence, 3, cases[i].later));
+        ASSERT(!cases[i].cut || truncate(sequence, 290000) == 0);
+        ASSERT_EQ(1, run_program(cases[i].fields ? 8 : 7, words));
+        const size_t length = read_file("stderr", text, sizeof text);
+        ASSERTm(text, strncmp(text, "track4d: ", 9) == 0 && strstr(text, cases[i].reason));
+        ASSERT(strchr(text, '\n') == text + length - 1);
+        ASSERT(access(scratch("checked/tracked_000.ply"), F_OK) != 0);
+    }
     PASS();
 }
 
 TEST wrong_usage_and_bad_files_end_in_one_line(void)
 {
-    char text[4096], image_file[512], labels[512], second[512];
+    char text[4096], image_file[512], labels[512], second[512], single[512], error[VOLUME_TEXT];
     snprintf(image_file, sizeof image_file, "%s", scratch("image.nii"));
     snprintf(labels, sizeof labels, "%s", scratch("label.nii"));
     snprintf(second, sizeof second, "%s", scratch("second_label.nii"));
+    snprintf(single, sizeof single, "%s", scratch("single.nii"));
+    uint8_t *label = calloc(volume_voxels(&image), 1);
+    ASSERT(label);
+    label[5000] = 1;
+    ASSERT(volume_write(single, &image, VOLUME_UINT8, label, error));
+    free(label);
     const struct {
         int status;
         const char *const argv[9];
@@ -354,6 +418,8 @@ TEST wrong_usage_and_bad_files_end_in_one_line(void)
         {1, {"track4d", image_file, "--labels", labels, "--label", "9", "--beat", "4"}},
         {1, {"track4d", image_file, "--labels", labels, "--beat", "4", "--frame", "7"}},
         {1, {"track4d", image_file, "--labels", "/nothing/there.nii", "--beat", "4"}},
+        {1, {"track4d", image_file, "--labels", labels, "--beat", "4", "--json", "/nothing/there.json"}},
+        {1, {"track4d", image_file, "--labels", single, "--beat", "4", "--true-field"}},
         {1, {"track4d", image_file, "--labels", second, "--beat", "4"}}, /* another grid */
         {1, {"track4d", image_file, second, "--labels", second}},
         {1, {"track4d", image_file, second, "--labels", labels, "--second-labels", labels}},
@@ -436,7 +502,8 @@ int main(int argc, char **argv)
     RUN_TEST(steps_may_be_large);
     RUN_TEST(two_files_are_two_frames);
     RUN_TEST(second_files_are_where_they_are);
-    RUN_TEST(replaced_voxels_are_noted);
+    RUN_TEST(replaced_voxels_are_warned_of);
+    RUN_TEST(all_frames_are_checked_first);
     RUN_TEST(wrong_usage_and_bad_files_end_in_one_line);
     RUN_TEST(beating_heart_is_tracked);
     volume_free(&image);

@@ -86,6 +86,13 @@ int cli_fail(const char *name, int status, const char *format, ...)
     return status;
 }
 
+bool cli_write_failed(const char *name, const char *path)
+{
+    const int reason = errno;
+    return cli_fail(name, CLI_EXIT_FAILURE, "%s: cannot be written: %s", path,
+                    reason ? strerror(reason) : "no reason given") == CLI_CONTINUE;
+}
+
 bool cli_may_print(const struct cli_common *common)
 {
     return !common->quiet && !(common->json && strcmp(common->json, "-") == 0);

@@ -104,6 +104,9 @@ int cli_fail(const char *name, int status, const char *format, ...)
 /* Prints the same line for wrappers with a fixed program name; returns false, so that callers can return it. */
 bool cli_failed(const char *name, const char *format, va_list arguments);
 
+/* Prints that a file cannot be written, with the reason in errno; returns false. */
+bool cli_write_failed(const char *name, const char *path);
+
 /* Returns false if --quiet was given or --json goes to standard output. */
 bool cli_may_print(const struct cli_common *common);
 

@@ -475,28 +475,31 @@ bool segment_pressure_solid(const struct volume *image, float size, const struct
 
 /* ---- distances ---- */
 
-/* Returns the smallest solution d of sum over the axes of (max(d - a, 0) / h)^2 = 1, a[] being the nearer neighbors'
- * distances. */
-static float eikonal(float a[3], float h[3])
+/* Puts the smaller of a[j] and a[j + 1] first, without a jump. */
+static void put_in_order(float a[3], float weight[3], int j)
+{
+    const float first = a[j], second = a[j + 1], v = weight[j], w = weight[j + 1];
+    const bool swap = second < first;
+    a[j] = swap ? second : first;
+    a[j + 1] = swap ? first : second;
+    weight[j] = swap ? w : v;
+    weight[j + 1] = swap ? v : w;
+}
+
+/* Returns the smallest solution d of sum over the axes of weight (max(d - a, 0))^2 = 1, a[] being the nearer neighbors' distances
+ * and weights 1 / spacing^2. */
+static float eikonal(float a[3], float weight[3])
 {
     float sum = 0.0f, linear = 0.0f, square = 0.0f, d = INFINITY;
-    for (int i = 0; i < 2; ++i) {
-        for (int j = 0; j < 2 - i; ++j) {
-            if (a[j + 1] < a[j]) {
-                const float t = a[j], u = h[j];
-                a[j] = a[j + 1];
-                h[j] = h[j + 1];
-                a[j + 1] = t;
-                h[j + 1] = u;
-            }
-        }
-    }
+    put_in_order(a, weight, 0);
+    put_in_order(a, weight, 1);
+    put_in_order(a, weight, 0);
     for (int i = 0; i < 3 && a[i] < d; ++i) {
-        const float w = 1.0f / (h[i] * h[i]);
+        const float w = weight[i];
         sum += w;
         linear += w * a[i];
         square += w * a[i] * a[i];
-        d = (linear + sqrtf(fmaxf(0.0f, linear * linear - sum * (square - 1.0f)))) / sum;
+        d = (linear + sqrtf(most_of(0.0f, linear * linear - sum * (square - 1.0f)))) / sum;
     }
     return d;
 }
@@ -508,7 +511,7 @@ static float nearer(const float *distance, size_t at, size_t stride, int place, 
 }
 
 /* Sweeps a line of voxels along x. down: bits of the axes that are swept from their ends. */
-static void sweep_line(const struct volume *image, float known, int down, int j, int k, float *distance)
+static void sweep_line(const struct volume *image, const float weights[3], float known, int down, int j, int k, float *distance)
 {
     const int *dims = image->dims;
     const size_t line = (size_t)dims[0], slice = line * (size_t)dims[1];
@@ -519,11 +522,11 @@ static void sweep_line(const struct volume *image, float known, int down, int j,
         if (present < known) {
             continue;
         }
-        float h[3] = {image->spacing[0], image->spacing[1], image->spacing[2]};
+        float weight[3] = {weights[0], weights[1], weights[2]};
         float a[3] = {nearer(distance, at, 1, i, dims[0]), nearer(distance, at, line, j, dims[1]),
                       nearer(distance, at, slice, k, dims[2])};
         if (least_of(a[0], least_of(a[1], a[2])) < present) {
-            distance[at] = copysignf(most_of(known, least_of(present, eikonal(a, h))), distance[at]);
+            distance[at] = copysignf(most_of(known, least_of(present, eikonal(a, weight))), distance[at]);
         }
     }
 }
@@ -532,6 +535,10 @@ void segment_extend_distance(const struct volume *image, float known, float *dis
 {
     const int *dims = image->dims, rows = dims[1], slices = dims[2];
     const size_t total = volume_voxels(image);
+    float weights[3];
+    for (int a = 0; a < 3; ++a) {
+        weights[a] = 1.0f / (image->spacing[a] * image->spacing[a]);
+    }
     for (size_t n = 0; n < total; ++n) {
         distance[n] = fabsf(distance[n]) < known ? distance[n] : copysignf(1e9f, distance[n]);
     }
@@ -543,7 +550,7 @@ void segment_extend_distance(const struct volume *image, float known, float *dis
 #endif
             for (int z = first; z <= last; ++z) {
                 const int y = front - z;
-                sweep_line(image, known, down, down & 2 ? rows - 1 - y : y, down & 4 ? slices - 1 - z : z, distance);
+                sweep_line(image, weights, known, down, down & 2 ? rows - 1 - y : y, down & 4 ? slices - 1 - z : z, distance);
             }
         }
     }

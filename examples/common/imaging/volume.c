@@ -3,12 +3,15 @@
 #include "imaging/volume_format.h"
 #include "imaging/volume_nifti.h"
 
+#include <errno.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
+
+static const float most_unlike = 100.0f; /* longest over shortest side of a voxel */
 
 /* ---- shared by the formats ---- */
 
@@ -19,6 +22,11 @@ bool volume_error(char error[VOLUME_TEXT], const char *format, ...)
     vsnprintf(error, VOLUME_TEXT, format, arguments);
     va_end(arguments);
     return false;
+}
+
+bool volume_write_error(char error[VOLUME_TEXT], const char *path)
+{
+    return volume_error(error, "%.200s: cannot be written: %s", path, strerror(errno));
 }
 
 void volume_note(struct volume *volume, const char *text)
@@ -78,10 +86,12 @@ bool volume_set_sizes(struct volume *volume, const int64_t *sizes, int space, in
         || volume_error(error, "there is no frame %d: the file has %d", frame, volume->frame_count);
 }
 
-void volume_print_note(const struct volume *image, const char *name)
+const char *volume_warning(const struct volume *image) { return image->note[0] ? image->note : NULL; }
+
+void volume_warn(const struct volume *image, const char *program, const char *name)
 {
     if (image->note[0]) {
-        printf("note: %s%s%s\n", name ? name : "", name ? ": " : "", image->note);
+        fprintf(stderr, "%s: warning: %s%s%s\n", program, name ? name : "", name ? ": " : "", image->note);
     }
 }
 
@@ -250,6 +260,19 @@ static bool is_folder(const char *path)
     return stat(path, &info) == 0 && S_ISDIR(info.st_mode);
 }
 
+/* Compares the sides along axes with more than one voxel. */
+static bool sides_are_alike(const struct volume *volume)
+{
+    float shortest = INFINITY, longest = 0.0f;
+    for (int a = 0; a < 3; ++a) {
+        if (volume->dims[a] > 1) {
+            shortest = fminf(shortest, volume->spacing[a]);
+            longest = fmaxf(longest, volume->spacing[a]);
+        }
+    }
+    return longest <= most_unlike * shortest;
+}
+
 static bool read_all(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT])
 {
     if (is_folder(path)) {
@@ -261,6 +284,10 @@ static bool read_all(const char *path, int frame, struct volume *volume, char er
     if (!choose_reader(path, volume)(path, frame, volume, error)) {
         return false;
     }
+    if (!sides_are_alike(volume)) {
+        return volume_error(error, "voxels of %g x %g x %g mm: their sides may differ by a factor of %g at most",
+                            (double)volume->spacing[0], (double)volume->spacing[1], (double)volume->spacing[2], (double)most_unlike);
+    }
     if (volume->replaced == volume_voxels(volume)) {
         return volume_error(error, "no voxel is finite");
     }
@@ -269,7 +296,8 @@ static bool read_all(const char *path, int frame, struct volume *volume, char er
         for (size_t i = 0; i < volume_voxels(volume); ++i) {
             volume->data[i] = isfinite(volume->data[i]) ? volume->data[i] : volume->minimum;
         }
-        snprintf(text, sizeof text, "NaN or infinite voxels, now %g: %zu", (double)volume->minimum, volume->replaced);
+        snprintf(text, sizeof text, "%zu of %zu voxels are NaN or infinite, now %g", volume->replaced, volume_voxels(volume),
+                 (double)volume->minimum);
         volume_note(volume, text);
     }
     return true;

@@ -9,7 +9,8 @@
  * when its code is above 0, else the pixel sizes alone. A NRRD without a named space counts as LPS, as in ITK.
  *
  * Sizes in a file are checked against its length before memory is allocated; a bad file gives one line of text, and the
- * libraries print nothing themselves. */
+ * libraries print nothing themselves. Voxels whose sides differ by more than a factor of 100 are refused: what works on cubes of
+ * the same volume would have hundreds of them for one voxel, or lose all that is as large as one. */
 #ifndef EXAMPLES_IMAGING_VOLUME_H
 #define EXAMPLES_IMAGING_VOLUME_H
 
@@ -60,8 +61,10 @@ bool volume_read_companion(const char *path, int frame, struct volume *volume, c
 bool volume_read_like(const struct volume *like, const char *name, const char *path, int frame, struct volume *volume,
                       char error[VOLUME_TEXT]);
 
-/* Prints the note of an image, if it has one, behind the name (NULL: none). */
-void volume_print_note(const struct volume *image, const char *name);
+/* Prints the note of an image, if it has one, as a warning on stderr, behind the image's name (NULL: none). */
+void volume_warn(const struct volume *image, const char *program, const char *name);
+/* Returns the note for a report; NULL: none. */
+const char *volume_warning(const struct volume *image);
 
 /* Makes a zero-filled volume with the axes of the world. */
 bool volume_create(const int dims[3], const float spacing[3], const float origin[3], struct volume *volume);
@@ -85,5 +88,7 @@ enum volume_type { VOLUME_UINT8, VOLUME_INT16, VOLUME_FLOAT32 };
  * side is longer than 32767. A failed write leaves no file. */
 bool volume_write(const char *path, const struct volume *like, enum volume_type type, const void *data,
                   char error[VOLUME_TEXT]);
+/* Puts into `error` that a file cannot be written, with the reason in errno; always returns false. */
+bool volume_write_error(char error[VOLUME_TEXT], const char *path);
 
 #endif

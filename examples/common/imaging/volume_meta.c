@@ -292,9 +292,10 @@ bool volume_write_meta(const char *path, const struct volume *like, enum volume_
     FILE *file = fopen(path, "wb");
     bool good = file && write_header(file, like, types[type], size) && fwrite(packed, 1, size, file) == size;
     good = file && fclose(file) == 0 && good;
+    good = good || volume_write_error(error, path);
     free(packed);
     if (!good && file) {
         remove(path);
     }
-    return good || volume_error(error, "%.200s: %s", path, file ? "writing failed (disk full?)" : "cannot write there");
+    return good;
 }

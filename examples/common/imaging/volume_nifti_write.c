@@ -1,4 +1,5 @@
 /* volume_nifti_write.c - writes NIfTI files for volume_write. */
+#include "imaging/gzip_writer.h"
 #include "imaging/volume_nifti.h"
 
 #include <stdio.h>
@@ -57,7 +58,6 @@ bool volume_write_nifti(const char *path, const struct volume *like, enum volume
     const bool version_2 =
         (original && (original->nifti_type == NIFTI_FTYPE_NIFTI2_1 || original->nifti_type == NIFTI_FTYPE_NIFTI2_2))
         || like->dims[0] > 32767 || like->dims[1] > 32767 || like->dims[2] > 32767;
-    const bool compressed = volume_ends_with(path, ".gz");
     unsigned char bytes[sizeof(nifti_2_header) + 4];
     size_t header_size = 0;
     nifti_set_debug_level(0);
@@ -83,20 +83,16 @@ bool volume_write_nifti(const char *path, const struct volume *like, enum volume
     }
     nifti_image_free(header);
 
-    gzFile file = gzopen(path, compressed ? "wb6" : "wbT"); /* T: plain bytes */
-    if (!file) {
-        return volume_error(error, "%.200s: cannot write there", path);
+    struct gzip_writer file;
+    if (!gzip_writer_open(&file, path)) {
+        return volume_write_error(error, path);
     }
-    bool good = gzwrite(file, bytes, (unsigned)header_size + 4) == (int)header_size + 4;
-    const size_t total = volume_voxels(like) * volume_type_size(type), step = (size_t)1 << 24;
-    for (size_t done = 0; good && done < total; done += step) {
-        const size_t count = total - done < step ? total - done : step;
-        good = gzwrite(file, (const unsigned char *)data + done, (unsigned)count) == (int)count;
-    }
-    good = gzclose(file) == Z_OK && good;
-    if (!good) {
+    gzip_writer_put(&file, bytes, header_size + 4);
+    gzip_writer_put(&file, data, volume_voxels(like) * volume_type_size(type));
+    if (!gzip_writer_close(&file)) {
+        volume_write_error(error, path);
         remove(path);
-        return volume_error(error, "%.200s: writing failed (disk full?)", path);
+        return false;
     }
     return true;
 }

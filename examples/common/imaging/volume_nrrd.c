@@ -256,7 +256,7 @@ bool volume_write_nrrd(const char *path, const struct volume *like, enum volume_
     if (!good) {
         teem_error(reason);
         remove(path);
-        volume_error(error, "%.100s: cannot write there: %.150s", path, reason);
+        volume_error(error, "%.100s: cannot be written: %.150s", path, reason);
     }
     nrrdIoStateNix(io);
     nrrdNix(nrrd);

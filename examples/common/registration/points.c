@@ -76,7 +76,7 @@ bool points_write(const char *path, const float *points, size_t count, char erro
 {
     FILE *file = fopen(path, "w");
     if (!file) {
-        return write_error(error, path, "cannot be written");
+        return volume_write_error(error, path);
     }
     bool good = fprintf(file, "point\n%zu\n", count) > 0;
     for (size_t n = 0; n < count; ++n) { /* RAS+ to LPS+ */
@@ -84,8 +84,9 @@ bool points_write(const char *path, const float *points, size_t count, char erro
         good = good && fprintf(file, "%.9g %.9g %.9g\n", -(double)x[0], -(double)x[1], (double)x[2]) > 0;
     }
     if (fclose(file) != 0 || !good) {
+        volume_write_error(error, path);
         remove(path);
-        return write_error(error, path, "writing failed");
+        return false;
     }
     return true;
 }

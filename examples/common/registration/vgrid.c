@@ -9,7 +9,7 @@
 /* Finds the sample before x on an axis of n samples, the weight of the next one, and the offset to it, 0 at the end. */
 static inline size_t corner(float x, int n, float *t, size_t *step)
 {
-    const float inside = fmaxf(0.0f, fminf((float)(n - 1), x));
+    const float last = (float)(n - 1), below = x < last ? x : last, inside = below > 0.0f ? below : 0.0f; /* fminf is a call */
     const size_t low = (size_t)inside;
     *t = inside - (float)low;
     *step = low + 1 < (size_t)n ? 1 : 0;
@@ -197,17 +197,19 @@ void vgrid_compose(const int dims[3], const float *after, const float *first, fl
 
 void vgrid_exp(const int dims[3], const float *v, float scale, float longest, float *out, float *scratch)
 {
-    const size_t bytes = 3 * vgrid_voxels(dims) * sizeof *out;
     const float length = fabsf(scale) * vgrid_longest(dims, v);
     int squarings = 0;
     while (squarings < 30 && ldexpf(length, -squarings) > longest) {
         ++squarings;
     }
     const float step = ldexpf(scale, -squarings);
-    blend(dims, 0.0f, v, step, v, 0.5f * step, out); /* midpoint rule: h v(x + h/2 v(x)) */
+    float *now = squarings % 2 ? scratch : out, *next = squarings % 2 ? out : scratch; /* the last one is `out` */
+    blend(dims, 0.0f, v, step, v, 0.5f * step, now); /* midpoint rule: h v(x + h/2 v(x)) */
     for (int s = 0; s < squarings; ++s) {
-        vgrid_compose(dims, out, out, scratch);
-        memcpy(out, scratch, bytes);
+        float *before = now;
+        vgrid_compose(dims, now, now, next);
+        now = next;
+        next = before;
     }
 }
 

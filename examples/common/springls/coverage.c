@@ -4,8 +4,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-/* Springls by the cell of two voxels that their middle lies in; cells 64 voxels apart share a list. */
-enum { CELLS = 32, LISTS = CELLS * CELLS * CELLS };
+/* Springls by the cell of two voxels that their middle lies in; cells 128 voxels apart share a list. */
+enum { CELLS = 64, LISTS = CELLS * CELLS * CELLS };
 
 struct cells {
     springls_view springls;
@@ -145,27 +145,49 @@ static double side_faced(const springls_mesh *closed)
     return volume < 0.0 ? -1.0 : 1.0;
 }
 
-static void measure(const struct cells *cells, const springls_mesh *zero_level, struct coverage *out)
+/* A triangle of the zero level: its area, and the springls over a place in it. */
+struct sample {
+    double area;
+    int over;
+};
+
+static void take_sample(const struct cells *cells, const springls_mesh *zero_level, double side, int t, struct sample *sample)
+{
+    float triangle[9];
+    double facing[3], x[3];
+    corners_in(zero_level, t, triangle);
+    area2_of(triangle, facing);
+    for (int k = 0; k < 3; ++k) {
+        facing[k] *= side;
+    }
+    place_in(triangle, t, x);
+    sample->area = sqrt(dot(facing, facing));
+    sample->over = springls_over(cells, x, facing);
+}
+
+static bool measure(const struct cells *cells, const springls_mesh *zero_level, struct coverage *out)
 {
     const double side = side_faced(zero_level);
     double area = 0.0, covered = 0.0, twice = 0.0;
-    for (int t = 0; t < zero_level->triangle_count; ++t) {
-        float triangle[9];
-        double facing[3], x[3];
-        corners_in(zero_level, t, triangle);
-        area2_of(triangle, facing);
-        for (int k = 0; k < 3; ++k) {
-            facing[k] *= side;
-        }
-        place_in(triangle, t, x);
-        const double share = sqrt(dot(facing, facing));
-        const int over = springls_over(cells, x, facing);
-        area += share;
-        covered += over >= 1 ? share : 0.0;
-        twice += over >= 2 ? share : 0.0;
+    struct sample *samples = malloc(((size_t)zero_level->triangle_count + 1) * sizeof *samples);
+    if (!samples) {
+        return false;
     }
+#if defined(_OPENMP)
+    #pragma omp parallel for schedule(static, 1024)
+#endif
+    for (int t = 0; t < zero_level->triangle_count; ++t) {
+        take_sample(cells, zero_level, side, t, &samples[t]);
+    }
+    for (int t = 0; t < zero_level->triangle_count; ++t) { /* in one order for any number of threads */
+        area += samples[t].area;
+        covered += samples[t].over >= 1 ? samples[t].area : 0.0;
+        twice += samples[t].over >= 2 ? samples[t].area : 0.0;
+    }
+    free(samples);
     out->covered = area > 0.0 ? covered / area : 0.0;
     out->covered_twice = area > 0.0 ? twice / area : 0.0;
+    return true;
 }
 
 bool coverage_measure(springls_context *ctx, struct coverage *out)
@@ -178,15 +200,12 @@ bool coverage_measure(springls_context *ctx, struct coverage *out)
     }
     springls_to_voxel(ctx, zero_level.positions, zero_level.vertex_count, zero_level.positions);
     cells.springls = springls_view_vertices(ctx);
-    const bool sorted = sort_into_cells(&cells);
-    if (sorted) {
-        measure(&cells, &zero_level, out);
-        out->area = measures.coverage;
-    }
+    const bool good = sort_into_cells(&cells) && measure(&cells, &zero_level, out);
+    out->area = measures.coverage;
     springls_mesh_free(ctx, &zero_level);
     free(cells.first);
     free(cells.next);
-    return sorted;
+    return good;
 }
 
 /* Adds the last of `count` values to their range and mean. */

@@ -8,6 +8,7 @@
 #include <float.h>
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -149,6 +150,20 @@ static bool make_folders(const char *path)
     return false;
 }
 
+/* Checks that a folder takes files: makes one and removes it. */
+static int check_folder(const char *program, const char *path)
+{
+    char file[1100];
+    snprintf(file, sizeof file, "%s/.springls_XXXXXX", path);
+    const int descriptor = mkstemp(file);
+    if (descriptor < 0) {
+        return cli_fail(program, CLI_EXIT_FAILURE, "cannot write into %s: %s", path, strerror(errno));
+    }
+    close(descriptor);
+    unlink(file);
+    return CLI_CONTINUE;
+}
+
 int run_make_folder(const char *program, const char *path)
 {
     const bool made = make_folders(path);
@@ -159,8 +174,7 @@ int run_make_folder(const char *program, const char *path)
     if (stat(path, &info) != 0 || !S_ISDIR(info.st_mode)) {
         return cli_fail(program, CLI_EXIT_FAILURE, "%s is no folder", path);
     }
-    return access(path, W_OK) == 0 ? CLI_CONTINUE
-                                   : cli_fail(program, CLI_EXIT_FAILURE, "cannot write into %s: %s", path, strerror(errno));
+    return check_folder(program, path);
 }
 
 int run_check_output(const char *program, const char *path)
@@ -168,14 +182,14 @@ int run_check_output(const char *program, const char *path)
     char folder[1024] = ".";
     struct stat info;
     const char *slash = strrchr(path, '/');
-    const bool exists = stat(path, &info) == 0;
-    if (slash) { snprintf(folder, sizeof folder, "%.*s", (int)(slash - path + 1), path); }
-    if (exists && S_ISDIR(info.st_mode)) {
-        errno = EISDIR;
-    } else if (access(exists ? path : folder, W_OK) == 0) {
-        return CLI_CONTINUE;
+    if (stat(path, &info) == 0) { /* not opened: it may be a pipe */
+        errno = S_ISDIR(info.st_mode) ? EISDIR : 0;
+        return errno == 0 && access(path, W_OK) == 0
+            ? CLI_CONTINUE
+            : cli_fail(program, CLI_EXIT_FAILURE, "%s: cannot be written: %s", path, strerror(errno));
     }
-    return cli_fail(program, CLI_EXIT_FAILURE, "%s cannot be written: %s", path, strerror(errno));
+    if (slash) { snprintf(folder, sizeof folder, "%.*s", (int)(slash - path + 1), path); }
+    return check_folder(program, folder);
 }
 
 int run_options(const char *program, const struct cli_common *common, const char *set, springls_params *params)
@@ -194,11 +208,10 @@ int run_options(const char *program, const struct cli_common *common, const char
         return cli_fail(program, CLI_EXIT_FAILURE, "--threads %d: built without threads (OpenMP)", common->threads);
     }
 #endif
-    /* The folder of --out is made, and --json looked at, before the run, so that a mistake is found early. */
-    if (common->out && run_make_folder(program, common->out) != CLI_CONTINUE) {
-        return CLI_EXIT_FAILURE;
-    }
-    return common->json && strcmp(common->json, "-") != 0 ? run_check_output(program, common->json) : CLI_CONTINUE;
+    /* Before the run, so that a mistake is found early. */
+    const bool to_file = common->json && strcmp(common->json, "-") != 0;
+    const int can_report = to_file ? run_check_output(program, common->json) : CLI_CONTINUE;
+    return can_report == CLI_CONTINUE && common->out ? run_make_folder(program, common->out) : can_report;
 }
 
 int run_threads(void)

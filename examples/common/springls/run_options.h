@@ -12,7 +12,8 @@
 #define RUN_OPTIONS_SET_HELP "change parameters: name=value[,name=value...], names as in springls_params"
 
 /* Sets params to the set named by --params, then the members in `set` ("name=value,name=value"; NULL = none). Also sets the
- * number of threads, makes the folder of --out and checks that the file of --json can be written. Returns CLI_CONTINUE, or the exit status after one line on stderr. */
+ * number of threads, makes the folder of --out, and refuses what --out and --json cannot write. Returns CLI_CONTINUE, or the exit
+ * status after one line on stderr. */
 int run_options(const char *program, const struct cli_common *common, const char *set, springls_params *params);
 
 /* Sets the members of params in `set` alone, as run_options does. Returns CLI_CONTINUE, or the exit status after one line on
