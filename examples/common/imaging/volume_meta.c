@@ -2,6 +2,8 @@
  * stream. Debian has a reader for them only inside the large toolkits ITK and VTK. */
 #include "imaging/volume_format.h"
 
+#include "base/partial_file.h"
+
 #include <ctype.h>
 #include <math.h>
 #include <stdio.h>
@@ -295,7 +297,7 @@ bool volume_write_meta(const char *path, const struct volume *like, enum volume_
     good = good || volume_write_error(error, path);
     free(packed);
     if (!good && file) {
-        remove(path);
+        partial_file_remove(path);
     }
     return good;
 }

@@ -1,6 +1,8 @@
 /* volume_nifti_write.c - writes NIfTI files for volume_write. */
-#include "imaging/gzip_writer.h"
 #include "imaging/volume_nifti.h"
+
+#include "base/partial_file.h"
+#include "imaging/gzip_writer.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -91,7 +93,7 @@ bool volume_write_nifti(const char *path, const struct volume *like, enum volume
     gzip_writer_put(&file, data, volume_voxels(like) * volume_type_size(type));
     if (!gzip_writer_close(&file)) {
         volume_write_error(error, path);
-        remove(path);
+        partial_file_remove(path);
         return false;
     }
     return true;

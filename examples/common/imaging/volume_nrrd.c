@@ -1,6 +1,8 @@
 /* volume_nrrd.c - NRRD files, through teem. */
 #include "imaging/volume_format.h"
 
+#include "base/partial_file.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -255,7 +257,7 @@ bool volume_write_nrrd(const char *path, const struct volume *like, enum volume_
     }
     if (!good) {
         teem_error(reason);
-        remove(path);
+        partial_file_remove(path);
         volume_error(error, "%.100s: cannot be written: %.150s", path, reason);
     }
     nrrdIoStateNix(io);

@@ -1,6 +1,7 @@
 /* field_io.c - displacement fields in files. */
 #include "registration/field.h"
 
+#include "base/partial_file.h"
 #include "imaging/gzip_writer.h"
 
 /* Needs -I with Debian's folder /usr/include/nifti, which also contains the znzlib.h that this header includes. */
@@ -156,7 +157,7 @@ bool field_write(const char *path, const struct field *field, char error[VOLUME_
     }
     if (!gzip_writer_close(&file)) {
         volume_write_error(error, path);
-        remove(path);
+        partial_file_remove(path);
         return false;
     }
     return true;

@@ -3,6 +3,7 @@
 #include "registration/points.h"
 
 #include "base/cli.h"
+#include "base/partial_file.h"
 
 #include <float.h>
 #include <math.h>
@@ -85,7 +86,7 @@ bool points_write(const char *path, const float *points, size_t count, char erro
     }
     if (fclose(file) != 0 || !good) {
         volume_write_error(error, path);
-        remove(path);
+        partial_file_remove(path);
         return false;
     }
     return true;

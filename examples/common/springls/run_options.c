@@ -150,18 +150,18 @@ static bool make_folders(const char *path)
     return false;
 }
 
-/* Checks that a folder takes files: makes one and removes it. */
-static int check_folder(const char *program, const char *path)
+/* Returns whether a folder takes files, by making one and removing it; errno has the reason. */
+static bool takes_files(const char *folder)
 {
     char file[1100];
-    snprintf(file, sizeof file, "%s/.springls_XXXXXX", path);
+    snprintf(file, sizeof file, "%s/.springls_XXXXXX", folder);
     const int descriptor = mkstemp(file);
     if (descriptor < 0) {
-        return cli_fail(program, CLI_EXIT_FAILURE, "cannot write into %s: %s", path, strerror(errno));
+        return false;
     }
     close(descriptor);
     unlink(file);
-    return CLI_CONTINUE;
+    return true;
 }
 
 int run_make_folder(const char *program, const char *path)
@@ -174,22 +174,29 @@ int run_make_folder(const char *program, const char *path)
     if (stat(path, &info) != 0 || !S_ISDIR(info.st_mode)) {
         return cli_fail(program, CLI_EXIT_FAILURE, "%s is no folder", path);
     }
-    return check_folder(program, path);
+    return takes_files(path) ? CLI_CONTINUE
+                             : cli_fail(program, CLI_EXIT_FAILURE, "cannot write into %s: %s", path, strerror(errno));
 }
 
-int run_check_output(const char *program, const char *path)
+/* Returns whether a file can be written or replaced; errno has the reason. One that exists is not opened: it may be a pipe. */
+static bool can_be_written(const char *path)
 {
     char folder[1024] = ".";
     struct stat info;
     const char *slash = strrchr(path, '/');
-    if (stat(path, &info) == 0) { /* not opened: it may be a pipe */
-        errno = S_ISDIR(info.st_mode) ? EISDIR : 0;
-        return errno == 0 && access(path, W_OK) == 0
-            ? CLI_CONTINUE
-            : cli_fail(program, CLI_EXIT_FAILURE, "%s: cannot be written: %s", path, strerror(errno));
+    if (stat(path, &info) == 0) {
+        errno = EISDIR;
+        return !S_ISDIR(info.st_mode) && access(path, W_OK) == 0;
     }
     if (slash) { snprintf(folder, sizeof folder, "%.*s", (int)(slash - path + 1), path); }
-    return check_folder(program, folder);
+    return takes_files(folder);
+}
+
+int run_check_output(const char *program, const char *path)
+{
+    return can_be_written(path)
+        ? CLI_CONTINUE
+        : cli_fail(program, CLI_EXIT_FAILURE, "%s: cannot be written: %s", path, strerror(errno));
 }
 
 int run_options(const char *program, const struct cli_common *common, const char *set, springls_params *params)
@@ -208,10 +215,10 @@ int run_options(const char *program, const struct cli_common *common, const char
         return cli_fail(program, CLI_EXIT_FAILURE, "--threads %d: built without threads (OpenMP)", common->threads);
     }
 #endif
-    /* Before the run, so that a mistake is found early. */
+    /* Before the run, so that a mistake is found early; the folder first, since the report may go into it. */
+    const int has_folder = common->out ? run_make_folder(program, common->out) : CLI_CONTINUE;
     const bool to_file = common->json && strcmp(common->json, "-") != 0;
-    const int can_report = to_file ? run_check_output(program, common->json) : CLI_CONTINUE;
-    return can_report == CLI_CONTINUE && common->out ? run_make_folder(program, common->out) : can_report;
+    return has_folder == CLI_CONTINUE && to_file ? run_check_output(program, common->json) : has_folder;
 }
 
 int run_threads(void)

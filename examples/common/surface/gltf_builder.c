@@ -1,5 +1,7 @@
 #include "surface/gltf_builder.h"
 
+#include "base/partial_file.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -34,7 +36,7 @@ static bool write_file(const struct gltf *g, const char *text, const char *path)
         && fwrite(g->bytes, 1, g->used, file) == g->used;
     good = fclose(file) == 0 && good;
     if (!good) {
-        remove(path);
+        partial_file_remove(path);
     }
     return good;
 }

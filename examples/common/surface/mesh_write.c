@@ -2,6 +2,7 @@
 
 #include "surface/mesh_io.h"
 
+#include "base/partial_file.h"
 #include "base/vec3.h"
 #include "surface/gltf_write.h"
 
@@ -38,7 +39,7 @@ static bool write_file(const char *path, write_fn write, const struct mesh_array
     const bool bad = ferror(file) != 0;
     if (fclose(file) != 0 || bad) {
         refuse_to_write(error, path);
-        remove(path);
+        partial_file_remove(path);
         return false;
     }
     return true;
