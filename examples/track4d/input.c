@@ -261,7 +261,7 @@ static bool make_beat(struct track *track)
         }
     }
     if (number < 2.0) {
-        return track_fail("%s: a made motion wants an object of more than one voxel", track->settings.labels);
+        return track_fail("%s: a made motion needs an object of more than one voxel", track->settings.labels);
     }
     for (int a = 0; a < 3; ++a) {
         sum[a] /= number;

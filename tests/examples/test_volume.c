@@ -19,7 +19,6 @@ int main(int argc, char **argv)
 
 #else
 
-#include "../../examples/common/imaging/gzip_writer.h"
 #include "../../examples/common/imaging/volume.h"
 
 #include <math.h>
@@ -29,9 +28,6 @@ int main(int argc, char **argv)
 #include <string.h>
 #include <unistd.h>
 #include <zlib.h>
-#ifdef _OPENMP
-#include <omp.h>
-#endif
 
 static char folder[] = "/tmp/springls_volume_XXXXXX";
 static char error[VOLUME_TEXT];
@@ -265,51 +261,6 @@ TEST written_files_come_back(void)
     PASS();
 }
 
-static size_t read_bytes(const char *path, unsigned char *bytes, size_t room)
-{
-    FILE *file = fopen(path, "rb");
-    const size_t count = file ? fread(bytes, 1, room, file) : 0;
-    if (file) fclose(file);
-    return count;
-}
-
-/* One stream, which zlib reads, of more blocks than are compressed together; the same bytes from one thread and from two. */
-TEST packed_bytes_do_not_depend_on_threads(void)
-{
-    enum { SIZE = (1 << 24) + (1 << 20) + 12345 };
-    static const size_t parts[] = {352, 1 << 20, SIZE - 352 - (1 << 20)};
-    unsigned char *bytes = malloc(SIZE), *first = malloc(SIZE), *second = malloc(SIZE);
-    size_t length[2] = {0, 0};
-    uint32_t state = 1;
-    ASSERT(bytes && first && second);
-    for (size_t i = 0; i < SIZE; ++i) { /* neither noise nor constant */
-        state = state * 1664525u + 1013904223u;
-        bytes[i] = state >> 28 < 3 || i == 0 ? (unsigned char)(state >> 24 & 15) : bytes[i - 1];
-    }
-    for (int t = 0; t < 2; ++t) {
-        struct gzip_writer writer;
-        size_t at = 0;
-#ifdef _OPENMP
-        omp_set_num_threads(t + 1);
-#endif
-        ASSERT(gzip_writer_open(&writer, in_folder("packed.gz")));
-        for (size_t p = 0; p < sizeof parts / sizeof *parts; at += parts[p++]) gzip_writer_put(&writer, bytes + at, parts[p]);
-        ASSERT(gzip_writer_close(&writer));
-        length[t] = read_bytes(in_folder("packed.gz"), t == 0 ? first : second, SIZE);
-    }
-    ASSERT(length[0] > 1000 && length[0] < SIZE / 2 && length[0] == length[1] && memcmp(first, second, length[0]) == 0);
-    gzFile file = gzopen(in_folder("packed.gz"), "rb");
-    ASSERT(file);
-    ASSERT_EQ(SIZE, gzread(file, second, SIZE));
-    ASSERT_EQ(0, gzread(file, first, 1)); /* here the checksum is compared */
-    ASSERT_EQ(Z_OK, gzclose(file));
-    ASSERT_EQ(0, memcmp(bytes, second, SIZE));
-    free(bytes);
-    free(first);
-    free(second);
-    PASS();
-}
-
 /* ---- broken ones ---- */
 
 TEST damaged_packed_data_are_noticed(void)
@@ -448,7 +399,6 @@ int main(int argc, char **argv)
     RUN_TEST(channels_and_times_are_frames);
     RUN_TEST(frames_are_chosen);
     RUN_TEST(written_files_come_back);
-    RUN_TEST(packed_bytes_do_not_depend_on_threads);
     RUN_TEST(damaged_packed_data_are_noticed);
     RUN_TEST(bad_headers_end_in_one_line);
     RUN_TEST(collection_of_bad_files);

@@ -2,7 +2,6 @@
 #include "imaging/volume_nifti.h"
 
 #include "base/partial_file.h"
-#include "imaging/gzip_writer.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -60,6 +59,7 @@ bool volume_write_nifti(const char *path, const struct volume *like, enum volume
     const bool version_2 =
         (original && (original->nifti_type == NIFTI_FTYPE_NIFTI2_1 || original->nifti_type == NIFTI_FTYPE_NIFTI2_2))
         || like->dims[0] > 32767 || like->dims[1] > 32767 || like->dims[2] > 32767;
+    const bool compressed = volume_ends_with(path, ".gz");
     unsigned char bytes[sizeof(nifti_2_header) + 4];
     size_t header_size = 0;
     nifti_set_debug_level(0);
@@ -85,13 +85,18 @@ bool volume_write_nifti(const char *path, const struct volume *like, enum volume
     }
     nifti_image_free(header);
 
-    struct gzip_writer file;
-    if (!gzip_writer_open(&file, path)) {
+    gzFile file = gzopen(path, compressed ? "wb6" : "wbT"); /* T: plain bytes */
+    if (!file) {
         return volume_write_error(error, path);
     }
-    gzip_writer_put(&file, bytes, header_size + 4);
-    gzip_writer_put(&file, data, volume_voxels(like) * volume_type_size(type));
-    if (!gzip_writer_close(&file)) {
+    bool good = gzwrite(file, bytes, (unsigned)header_size + 4) == (int)header_size + 4;
+    const size_t total = volume_voxels(like) * volume_type_size(type), step = (size_t)1 << 24;
+    for (size_t done = 0; good && done < total; done += step) {
+        const size_t count = total - done < step ? total - done : step;
+        good = gzwrite(file, (const unsigned char *)data + done, (unsigned)count) == (int)count;
+    }
+    good = gzclose(file) == Z_OK && good;
+    if (!good) {
         volume_write_error(error, path);
         partial_file_remove(path);
         return false;

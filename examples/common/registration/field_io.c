@@ -2,10 +2,10 @@
 #include "registration/field.h"
 
 #include "base/partial_file.h"
-#include "imaging/gzip_writer.h"
 
 /* Needs -I with Debian's folder /usr/include/nifti, which also contains the znzlib.h that this header includes. */
 #include <nifti2_io.h>
+#include <zlib.h>
 
 #include <math.h>
 #include <stdio.h>
@@ -122,7 +122,7 @@ static nifti_1_header make_header(const struct volume *grid)
 }
 
 /* Writes one component of every voxel. */
-static void write_component(struct gzip_writer *file, const struct field *field, size_t c)
+static bool write_component(gzFile file, const struct field *field, size_t c)
 {
     enum { BLOCK = 4096 };
     float block[BLOCK];
@@ -132,13 +132,18 @@ static void write_component(struct gzip_writer *file, const struct field *field,
         for (size_t n = 0; n < count; ++n) {
             block[n] = lps[c] * field->mm[3 * (done + n) + c];
         }
-        gzip_writer_put(file, block, count * sizeof *block);
+        if (gzwrite(file, block, (unsigned)(count * sizeof *block)) != (int)(count * sizeof *block)) {
+            return false;
+        }
         done += count;
     }
+    return true;
 }
 
 bool field_write(const char *path, const struct field *field, char error[VOLUME_TEXT])
 {
+    const size_t length = strlen(path);
+    const bool compressed = length > 3 && strcmp(path + length - 3, ".gz") == 0;
     const nifti_1_header header = make_header(&field->grid);
     const char no_extensions[4] = {0, 0, 0, 0};
     for (int a = 0; a < 3; ++a) {
@@ -146,16 +151,16 @@ bool field_write(const char *path, const struct field *field, char error[VOLUME_
             return write_error(error, path, "too large: more than 32767 voxels along a side");
         }
     }
-    struct gzip_writer file;
-    if (!gzip_writer_open(&file, path)) {
+    gzFile file = gzopen(path, compressed ? "wb6" : "wbT"); /* T: plain bytes */
+    if (!file) {
         return volume_write_error(error, path);
     }
-    gzip_writer_put(&file, &header, sizeof header);
-    gzip_writer_put(&file, no_extensions, sizeof no_extensions);
+    bool good = gzwrite(file, &header, sizeof header) == (int)sizeof header && gzwrite(file, no_extensions, 4) == 4;
     for (size_t c = 0; c < 3; ++c) {
-        write_component(&file, field, c);
+        good = good && write_component(file, field, c);
     }
-    if (!gzip_writer_close(&file)) {
+    good = gzclose(file) == Z_OK && good;
+    if (!good) {
         volume_write_error(error, path);
         partial_file_remove(path);
         return false;
