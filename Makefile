@@ -35,7 +35,7 @@ export OMP_WAIT_POLICY ?= passive
 
 .PHONY: help deps measurements deps-demo deps-examples deps-display deps-test deps-opencl deps-bench check examples demo test test-build test-run bench paper ablation motions morph-pairs accuracy long coverage cover-lines \
         segmentation registration imaging install uninstall format clean \
-        asan ubsan tsan msan valgrind deps-valgrind oclgrind deps-oclgrind fuzz deps-fuzz compile-matrix deps-matrix portability deps-portability deps-python web web-test deps-web deps-web-test packages deps-packages deps-engines FORCE
+        asan tsan msan valgrind deps-valgrind oclgrind deps-oclgrind fuzz deps-fuzz compile-matrix deps-matrix portability deps-portability deps-python web web-test deps-web deps-web-test packages deps-packages deps-engines FORCE
 .DELETE_ON_ERROR:
 # What is made on the way to something else stays too.
 .SECONDARY:

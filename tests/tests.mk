@@ -198,10 +198,8 @@ test: deps-test   ## build and run tests/*/test_*.c, each a program of its own: 
 # GCC's documentation: with sanitizers -Wmaybe-uninitialized gives false positives.
 SANITIZED = $(MAKE) --no-print-directory test VARIANT=$@ SANITIZE="-g1 -fno-omit-frame-pointer -Wno-maybe-uninitialized
 
-asan:   ## the tests under AddressSanitizer (out-of-bounds, use after free, leaks)
-	@$(SANITIZED) -fsanitize=address"
-ubsan:  ## the tests under UndefinedBehaviorSanitizer
-	@$(SANITIZED) -fsanitize=undefined,float-cast-overflow -fno-sanitize-recover=all"
+asan:   ## the tests under AddressSanitizer and UndefinedBehaviorSanitizer (bounds, use after free, leaks, what C leaves open)
+	@$(SANITIZED) -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all"
 tsan:   ## the tests with threads under ThreadSanitizer (data races; ALL=1: all of them)
 	@$(SANITIZED) -fsanitize=thread"
 
