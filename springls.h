@@ -5774,7 +5774,7 @@ typedef struct springls__surface {
     springls__dipole *dipoles; /* one a node; NULL until springls__surface_make_dipoles                         */
     int *source;            /* 2 * triangle of the mesh given + 1 if it was turned (corners 1 and 2 swapped); NULL: itself */
     int count, given, node_count; /* given: triangles of the mesh given, more than count where some were dropped */
-    int joins;              /* how often springls__surface_join has added to it                                 */
+    int joins;              /* of the hierarchies joined in it: it is at most this much deeper than built at once */
     float magnitude;        /* the largest |coordinate|: what rounding errors are relative to                   */
     springls__buffer points_memory, order_memory, nodes_memory, dipoles_memory, source_memory;
 } springls__surface;
@@ -12348,10 +12348,10 @@ SPRINGLS__FN void springls__abandon_step(springls_context *ctx)
 
 /* ======== >>bvh  (src/model/bvh.h) ============================================================================= */
 /* bvh.h - builds a bounding volume hierarchy over triangles: by median splits along the longest axis of the triangles' centroids,
-   ties broken by index. So the tree depends on the triangles alone, and is never deeper than log2(count); each join of another
-   hierarchy makes it deeper by one. */
+   ties broken by index. So the tree depends on the triangles alone, and is never deeper than log2(count); each join adds one level,
+   SPRINGLS__BVH_JOINS at most. */
 
-/* JOINS: after as many, a hierarchy is built anew, since searches go through a node for each. */
+/* JOINS: most joins in one hierarchy; beyond that it is built anew, since each adds a level to every search. */
 enum { SPRINGLS__BVH_LEAF = 4, SPRINGLS__BVH_JOINS = 24, SPRINGLS__BVH_STACK = 64 };
 
 /* A point of a surface; triangle is -1 when none was found. t: the parameter along the ray, for ray queries only. */
@@ -12569,7 +12569,6 @@ SPRINGLS__FN void springls__bvh_join(springls__surface *surface, const springls_
     surface->node_count += 1 + other->node_count;
     surface->count += other->count;
     surface->magnitude = springls__max(surface->magnitude, other->magnitude);
-    surface->joins++;
 }
 
 /* Adds to the hierarchy of a surface the triangles of another one, which the caller has written after its own; there is room for
@@ -12577,11 +12576,13 @@ SPRINGLS__FN void springls__bvh_join(springls__surface *surface, const springls_
 SPRINGLS__FN springls_status springls__surface_join(springls_context *ctx, springls__surface *surface,
                                                     const springls__surface *other)
 {
-    const int given = surface->given + other->given;
-    if (!surface->count || !other->count || surface->joins == SPRINGLS__BVH_JOINS)
+    const int given = surface->given + other->given, joins = surface->joins + other->joins + 1;
+    if (!surface->count || !other->count || joins > SPRINGLS__BVH_JOINS) {
         SPRINGLS__TRY(springls__surface_finish(ctx, surface, surface->count + other->count));
-    else
+    } else {
         springls__bvh_join(surface, other);
+        surface->joins = joins;
+    }
     surface->given = given;
     surface->dipoles = NULL;
     return SPRINGLS_OK;
@@ -20048,7 +20049,8 @@ SPRINGLS__FN float springls__dipole_radius2(const springls__bvh_node *node, spri
                                                springls__max(center.z - node->lower[2], node->upper[2] - center.z)));
 }
 
-/* Sums up the directed areas of all nodes, once for each surface, before springls__surface_winding is called. */
+/* Sums up the directed areas of all nodes, once for each surface, before springls__surface_winding is called. Not after
+   springls__surface_join, which puts a root behind its children. */
 SPRINGLS__FN springls_status springls__surface_make_dipoles(springls_context *ctx, springls__surface *surface)
 {
     int n, i;
@@ -35481,7 +35483,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 35485 \"springls.h\"\n",
+    "#line 35487 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -36186,6 +36188,7 @@ enum { SPRINGLS__OFF_SURFACE, SPRINGLS__FACING_SAME, SPRINGLS__FACING_OPPOSITE }
 
 #define SPRINGLS__ON_SURFACE 0.05f  /* voxel: what is nearer lies on a surface      */
 #define SPRINGLS__TRIANGLE_GAP 0.3f /* voxel: between triangles that bound a solid  */
+#define SPRINGLS__PHI_ERROR 1.0f    /* voxel: of phi between voxels                 */
 #define SPRINGLS__PARALLEL 0.7f     /* cosine between normals that face alike       */
 
 /* A box in voxels. */
@@ -36250,12 +36253,11 @@ SPRINGLS__FN int springls__facing_triangle(springls__tri t, springls__v3 p, spri
    Triangles come first because phi is inexact between voxels at sharp edges. */
 SPRINGLS__FN int springls__facing_surface(const springls__side_rule *rule, const springls__springl *s, float phi)
 {
-    const float max_error = 1.0f; /* voxel: of phi between voxels */
     springls__v3 n = springls__springl_normal(*s);
     springls__near_walk walk;
     float cosine, d2, least = FLT_MAX;
     int i, to_triangle, facing = SPRINGLS__OFF_SURFACE;
-    if (springls__fabs(phi) > max_error) return SPRINGLS__OFF_SURFACE;
+    if (springls__fabs(phi) > SPRINGLS__PHI_ERROR) return SPRINGLS__OFF_SURFACE;
     walk = springls__near_walk_begin(rule->surface, s->p, SPRINGLS__TRIANGLE_GAP);
     while ((i = springls__near_walk_next(&walk)) >= 0) {
         to_triangle = springls__facing_triangle(springls__surface_triangle(rule->surface, i), s->p, n, &d2);
@@ -36284,7 +36286,7 @@ SPRINGLS__FN springls__springl springls__pull_to_surface(const springls__side_ru
     const float min_distance = 0.1f; /* voxels: nearer to the seam a triangle would have no area left */
     float phi_p = rule->sign * springls__grid_sample(rule->grid, rule->grid->phi, s.p);
     int m;
-    if (phi_p > s.bounding_radius + 1.0f) return s; /* no corner can be beyond */
+    if (phi_p > s.bounding_radius + SPRINGLS__PHI_ERROR) return s; /* all corners lie on this side */
     for (m = 0; m < 3 && phi_p > min_distance; m++) {
         float phi_q = rule->sign * springls__grid_sample(rule->grid, rule->grid->phi, s.q[m]);
         if (phi_q < 0.0f) s.q[m] = springls__lerp(s.p, s.q[m], phi_p / (phi_p - phi_q));
@@ -36476,11 +36478,12 @@ SPRINGLS__FN springls_status springls__combine_originals(springls_context *ctx, 
 {
     springls__surface *own = &ctx->original;
     const size_t count = (size_t)own->count, both = count + (size_t)other->count;
+    const size_t room = both ? both : 1; /* as springls__surface_reserve makes */
     int i;
     if ((int64_t)own->given + other->given > INT32_MAX / 6) /* a source is 2 * triangle + turned */
         return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: the original surfaces have too many triangles");
-    SPRINGLS__TRY(springls__surface_room(ctx, own, both + 1, count));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &own->source_memory, both + 1, sizeof(int), own->source ? count * sizeof(int) : 0));
+    SPRINGLS__TRY(springls__surface_room(ctx, own, room, count));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &own->source_memory, room, sizeof(int), own->source ? count * sizeof(int) : 0));
     if (!own->source)
         for (i = 0; i < own->count; i++) ((int *)own->source_memory.data)[i] = 2 * i;
     own->source = (int *)own->source_memory.data;
@@ -36549,8 +36552,9 @@ SPRINGLS__FN springls_status springls__other_failed(springls_context *ctx, sprin
     return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
 }
 
-/* Keeps the springls of both models that bound the result. Both level sets must be as they were. surfaces: of the springls of
-   this model that are near the other, and of those of the other that are near this one. Fails when none are left, or more than max_springls. */
+/* Keeps the springls of both models that bound the result. Both level sets must be as they were. surfaces: of
+   this model's springls that reach the other's box, and of the other's that reach this one's. Fails when none are left, or more than
+   max_springls. */
 SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, springls_operation operation,
                                                         springls_context *other, const springls__surface surfaces[2])
 {

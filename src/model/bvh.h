@@ -1,6 +1,6 @@
 /* bvh.h - builds a bounding volume hierarchy over triangles: by median splits along the longest axis of the triangles' centroids,
-   ties broken by index. So the tree depends on the triangles alone, and is never deeper than log2(count); each join of another
-   hierarchy makes it deeper by one. */
+   ties broken by index. So the tree depends on the triangles alone, and is never deeper than log2(count); each join adds one level,
+   SPRINGLS__BVH_JOINS at most. */
 #ifndef SPRINGLS__MODEL_BVH_H
 #define SPRINGLS__MODEL_BVH_H
 
@@ -8,7 +8,7 @@
 #include "../runtime/arrays.h"
 #include "../runtime/memory.h"
 
-/* JOINS: after as many, a hierarchy is built anew, since searches go through a node for each. */
+/* JOINS: most joins in one hierarchy; beyond that it is built anew, since each adds a level to every search. */
 enum { SPRINGLS__BVH_LEAF = 4, SPRINGLS__BVH_JOINS = 24, SPRINGLS__BVH_STACK = 64 };
 
 /* A point of a surface; triangle is -1 when none was found. t: the parameter along the ray, for ray queries only. */
@@ -226,7 +226,6 @@ SPRINGLS__FN void springls__bvh_join(springls__surface *surface, const springls_
     surface->node_count += 1 + other->node_count;
     surface->count += other->count;
     surface->magnitude = springls__max(surface->magnitude, other->magnitude);
-    surface->joins++;
 }
 
 /* Adds to the hierarchy of a surface the triangles of another one, which the caller has written after its own; there is room for
@@ -234,11 +233,13 @@ SPRINGLS__FN void springls__bvh_join(springls__surface *surface, const springls_
 SPRINGLS__FN springls_status springls__surface_join(springls_context *ctx, springls__surface *surface,
                                                     const springls__surface *other)
 {
-    const int given = surface->given + other->given;
-    if (!surface->count || !other->count || surface->joins == SPRINGLS__BVH_JOINS)
+    const int given = surface->given + other->given, joins = surface->joins + other->joins + 1;
+    if (!surface->count || !other->count || joins > SPRINGLS__BVH_JOINS) {
         SPRINGLS__TRY(springls__surface_finish(ctx, surface, surface->count + other->count));
-    else
+    } else {
         springls__bvh_join(surface, other);
+        surface->joins = joins;
+    }
     surface->given = given;
     surface->dipoles = NULL;
     return SPRINGLS_OK;

@@ -27,7 +27,8 @@ SPRINGLS__FN float springls__dipole_radius2(const springls__bvh_node *node, spri
                                                springls__max(center.z - node->lower[2], node->upper[2] - center.z)));
 }
 
-/* Sums up the directed areas of all nodes, once for each surface, before springls__surface_winding is called. */
+/* Sums up the directed areas of all nodes, once for each surface, before springls__surface_winding is called. Not after
+   springls__surface_join, which puts a root behind its children. */
 SPRINGLS__FN springls_status springls__surface_make_dipoles(springls_context *ctx, springls__surface *surface)
 {
     int n, i;

@@ -55,7 +55,7 @@ typedef struct springls__surface {
     springls__dipole *dipoles; /* one a node; NULL until springls__surface_make_dipoles                         */
     int *source;            /* 2 * triangle of the mesh given + 1 if it was turned (corners 1 and 2 swapped); NULL: itself */
     int count, given, node_count; /* given: triangles of the mesh given, more than count where some were dropped */
-    int joins;              /* how often springls__surface_join has added to it                                 */
+    int joins;              /* of the hierarchies joined in it: it is at most this much deeper than built at once */
     float magnitude;        /* the largest |coordinate|: what rounding errors are relative to                   */
     springls__buffer points_memory, order_memory, nodes_memory, dipoles_memory, source_memory;
 } springls__surface;

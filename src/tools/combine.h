@@ -54,6 +54,7 @@ enum { SPRINGLS__OFF_SURFACE, SPRINGLS__FACING_SAME, SPRINGLS__FACING_OPPOSITE }
 
 #define SPRINGLS__ON_SURFACE 0.05f  /* voxel: what is nearer lies on a surface      */
 #define SPRINGLS__TRIANGLE_GAP 0.3f /* voxel: between triangles that bound a solid  */
+#define SPRINGLS__PHI_ERROR 1.0f    /* voxel: of phi between voxels                 */
 #define SPRINGLS__PARALLEL 0.7f     /* cosine between normals that face alike       */
 
 /* A box in voxels. */
@@ -118,12 +119,11 @@ SPRINGLS__FN int springls__facing_triangle(springls__tri t, springls__v3 p, spri
    Triangles come first because phi is inexact between voxels at sharp edges. */
 SPRINGLS__FN int springls__facing_surface(const springls__side_rule *rule, const springls__springl *s, float phi)
 {
-    const float max_error = 1.0f; /* voxel: of phi between voxels */
     springls__v3 n = springls__springl_normal(*s);
     springls__near_walk walk;
     float cosine, d2, least = FLT_MAX;
     int i, to_triangle, facing = SPRINGLS__OFF_SURFACE;
-    if (springls__fabs(phi) > max_error) return SPRINGLS__OFF_SURFACE;
+    if (springls__fabs(phi) > SPRINGLS__PHI_ERROR) return SPRINGLS__OFF_SURFACE;
     walk = springls__near_walk_begin(rule->surface, s->p, SPRINGLS__TRIANGLE_GAP);
     while ((i = springls__near_walk_next(&walk)) >= 0) {
         to_triangle = springls__facing_triangle(springls__surface_triangle(rule->surface, i), s->p, n, &d2);
@@ -152,7 +152,7 @@ SPRINGLS__FN springls__springl springls__pull_to_surface(const springls__side_ru
     const float min_distance = 0.1f; /* voxels: nearer to the seam a triangle would have no area left */
     float phi_p = rule->sign * springls__grid_sample(rule->grid, rule->grid->phi, s.p);
     int m;
-    if (phi_p > s.bounding_radius + 1.0f) return s; /* no corner can be beyond */
+    if (phi_p > s.bounding_radius + SPRINGLS__PHI_ERROR) return s; /* all corners lie on this side */
     for (m = 0; m < 3 && phi_p > min_distance; m++) {
         float phi_q = rule->sign * springls__grid_sample(rule->grid, rule->grid->phi, s.q[m]);
         if (phi_q < 0.0f) s.q[m] = springls__lerp(s.p, s.q[m], phi_p / (phi_p - phi_q));
@@ -344,11 +344,12 @@ SPRINGLS__FN springls_status springls__combine_originals(springls_context *ctx, 
 {
     springls__surface *own = &ctx->original;
     const size_t count = (size_t)own->count, both = count + (size_t)other->count;
+    const size_t room = both ? both : 1; /* as springls__surface_reserve makes */
     int i;
     if ((int64_t)own->given + other->given > INT32_MAX / 6) /* a source is 2 * triangle + turned */
         return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: the original surfaces have too many triangles");
-    SPRINGLS__TRY(springls__surface_room(ctx, own, both + 1, count));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &own->source_memory, both + 1, sizeof(int), own->source ? count * sizeof(int) : 0));
+    SPRINGLS__TRY(springls__surface_room(ctx, own, room, count));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &own->source_memory, room, sizeof(int), own->source ? count * sizeof(int) : 0));
     if (!own->source)
         for (i = 0; i < own->count; i++) ((int *)own->source_memory.data)[i] = 2 * i;
     own->source = (int *)own->source_memory.data;
@@ -417,8 +418,9 @@ SPRINGLS__FN springls_status springls__other_failed(springls_context *ctx, sprin
     return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
 }
 
-/* Keeps the springls of both models that bound the result. Both level sets must be as they were. surfaces: of the springls of
-   this model that are near the other, and of those of the other that are near this one. Fails when none are left, or more than max_springls. */
+/* Keeps the springls of both models that bound the result. Both level sets must be as they were. surfaces: of
+   this model's springls that reach the other's box, and of the other's that reach this one's. Fails when none are left, or more than
+   max_springls. */
 SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, springls_operation operation,
                                                         springls_context *other, const springls__surface surfaces[2])
 {

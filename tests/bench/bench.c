@@ -306,12 +306,26 @@ static void threads(struct bench *bench, const struct run *one)
 static const int frame_grids[] = {64, 128, 256};
 enum { FRAME_GRIDS = sizeof frame_grids / sizeof *frame_grids };
 
+/* Returns the run of build/bench/frames for a grid and number of threads, which is made once for all tables. */
+static struct run *frames_run(struct bench *bench, int grid, int threads)
+{
+    char name[RUN_NAME];
+    snprintf(name, sizeof name, "frames_%d", 10 * grid + threads);
+    for (int i = 0; i < bench->run_count; ++i) {
+        if (strcmp(bench->runs[i].name, name) == 0) {
+            return &bench->runs[i];
+        }
+    }
+    struct run *run = new_run(bench, "frames", 10 * grid + threads);
+    run_command(run, "build/bench/frames %d %d", grid, threads);
+    execute(run);
+    return run;
+}
+
 /* A brush that pushes a ball, as in build/viewer: step and changed chunks. */
 static void push_row(struct bench *bench, int grid, int threads, struct table *table)
 {
-    struct run *run = new_run(bench, "push", 10 * grid + threads);
-    run_command(run, "build/bench/frames %d %d", grid, threads);
-    execute(run);
+    const struct run *run = frames_run(bench, grid, threads);
     table_row(table, "push %d^3|%d|%s|%s|%s|%s|%s|%s|%s|%s", grid, threads, run_cell(run, "%.0f", "springls"),
               run_cell(run, "%.1f ms", "frame_ms.p50"), run_cell(run, "%.1f ms", "frame_ms.p95"),
               run_cell(run, "%.1f ms", "chunks_ms.p50"), run_cell(run, "%.1f ms", "processor_ms.p50"),
@@ -322,9 +336,7 @@ static void push_row(struct bench *bench, int grid, int threads, struct table *t
 /* Balls cut out of a model at rest, one a frame. */
 static void cut_row(struct bench *bench, int grid, int threads, struct table *table)
 {
-    struct run *run = new_run(bench, "cut", 10 * grid + threads);
-    run_command(run, "build/bench/frames %d %d", grid, threads);
-    execute(run);
+    const struct run *run = frames_run(bench, grid, threads);
     table_row(table, "cut %d^3|%d|%s|%s|%s|%s|%s", grid, threads, run_cell(run, "%.0f", "springls"),
               run_cell(run, "%.1f ms", "cut_ms.p50"), run_cell(run, "%.1f ms", "cut_ms.p95"),
               run_cell(run, "%.1f ms", "cut_frame_ms.p50"), run_cell(run, "%.1f ms", "cut_frame_ms.p95"));
@@ -333,12 +345,10 @@ static void cut_row(struct bench *bench, int grid, int threads, struct table *ta
 /* What calls with a budget of 2 ms take. */
 static void budget_row(struct bench *bench, int grid, int threads, struct table *table)
 {
-    struct run *run = new_run(bench, "budget", 10 * grid + threads);
     if (threads > 1) {
         return;
     }
-    run_command(run, "build/bench/frames %d %d", grid, threads);
-    execute(run);
+    const struct run *run = frames_run(bench, grid, threads);
     static const char *const kinds[] = {"step", "chunks", "material"};
     static const char *const names[] = {"a step", "its chunks", "its chunks with correspondences"};
     for (int k = 0; k < 3; ++k) {

@@ -270,6 +270,28 @@ TEST many_originals(void)
     PASS();
 }
 
+/* The same when the model so far is always the second operand. */
+TEST originals_of_second_operands(void)
+{
+    springls_context *model = ball_at(19.5f, 6.0f), *next;
+    springls_material *places;
+    int i, given;
+    for (i = 0; i < 80; i++) {
+        const float angle = 0.9f * (float)i;
+        next = fixture_sphere(SIZE, NULL, 19.5f + 6.0f * cosf(angle), 19.7f + 6.0f * sinf(angle), 15.0f + 0.1f * (float)i, 2.0f);
+        ASSERT_OK(springls_combine(next, SPRINGLS_OPERATION_UNION, model));
+        springls_destroy(model);
+        model = next;
+    }
+    given = springls_material_triangle_count(model);
+    places = (springls_material *)malloc((size_t)springls_count(model) * sizeof *places);
+    ASSERT_OK(springls_springl_materials(model, places));
+    for (i = 0; i < springls_count(model); i++) ASSERT(places[i].triangle >= 0 && places[i].triangle < given);
+    free(places);
+    springls_destroy(model);
+    PASS();
+}
+
 /* Every springl has the colour of the body it was on, and its material triangle is one of that body's. */
 TEST attributes_of_both(void)
 {
@@ -629,6 +651,7 @@ int main(int argc, char **argv)
     for (i = 0; i < 4; i++) RUN_TESTp(boxes_that_share_a_face, i);
     RUN_TEST(attributes_of_both);
     RUN_TEST(many_originals);
+    RUN_TEST(originals_of_second_operands);
     RUN_TEST(goes_on);
     RUN_TEST(offsets);
     RUN_TEST(offsets_change_topology);
