@@ -23421,30 +23421,60 @@ SPRINGLS__FN springls__v3 springls__own_correspondence(const springls_context *c
     return springls__mad(a, own.c, at.bary[2] - center.bary[2]);
 }
 
+/* A fit around place x of a springl, voxels. */
+typedef struct springls__place_fit {
+    const springls_context *ctx;
+    int springl;
+    springls__v3 x, normal; /* of the springl */
+    float radius;
+    springls__affine_fit fit;
+} springls__place_fit;
+
+/* Adds springl j, if it is near, faces the same way and comes from the same part of the original. */
+SPRINGLS__FN void springls__place_fit_add(springls__place_fit *place, int j)
+{
+    const springls__constellation *set = &place->ctx->model.set;
+    const float radius2 = place->radius * place->radius;
+    springls__v3 r = springls__sub(set->s[j].p, place->x);
+    float d2 = springls__length2(r) / radius2;
+    if (d2 >= 1.0f || !(springls__dot(springls__springl_normal(set->s[j]), place->normal) > 0.0f)) return;
+    if (springls__length2(springls__sub(set->a[j], set->a[place->springl])) > 16.0f * radius2) return;
+    springls__affine_fit_add(&place->fit, r, set->a[j], (double)((1.0f - d2) * (1.0f - d2)));
+}
+
+/* Adds the springls around, from the cell list or from the hierarchy: whichever is fresh. */
+SPRINGLS__FN void springls__place_fit_around(springls__place_fit *place, bool cells)
+{
+    const springls_context *ctx = place->ctx;
+    int j;
+    if (cells) {
+        springls__cell_walk walk = springls__cell_walk_near(&ctx->model, place->x, place->radius);
+        while ((j = springls__cell_walk_next(&walk)) >= 0) springls__place_fit_add(place, j);
+    } else {
+        springls__near_walk walk = springls__near_walk_begin(&ctx->springl_surface, springls__voxel_to_model(ctx, place->x),
+                                                             place->radius * ctx->largest_spacing / ctx->smallest_spacing);
+        while ((j = springls__near_walk_next(&walk)) >= 0) springls__place_fit_add(place, j);
+    }
+}
+
 /* Returns the place near the original surface of place x of a springl, voxels: the affine map fitted to the springls around it
    that face the same way. own: the original triangle at the springl's correspondence. */
 SPRINGLS__FN springls__v3 springls__fit_correspondence(const springls_context *ctx, int springl, springls__v3 x,
-                                                       springls__tri own)
+                                                       springls__tri own, bool cells)
 {
-    const float radius = 2.5f * springls__max(1.0f, ctx->model.set.s[springl].bounding_radius); /* voxels */
-    const springls__springl *s = ctx->model.set.s;
-    springls__v3 normal = springls__springl_normal(s[springl]), center = springls__voxel_to_model(ctx, x), result;
-    springls__affine_fit fit;
-    const float search = radius * ctx->largest_spacing / ctx->smallest_spacing;
-    springls__near_walk walk = springls__near_walk_begin(&ctx->springl_surface, center, search);
-    int j;
-    memset(&fit, 0, sizeof fit);
-    while ((j = springls__near_walk_next(&walk)) >= 0) {
-        springls__v3 r = springls__sub(s[j].p, x);
-        float d2 = springls__length2(r) / (radius * radius), apart;
-        if (d2 >= 1.0f || !(springls__dot(springls__springl_normal(s[j]), normal) > 0.0f)) continue;
-        apart = springls__length2(springls__sub(ctx->model.set.a[j], ctx->model.set.a[springl]));
-        if (apart > 16.0f * radius * radius) continue; /* from another part of the original */
-        springls__affine_fit_add(&fit, r, ctx->model.set.a[j], (double)((1.0f - d2) * (1.0f - d2)));
-    }
-    if (fit.count >= 4) {
-        springls__affine_fit_normal(&fit, normal, springls__tri_normal(own), 0.1 * fit.weight);
-        if (springls__affine_fit_solve(&fit, &result)) return result;
+    const springls__springl *s = &ctx->model.set.s[springl];
+    springls__place_fit place;
+    springls__v3 result;
+    memset(&place, 0, sizeof place);
+    place.ctx = ctx;
+    place.springl = springl;
+    place.x = x;
+    place.normal = springls__springl_normal(*s);
+    place.radius = 2.5f * springls__max(1.0f, s->bounding_radius);
+    springls__place_fit_around(&place, cells);
+    if (place.fit.count >= 4) {
+        springls__affine_fit_normal(&place.fit, place.normal, springls__tri_normal(own), 0.1 * place.fit.weight);
+        if (springls__affine_fit_solve(&place.fit, &result)) return result;
     }
     return springls__own_correspondence(ctx, springl, x, own);
 }
@@ -23460,13 +23490,14 @@ SPRINGLS__FN void springls__source_of(const springls__surface *surface, const sp
     bary[2] = h->hit.bary[source & 1 ? 1 : 2];
 }
 
-/* Returns the place on the original surface of place x (voxels) of a springl; triangle -1 when there is no such surface. */
-SPRINGLS__FN springls__surface_hit springls__material_at(const springls_context *ctx, int springl, springls__v3 x)
+/* Returns the place on the original surface of place x (voxels) of a springl; triangle -1 when there is no such surface. cells: the
+   cell list is fresh, else the hierarchy of the springls is. */
+SPRINGLS__FN springls__surface_hit springls__material_at(const springls_context *ctx, int springl, springls__v3 x, bool cells)
 {
     springls__surface_hit own = springls__surface_closest(&ctx->original, ctx->model.set.a[springl], FLT_MAX);
     springls__v3 a;
     if (own.triangle < 0) return own;
-    a = springls__fit_correspondence(ctx, springl, x, springls__surface_triangle(&ctx->original, own.triangle));
+    a = springls__fit_correspondence(ctx, springl, x, springls__surface_triangle(&ctx->original, own.triangle), cells);
     return springls__surface_closest_from(&ctx->original, a, FLT_MAX, own.triangle);
 }
 
@@ -23478,7 +23509,7 @@ SPRINGLS__FN springls__surface_hit springls__fitted_material_at(const springls_c
     springls__fit_result fit = springls__fit_at(&ctx->model, springl, x, springls__springl_normal(ctx->model.set.s[springl]), a,
                                                 ctx->model.set.count);
     if (fit.ok) return springls__surface_closest_from(&ctx->original, fit.a, FLT_MAX, guess);
-    return springls__material_at(ctx, springl, x);
+    return springls__material_at(ctx, springl, x, true);
 }
 
 /* ---- closest points, rays ---- */
@@ -23598,7 +23629,7 @@ SPRINGLS__FN void springls__soup_hit(const springls_context *ctx, const springls
     t = springls__springl_tri(ctx->model.set.s[h->triangle]);
     voxel = springls__tri_point(t, h->hit.bary);
     springls__hit_begin(ctx, h->triangle, voxel, springls__tri_area2(t), h->hit.bary, distance, out);
-    material = springls__material_at(ctx, h->triangle, voxel);
+    material = springls__material_at(ctx, h->triangle, voxel, false);
     springls__hit_material(ctx, &material, out);
 }
 
@@ -23677,7 +23708,7 @@ SPRINGLS__FN void springls__level_hit_out(const springls__hit_query *q, const sp
     nearest = springls__tri_closest(springls__springl_tri(ctx->model.set.s[springl]), h->place);
     springls__hit_begin(ctx, springl, h->place, springls__level_normal(ctx, h), nearest.bary, distance, out);
     material = q->cells ? springls__fitted_material_at(ctx, springl, h->place, *guess)
-                        : springls__material_at(ctx, springl, h->place);
+                        : springls__material_at(ctx, springl, h->place, false);
     *guess = material.triangle;
     springls__hit_material(ctx, &material, out);
 }
@@ -35483,7 +35514,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 35487 \"springls.h\"\n",
+    "#line 35518 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

@@ -407,6 +407,33 @@ TEST a_query_builds_nothing(void)
     PASS();
 }
 
+/* Few large springls, so that fits fall back on the springls around: the answer is the same before and after a query of the springls
+   themselves, which builds their hierarchy. */
+TEST earlier_queries_do_not_matter(void)
+{
+    enum { COUNT = 200 };
+    static const int triangles[36] = { 0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5 };
+    static float corners[24], places[3 * COUNT];
+    static springls_hit before[COUNT], after[COUNT];
+    springls_sphere ball = fixture_ball(23.0f, 16.0f, 16.0f, 4.0f);
+    springls_params params = springls_default_params();
+    springls_context *ctx;
+    springls_hit any;
+    int i;
+    params.split_input = 0;
+    ctx = fixture_context(SIZE, &params);
+    for (i = 0; i < 24; i++) corners[i] = 9.0f + 14.0f * (float)(i / 3 >> i % 3 & 1);
+    for (i = 0; i < 3 * COUNT; i++) places[i] = 32.0f * (float)(i * 7919 % 1000) / 1000.0f;
+    ASSERT_OK(springls_set_mesh(ctx, corners, 8, 0, triangles, 12, NULL));
+    ASSERT_OK(springls_combine_implicit(ctx, SPRINGLS_OPERATION_DIFFERENCE, springls_implicit_sphere, &ball));
+    ASSERT_OK(springls_closest(ctx, WATERTIGHT, places, COUNT, before));
+    ASSERT_OK(springls_closest(ctx, SOUP, places, 1, &any));
+    ASSERT_OK(springls_closest(ctx, WATERTIGHT, places, COUNT, after));
+    ASSERT_MEM_EQ(before, after, sizeof before);
+    springls_destroy(ctx);
+    PASS();
+}
+
 TEST threads_do_not_matter(void)
 {
     static springls_hit first[2][1000];
@@ -564,6 +591,7 @@ SUITE(rays)
     RUN_TEST(material_is_where_it_was);
     RUN_TEST(answers_follow_the_steps);
     RUN_TEST(a_query_builds_nothing);
+    RUN_TEST(earlier_queries_do_not_matter);
     RUN_TEST(threads_do_not_matter);
     RUN_TEST(the_soup_has_gaps);
     RUN_TEST(strange_rays);
