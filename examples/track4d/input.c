@@ -290,24 +290,47 @@ static float volume_level(const float *mask, const float *blurred, size_t total)
     return 0.5f * (low + high);
 }
 
+/* Copies the label's mask into a volume with background around it: there a body that the image cuts off is closed. */
+static bool pad_mask(const struct track *track, float blur, struct volume *padded)
+{
+    const float *spacing = track->image.spacing;
+    const int *dims = track->image.dims;
+    const int margin = 1 + (int)ceilf(2.0f * blur / fminf(spacing[0], fminf(spacing[1], spacing[2])));
+    if (!volume_create_padded(&track->image, margin, padded)) {
+        return false;
+    }
+    for (int z = 0; z < dims[2]; ++z) {
+        for (int y = 0; y < dims[1]; ++y) {
+            const size_t row = (size_t)z * (size_t)dims[1] + (size_t)y;
+            const size_t padded_row = (size_t)(z + margin) * (size_t)padded->dims[1] + (size_t)(y + margin);
+            memcpy(padded->data + padded_row * (size_t)padded->dims[0] + margin, track->mask + row * (size_t)dims[0],
+                   (size_t)dims[0] * sizeof *padded->data);
+        }
+    }
+    return true;
+}
+
 /* Makes the label's level set on the model's grid, negative inside: the mask blurred by about a voxel, at the level that keeps
  * the volume. */
 static bool make_level_set(const struct track *track)
 {
-    const size_t total = volume_voxels(&track->image);
-    float *blurred = malloc(total * sizeof *blurred);
-    bool good = blurred != NULL;
-    float level = 0.5f;
+    const float blur = 2.0f * track->grid.spacing[0];
+    struct volume mask, blurred;
+    memset(&mask, 0, sizeof mask);
+    memset(&blurred, 0, sizeof blurred);
+    bool good = pad_mask(track, blur, &mask) && volume_create_padded(&mask, 0, &blurred);
     if (good) {
-        memcpy(blurred, track->mask, total * sizeof *blurred);
-        good = segment_blur(&track->image, 2.0f * track->grid.spacing[0], blurred);
-        level = volume_level(track->mask, blurred, total);
-        segment_resample(&track->image, blurred, &track->grid, track->grid.data);
+        const size_t total = volume_voxels(&mask);
+        memcpy(blurred.data, mask.data, total * sizeof *blurred.data);
+        good = segment_blur(&mask, blur, blurred.data);
+        const float level = volume_level(mask.data, blurred.data, total);
+        segment_resample(&blurred, blurred.data, &track->grid, track->grid.data);
+        for (size_t n = 0; n < volume_voxels(&track->grid); ++n) {
+            track->grid.data[n] = level - track->grid.data[n];
+        }
     }
-    free(blurred);
-    for (size_t n = 0; n < volume_voxels(&track->grid); ++n) {
-        track->grid.data[n] = level - track->grid.data[n];
-    }
+    volume_free(&mask);
+    volume_free(&blurred);
     return good || track_no_memory();
 }
 
