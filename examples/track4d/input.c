@@ -54,6 +54,7 @@ static bool read_onto(const struct volume *grid, const char *path, bool labels, 
     char error[VOLUME_TEXT];
     struct volume read;
     struct field still;
+    memset(volume, 0, sizeof *volume);
     if (!volume_read(path, 0, &read, error)) {
         return track_fail("%s", error);
     }
@@ -215,6 +216,8 @@ bool track_frame_mask(const struct track *track, int frame, float **mask)
         reference.data = track->mask;
         *mask = malloc(volume_voxels(&reference) * sizeof **mask);
         if (!*mask || !backward_map(track, frame, &back)) {
+            free(*mask);
+            *mask = NULL;
             return track_no_memory();
         }
         field_warp_labels(&back, &reference, *mask);
