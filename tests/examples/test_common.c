@@ -89,10 +89,11 @@ static int parse(struct parsed *p, int argc, const char *const *argv)
     const struct cli_rule rules[] = {{.given = "weight", .needs = "mode=st|center"},
                                      {.given = "out=.glb+center"},
                                      {.given = "json+center", .needs = "weight"},
+                                     {.given = "INPUT=.mesh+period"},
                                      {.given = "INPUT=.list", .only = "quiet|mode"}};
     const struct cli_program program = {.name = "probe", .summary = "Tests.", .common = &p->common,
                                         .options = options, .option_count = 4, .positionals = positionals, .positional_count = 1,
-                                        .without = "threads", .rules = rules, .rule_count = 4};
+                                        .without = "threads", .rules = rules, .rule_count = 5};
     fflush(stderr);
     fflush(stdout);
     const int keep_error = dup(STDERR_FILENO), keep_output = dup(STDOUT_FILENO);
@@ -161,10 +162,11 @@ TEST cli_refuses_what_has_no_effect(void)
         {{"x", "--weight", "1", "--mode", "slow"}, "probe: --weight has no effect without --mode *st or --center\n"},
         {{"x", "--weight", "1", "--mode", "fast"}, ""},
         {{"x", "--weight", "1", "--center=1,2,3"}, ""},
-        {{"x", "--center", "1,2,3", "--out", "a.glb"}, "probe: --out has no effect with --center\n"},
+        {{"x", "--center", "1,2,3", "--out", "a.glb"}, "probe: --out *.glb has no effect with --center\n"},
         {{"x", "--center", "1,2,3", "--out", "a.glb/"}, ""},
         {{"x", "--center", "1,2,3", "--json", "-"}, "probe: --json has no effect with --center and without --weight\n"},
         {{"--quiet", "--mode", "fast", "a.list"}, ""},
+        {{"--period", "3", "a.mesh"}, "probe: .mesh has no effect with --period\n"},
         {{"--quiet", "--grid", "9", "a.list"}, "probe: --grid has no effect with .list\n"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {

@@ -1,9 +1,9 @@
 #define _POSIX_C_SOURCE 200809L
 
+#include "base/write_error.h"
 #include "imaging/volume_format.h"
 #include "imaging/volume_nifti.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -26,7 +26,7 @@ bool volume_error(char error[VOLUME_TEXT], const char *format, ...)
 
 bool volume_write_error(char error[VOLUME_TEXT], const char *path)
 {
-    return volume_error(error, "%.200s: cannot be written: %s", path, strerror(errno));
+    return volume_error(error, "%.200s: cannot be written: %s", path, write_reason());
 }
 
 void volume_note(struct volume *volume, const char *text)

@@ -1,7 +1,7 @@
 /* field_io.c - displacement fields in files. */
 #include "registration/field.h"
 
-#include "base/partial_file.h"
+#include "base/write_error.h"
 
 /* Needs -I with Debian's folder /usr/include/nifti, which also contains the znzlib.h that this header includes. */
 #include <nifti2_io.h>

@@ -3,7 +3,7 @@
 #include "registration/points.h"
 
 #include "base/cli.h"
-#include "base/partial_file.h"
+#include "base/write_error.h"
 
 #include <float.h>
 #include <math.h>
