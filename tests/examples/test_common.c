@@ -251,6 +251,7 @@ TEST json_tells_misuse(void)
     json_object_begin(&json, NULL);
     json_number(&json, NULL, 1.0); /* no key */
     ASSERT_FALSE(json_close(&json));
+    ASSERTm("no part of the file stays", access(scratch("b.json"), F_OK) != 0);
     PASS();
 }
 

@@ -1,7 +1,6 @@
 /* image_text.c - text, strips and PNG files of image.h. */
 #include "base/write_error.h"
 #include "pictures/image.h"
-
 #include "pictures/image_font.h"
 
 #include <math.h>
