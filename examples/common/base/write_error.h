@@ -7,7 +7,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
-/* Returns the reason in errno, which is 0 where memory was short or a value wrong. */
+/* Returns the reason in errno, which not every failure sets: callers set it to 0 before the work. */
 static inline const char *write_reason(void) { return errno ? strerror(errno) : "no reason given"; }
 
 /* Removes a file that was written in part; leaves a device or a pipe. Keeps errno's reason for the message that follows. */
