@@ -718,7 +718,8 @@ int main(int argc, char **argv)
     options.common.grid = options.common.grid > 0 ? options.common.grid : 64;
     struct json_writer json;
     if (options.common.json && !json_open(&json, options.common.json)) {
-        return cli_fail("attributes", CLI_EXIT_FAILURE, "%s cannot be written", options.common.json);
+        cli_write_failed("attributes", options.common.json);
+        return CLI_EXIT_FAILURE;
     }
     springls_backend *backend = run_backend("attributes", &options.common);
     if (options.common.json) {
@@ -734,7 +735,8 @@ int main(int argc, char **argv)
         json_array_end(&json);
         json_object_end(&json);
         if (!json_close(&json) && status == CLI_CONTINUE) {
-            status = cli_fail("attributes", CLI_EXIT_FAILURE, "%s cannot be written", options.common.json);
+            cli_write_failed("attributes", options.common.json);
+            status = CLI_EXIT_FAILURE;
         }
     }
     return status == CLI_CONTINUE ? CLI_EXIT_OK : status;

@@ -300,7 +300,7 @@ static bool write_picture(struct csg *csg)
     const bool fine = image_write_png(&strip, run_path(csg->common.out, "csg.png", path, sizeof path));
     image_free(&strip);
     if (!fine) {
-        cli_fail("csg", CLI_EXIT_FAILURE, "%s cannot be written", path);
+        cli_write_failed("csg", path);
     }
     return fine;
 }
@@ -319,7 +319,7 @@ static bool write_json(const struct csg *csg, const springls_backend *backend)
 {
     struct json_writer json;
     if (!json_open(&json, csg->common.json)) {
-        return cli_fail("csg", CLI_EXIT_FAILURE, "%s cannot be written", csg->common.json) == CLI_CONTINUE;
+        return cli_write_failed("csg", csg->common.json);
     }
     json_object_begin(&json, NULL);
     json_string(&json, "operation", csg->operation);
@@ -343,7 +343,7 @@ static bool write_json(const struct csg *csg, const springls_backend *backend)
     json_number(&json, "seconds_operation", csg->seconds);
     json_number(&json, "peak_rss_mib", peak_rss_mib());
     json_object_end(&json);
-    return json_close(&json) || cli_fail("csg", CLI_EXIT_FAILURE, "%s cannot be written", csg->common.json) == CLI_CONTINUE;
+    return json_close(&json) || cli_write_failed("csg", csg->common.json);
 }
 
 /* ---- the run ---- */

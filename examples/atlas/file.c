@@ -7,6 +7,7 @@
 #include "atlas/atlas.h"
 
 #include "base/json.h"
+#include "base/write_error.h"
 #include "springls/run_options.h"
 
 #include <cjson/cJSON.h>
@@ -102,9 +103,8 @@ static bool write_raw(const char *path, const struct raw_array *arrays, int coun
         }
         free(words);
     }
-    if (file && fclose(file) != 0) {
-        good = false;
-    }
+    good = file && fclose(file) == 0 && good;
+    if (file && !good) { partial_file_remove(path); }
     return good || cli_write_failed("atlas", path);
 }
 

@@ -1,6 +1,7 @@
 /* image.c - intensity profiles of an atlas. */
 #include "atlas/atlas.h"
 
+#include "base/scalar.h"
 #include "base/vec3.h"
 #include "imaging/segment_image.h"
 
@@ -20,8 +21,7 @@ float atlas_intensity(const struct volume *image, const float place[3])
     const size_t strides[3] = {1, (size_t)image->dims[0], (size_t)image->dims[0] * (size_t)image->dims[1]};
     volume_world_to_index(image, place, x);
     for (int a = 0; a < 3; ++a) {
-        const float last = (float)(image->dims[a] - 1), below = x[a] < last ? x[a] : last; /* fminf is a call */
-        const float inside = below > 0.0f ? below : 0.0f;
+        const float inside = scalar_clamp(x[a], 0.0f, (float)(image->dims[a] - 1));
         low[a] = (size_t)inside;
         step[a] = low[a] + 1 < (size_t)image->dims[a] ? strides[a] : 0;
         t[a] = inside - (float)low[a];

@@ -1,6 +1,7 @@
 /* points.c - writes what corresponds: a mesh, particles and plain tables for each subject, and weights of the modes. */
 #include "atlas/atlas.h"
 
+#include "base/write_error.h"
 #include "springls/run_options.h"
 #include "surface/mesh_io.h"
 
@@ -9,6 +10,15 @@
 #include <string.h>
 
 enum { MAX_NAME = 200 };
+
+/* Closes a file. Removes it and prints one line if it could not be written. */
+static bool close_table(FILE *file, const char *path)
+{
+    const bool written = !ferror(file);
+    if (fclose(file) == 0 && written) { return true; }
+    partial_file_remove(path);
+    return cli_write_failed("atlas", path);
+}
 
 /* Writes points and, beside them, the places of the mean shape that they correspond to. */
 static bool write_table(const char *folder, const char *name, const char *first, const float *points, const float *means, int count)
@@ -24,8 +34,7 @@ static bool write_table(const char *folder, const char *name, const char *first,
         fprintf(file, "%d,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g\n", i, (double)x[0], (double)x[1], (double)x[2], (double)a[0], (double)a[1],
                 (double)a[2]);
     }
-    const bool good = !ferror(file);
-    return (fclose(file) == 0 && good) || cli_write_failed("atlas", path);
+    return close_table(file, path);
 }
 
 static bool write_ply(const char *folder, const char *name, const struct shape_mesh *mesh, const float *points, int count,
@@ -94,8 +103,7 @@ bool atlas_write_weights(const char *folder, const struct atlas *atlas, const ch
         }
         fputc('\n', file);
     }
-    const bool good = !ferror(file);
-    return (fclose(file) == 0 && good) || cli_write_failed("atlas", path);
+    return close_table(file, path);
 }
 
 void atlas_short_name(const char *name, int number, char *text, size_t size)

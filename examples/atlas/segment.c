@@ -447,25 +447,25 @@ static bool compare(struct atlas_segment *run)
     return good;
 }
 
-/* Refuses an image that cannot show the atlas's object: one that is shorter than half of it, or has fewer than three voxels
- * across it or two slices along it. The search tries sizes from 0.87 to 1.15 only. */
+/* Refuses an image at a scale at which the atlas's object cannot be found: its longest side is less than half of the object's, a voxel
+ * is more than a third of the object's shortest side, or its longest edge more than half of the object's longest. */
 static bool sizes_fit(const struct atlas_segment *run)
 {
     const struct volume *image = &run->image;
     const float *spacing = image->spacing, voxel = cbrtf(spacing[0] * spacing[1] * spacing[2]);
-    float lo[3], hi[3], object[3], shortest = INFINITY, longest = 0.0f, side = 0.0f, view = 0.0f;
+    float lo[3], hi[3], object[3], shortest = INFINITY, longest = 0.0f, longest_edge = 0.0f, extent = 0.0f;
     mesh_box(&run->atlas.mean, lo, hi);
     for (int a = 0; a < 3; ++a) {
         object[a] = hi[a] - lo[a];
         shortest = fminf(shortest, object[a]);
         longest = fmaxf(longest, object[a]);
-        side = fmaxf(side, spacing[a]);
-        view = fmaxf(view, spacing[a] * (float)image->dims[a]);
+        longest_edge = fmaxf(longest_edge, spacing[a]);
+        extent = fmaxf(extent, spacing[a] * (float)image->dims[a]);
     }
-    const bool near = view < 0.5f * longest, coarse = 3.0f * voxel > shortest || side > 0.5f * longest;
-    return (!near && !coarse)
+    const bool too_small = extent < 0.5f * longest, too_coarse = 3.0f * voxel > shortest || longest_edge > 0.5f * longest;
+    return (!too_small && !too_coarse)
         || atlas_fail("%.200s: %s for the atlas's object of %.3g x %.3g x %.3g mm, with voxels of %.3g x %.3g x %.3g mm",
-                      run->settings.image, near ? "too small" : "too coarse", (double)object[0], (double)object[1],
+                      run->settings.image, too_small ? "too small" : "too coarse", (double)object[0], (double)object[1],
                       (double)object[2], (double)spacing[0], (double)spacing[1], (double)spacing[2]);
 }
 
@@ -476,7 +476,7 @@ bool atlas_segment_image(struct atlas_segment *run)
     if (!volume_read_one(set->image, set->frame, "--frame", &run->image, error)) {
         return atlas_fail("%s", error);
     }
-    volume_warn(&run->image, "atlas", NULL);
+    volume_print_warning(&run->image, "atlas", NULL);
     if (!sizes_fit(run) || (set->reference && !read_reference(run))) {
         return false;
     }

@@ -1,5 +1,6 @@
 #include "morph/apng.h"
 
+#include "base/write_error.h"
 #include "pictures/png_chunk.h"
 
 #include <math.h>
@@ -81,5 +82,7 @@ bool apng_write(const char *path, const struct image *frames, int count, int fps
                && write_frame(file, &frames[f], f, fps, &sequence);
     }
     good = good && png_write_chunk(file, "IEND", animation, 0);
-    return fclose(file) == 0 && good;
+    good = fclose(file) == 0 && good;
+    if (!good) { partial_file_remove(path); }
+    return good;
 }

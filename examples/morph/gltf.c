@@ -62,7 +62,7 @@ static bool write_sequence(const struct morph *morph, const char *path)
     }
     const struct gltf_look look = {materials, pictures, count, count};
     good = good ? gltf_write_sequence(path, meshes, count, morph->settings.fps, size > 0 ? &look : NULL)
-                      || morph_fail("%s cannot be written", path)
+                      || cli_write_failed("morph", path)
                 : morph_fail("%s: the textures cannot be baked (--texture %d)", path, size);
     for (int f = 0; dressed && f < count; ++f) {
         textured_mesh_free(&dressed[f]);
@@ -92,7 +92,7 @@ static bool write_with_clips(const struct morph *morph, const char *path, const 
         with.animations = all;
         with.animation_count += count;
     }
-    const bool good = all ? gltf_write_skinned(path, mesh, influences, look, &with) || morph_fail("%s cannot be written", path)
+    const bool good = all ? gltf_write_skinned(path, mesh, influences, look, &with) || cli_write_failed("morph", path)
                           : morph_no_memory();
     free(all);
     clips_free(clips, count);

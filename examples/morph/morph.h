@@ -5,7 +5,7 @@
  *   prepare   makes each a closed body (solid.c) on one grid (prepare.c)
  *   run       runs all frames (run.c), each in three parts:
  *             shape     the level set between the two bodies in the frame's pose (shape.c)
- *             skin      linear blend skinning as a flow, and a push to that shape (skinning.c), by weights.c
+ *             skin      a step of linear blend skinning and of the push to that shape (skinning.c), with weights of weights.c
  *             contour   active contours where the model lags (contour.c)
  *   measure   compares frame and end with the target (measure.c)
  *   look      colors and weights that fade into the target's, and textures of them (look.c)

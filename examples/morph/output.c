@@ -255,7 +255,7 @@ bool morph_report(const struct morph *morph, const char *path)
 {
     struct json_writer json;
     if (!json_open(&json, path)) {
-        return morph_fail("%s cannot be written", path);
+        return cli_write_failed("morph", path);
     }
     json_object_begin(&json, NULL);
     json_string(&json, "problem", "morph");
@@ -271,14 +271,14 @@ bool morph_report(const struct morph *morph, const char *path)
     }
     json_array_end(&json);
     json_object_end(&json);
-    return json_close(&json) || morph_fail("%s cannot be written", path);
+    return json_close(&json) || cli_write_failed("morph", path);
 }
 
 void morph_print(const struct morph *morph)
 {
     const struct summary s = summarize(morph);
     const double voxel = morph->grid.spacing[0];
-    if (morph->settings.common.quiet || (morph->settings.common.json && strcmp(morph->settings.common.json, "-") == 0)) {
+    if (!cli_may_print(&morph->settings.common)) {
         return;
     }
     printf("%d joints paired by %s; grid %d x %d x %d\n", morph->alignment.pairs, morph->alignment.how, morph->grid.size[0],

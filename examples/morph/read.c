@@ -6,16 +6,16 @@
 #include <string.h>
 
 /* Notes what of a character could not be read, or has been changed. */
-static void note_changes(const char *path, const struct character *character)
+static void note_changes(const char *name, const struct character *character)
 {
     if (character->missing_pictures > 0) {
-        fprintf(stderr, "morph: %s: textures that cannot be read, and are left out: %d\n", path, character->missing_pictures);
+        fprintf(stderr, "morph: %s: textures that cannot be read, and are left out: %d\n", name, character->missing_pictures);
     }
     if (character->unnormal > 0) {
-        fprintf(stderr, "morph: %s: the bone weights of %d vertices do not sum to 1; they are scaled\n", path, character->unnormal);
+        fprintf(stderr, "morph: %s: the bone weights of %d vertices do not sum to 1; they are scaled\n", name, character->unnormal);
     }
     if (character->unweighted > 0) {
-        fprintf(stderr, "morph: %s: %d vertices have no bone weights; they follow the first bone of their part\n", path,
+        fprintf(stderr, "morph: %s: %d vertices have no bone weights; they follow the first bone of their part\n", name,
                 character->unweighted);
     }
 }
@@ -24,7 +24,7 @@ static bool read_one(const char *path, int number, const char *props, bool quiet
 {
     char error[CHARACTER_TEXT];
     const bool good = path ? character_read(path, props, character, error) : character_build(number, character, error);
-    if (good && !quiet) { note_changes(path, character); }
+    if (good && !quiet) { note_changes(morph_name(path), character); }
     return good || morph_fail("%s", error);
 }
 

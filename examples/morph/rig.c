@@ -246,7 +246,7 @@ static bool write_rigged(const struct morph *morph, const struct rig_mesh *mesh,
         places_free(&places);
         good = gltf_write_skinned(run_path(morph->settings.common.out, "rigged.glb", path, sizeof path), &out, mesh->influences,
                                   NULL, body)
-            || morph_fail("%s cannot be written", path);
+            || cli_write_failed("morph", path);
     }
     free(colors);
     return good;
@@ -257,7 +257,7 @@ static bool write_report(const struct morph *morph, const struct rig_mesh *mesh,
 {
     struct json_writer json;
     if (!json_open(&json, morph->settings.common.json)) {
-        return morph_fail("%s cannot be written", morph->settings.common.json);
+        return cli_write_failed("morph", morph->settings.common.json);
     }
     json_object_begin(&json, NULL);
     json_string(&json, "problem", "weights");
@@ -273,7 +273,7 @@ static bool write_report(const struct morph *morph, const struct rig_mesh *mesh,
     json_number(&json, "weights_from_artists_mean_l1", difference);
     json_number(&json, "seconds", seconds);
     json_object_end(&json);
-    return json_close(&json) || morph_fail("%s cannot be written", morph->settings.common.json);
+    return json_close(&json) || cli_write_failed("morph", morph->settings.common.json);
 }
 
 bool morph_weights(const struct morph *morph)
@@ -312,7 +312,7 @@ bool morph_weights(const struct morph *morph)
             good = morph_fail("%s", error);
         }
     }
-    if (good && !set->common.quiet && !(set->common.json && strcmp(set->common.json, "-") == 0)) {
+    if (good && cli_may_print(&set->common)) {
         printf("%d of %d vertices see their bone; weights sum to 1 within %.1g", mesh.heat.visible, mesh.vertex_count,
                mesh.heat.sum_error);
         if (!isnan(difference)) { printf("; from the artist's: mean L1 %.3f", difference); }

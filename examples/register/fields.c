@@ -125,8 +125,8 @@ bool register_read(struct run *run)
         || !volume_read_one(run->moving_path, run->moving_frame, "--moving-frame", &run->moving, error)) {
         return register_fail("%s", error);
     }
-    volume_warn(&run->fixed, "register", "fixed image");
-    volume_warn(&run->moving, "register", "moving image");
+    volume_print_warning(&run->fixed, "register", "fixed image");
+    volume_print_warning(&run->moving, "register", "moving image");
     return labels_compare(run, false, run->fixed_labels_path) && labels_compare(run, true, run->moving_labels_path)
            && landmarks_readable(run) && carried_readable(run, true, &run->warp)
            && carried_readable(run, false, &run->inverse_warp);

@@ -92,7 +92,7 @@ static bool write_picture(const struct rig *rig, const char *path)
     good = good && draw_all(rig, &d, posed, pictures, count)
         && ((image_strip(pictures, NULL, count, count, color_rgb(1.0f, 1.0f, 1.0f), &strip)
              && image_write_png(&strip, path))
-            || rig_fail("%s cannot be written", path));
+            || cli_write_failed("rig", path));
     for (int p = 0; p < count; ++p) { image_free(&pictures[p]); }
     image_free(&strip);
     free(colors);
@@ -106,7 +106,7 @@ bool rig_write(struct rig *rig)
     const char *glb = rig->settings.glb;
     const bool folder = !glb;
     if (folder) { glb = run_path(rig->settings.common.out, "rigged.glb", path, sizeof path); }
-    return (gltf_write_character(glb, &rig->body.character) || rig_fail("%s cannot be written", glb))
+    return (gltf_write_character(glb, &rig->body.character) || cli_write_failed("rig", glb))
         && (!folder || write_picture(rig, run_path(rig->settings.common.out, "rigged.png", path, sizeof path)));
 }
 
@@ -122,7 +122,7 @@ bool rig_report(const struct rig *rig, const char *path)
 {
     const struct skeleton_embedding *e = &rig->body.embedding;
     struct json_writer json;
-    if (!json_open(&json, path)) { return rig_fail("%s cannot be written", path); }
+    if (!json_open(&json, path)) { return cli_write_failed("rig", path); }
     json_object_begin(&json, NULL);
     json_string(&json, "problem", "rig");
     json_string(&json, "file", rig->settings.mesh);
@@ -157,7 +157,7 @@ bool rig_report(const struct rig *rig, const char *path)
     json_number(&json, "weight_sum_error_max", rig->heat.sum_error);
     json_number(&json, "seconds", rig->seconds);
     json_object_end(&json);
-    return json_close(&json) || rig_fail("%s cannot be written", path);
+    return json_close(&json) || cli_write_failed("rig", path);
 }
 
 void rig_print(const struct rig *rig)

@@ -26,7 +26,7 @@ static bool read_image(struct segment *run)
     if (!volume_read_one(run->settings.image, run->settings.frame, "--frame", image, error)) {
         return segment_fail("%s", error);
     }
-    volume_warn(image, "segment", NULL);
+    volume_print_warning(image, "segment", NULL);
     if (image->dims[0] < 4 || image->dims[1] < 4 || image->dims[2] < 4) {
         return segment_fail("%.200s: %d x %d x %d voxels are no volume: 4 are needed each way", run->settings.image,
                             image->dims[0], image->dims[1], image->dims[2]);

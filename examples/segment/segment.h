@@ -93,7 +93,7 @@ struct segment {
     int frame_count;
     float *distance;         /* the result on the image's grid, mm */
     uint8_t *inside, *truth; /* the result and the reference as masks */
-    const springls_mesh *surface; /* of the last frame */
+    const springls_mesh *surface; /* of the last frame, which owns it; NULL before segment_take_surface */
     springls_mesh truth_surface;
 };
 
@@ -120,7 +120,8 @@ bool segment_map_back(struct segment *run); /* computes distances in mm and the 
 
 /* run.c: runs and measures a contour. */
 bool segment_run(struct segment *run);
-bool segment_take_surface(struct segment *run); /* of the model: the last frame has it, if there is a film */
+/* Sets run->surface; without a film extracts it into frames[0]. Prints one line on failure. */
+bool segment_take_surface(struct segment *run);
 bool segment_compare(struct segment *run); /* with the reference, if there is one */
 void segment_keep(struct segment *run);    /* adds the result to the map of labels */
 float segment_fastest(const struct segment *run); /* voxels a unit of time */

@@ -54,6 +54,7 @@ static bool read_onto(const struct volume *grid, const char *path, bool labels, 
     char error[VOLUME_TEXT];
     struct volume read;
     struct field still;
+    memset(volume, 0, sizeof *volume);
     if (!volume_read(path, 0, &read, error)) {
         return track_fail("%s", error);
     }
@@ -66,7 +67,7 @@ static bool read_onto(const struct volume *grid, const char *path, bool labels, 
         (labels ? field_warp_labels(&still, &read, volume->data) : field_warp(&still, &read, read.minimum, volume->data));
         volume->minimum = read.minimum;
         volume->maximum = read.maximum;
-        memcpy(volume->note, read.note, sizeof volume->note);
+        memcpy(volume->warning, read.warning, sizeof volume->warning);
         field_free(&still);
     }
     volume_free(&read);
@@ -215,6 +216,8 @@ bool track_frame_mask(const struct track *track, int frame, float **mask)
         reference.data = track->mask;
         *mask = malloc(volume_voxels(&reference) * sizeof **mask);
         if (!*mask || !backward_map(track, frame, &back)) {
+            free(*mask);
+            *mask = NULL;
             return track_no_memory();
         }
         field_warp_labels(&back, &reference, *mask);
@@ -433,14 +436,19 @@ static bool read_landmarks(struct track *track)
                                                     track->anchors), "landmarks");
 }
 
-/* Takes the warning of a frame's image, and refuses one that cannot be registered. */
-static bool check_image(struct track *track, int frame, const struct volume *image)
+/* Prints the warning of a frame's image, and keeps it for the report. */
+static void keep_warning(struct track *track, int frame, const struct volume *image)
 {
-    const bool registers = !track->settings.fields && !track->settings.true_field;
     char name[32];
     snprintf(name, sizeof name, "frame %d", frame);
-    volume_warn(image, "track4d", name);
-    memcpy(track->frames[frame].warning, image->note, sizeof image->note);
+    volume_print_warning(image, "track4d", name);
+    memcpy(track->frames[frame].warning, image->warning, sizeof image->warning);
+}
+
+/* Refuses an image that cannot be registered. */
+static bool check_image(const struct track *track, int frame, const struct volume *image)
+{
+    const bool registers = !track->settings.fields && !track->settings.true_field;
     return !registers || image->maximum > image->minimum
         || track_fail("frame %d: all voxels are equal: there is nothing to register", frame);
 }
@@ -455,6 +463,7 @@ static bool check_frame(struct track *track, int frame)
     if (!track_frame_image(track, frame, &image)) {
         return false;
     }
+    keep_warning(track, frame, &image);
     const bool good = check_image(track, frame, &image) && track_frame_mask(track, frame, &mask);
     volume_free(&image);
     free(mask);

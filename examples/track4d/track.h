@@ -100,7 +100,7 @@ struct track_motion {
 };
 
 /* motion.c */
-bool track_field_read(const struct track *track, int frame, struct field *field); /* a file of --fields */
+bool track_field_read(const struct track *track, int frame, struct field *field); /* of --fields; freed by field_free */
 bool track_motion_make(const struct track *track, int frame, int steps, const struct registration *start,
                        struct track_motion *motion);
 void track_motion_free(struct track_motion *motion);

@@ -91,7 +91,8 @@ int viewer_bench(const springls_desc *desc, const char *path, const char *backen
     struct json_writer json;
     char error[VIEWER_TEXT];
     if (!json_open(&json, path ? path : "-")) {
-        return cli_fail("viewer", CLI_EXIT_FAILURE, "%s cannot be written", path);
+        cli_write_failed("viewer", path);
+        return CLI_EXIT_FAILURE;
     }
     const bool drawn = viewer_window_open(&window, &app, false, error);
     json_object_begin(&json, NULL);

@@ -627,18 +627,19 @@ static bool write_series(const char *path, const struct volume *image)
 }
 
 /* An image whose voxels have a wrong size, so that it cannot show the atlas's object, is refused before anything is fitted. */
-TEST atlas_segment_wants_an_image_of_its_objects_size(void)
+TEST atlas_segment_refuses_images_of_another_scale(void)
 {
-    static const double factors[][3] = {{0.02, 0.02, 0.02}, {20.0, 20.0, 20.0}, {1.0, 1.0, 60.0}};
+    static const struct { double factors[3]; const char *reason; } cases[] = {
+        {{0.02, 0.02, 0.02}, "too small"}, {{20.0, 20.0, 20.0}, "too coarse"}, {{1.0, 1.0, 60.0}, "too coarse"}};
     char error[VOLUME_TEXT];
     struct volume image;
     ASSERT(volume_read(scratch(6, "unseen.nii.gz", 0), 0, &image, error));
-    for (size_t c = 0; c < sizeof factors / sizeof *factors; ++c) {
+    for (size_t c = 0; c < sizeof cases / sizeof *cases; ++c) {
         struct atlas_segment run;
         const float none[3] = {0.0f, 0.0f, 0.0f};
         float spacing[3];
         struct volume resized;
-        for (int a = 0; a < 3; ++a) spacing[a] = (float)((double)image.spacing[a] * factors[c][a]);
+        for (int a = 0; a < 3; ++a) spacing[a] = (float)((double)image.spacing[a] * cases[c].factors[a]);
         ASSERT(volume_create(image.dims, spacing, none, &resized));
         ASSERT(volume_write(scratch(9, "resized.nii.gz", 0), &resized, VOLUME_FLOAT32, image.data, error));
         volume_free(&resized);
@@ -648,7 +649,20 @@ TEST atlas_segment_wants_an_image_of_its_objects_size(void)
         run.settings.image = scratch(9, "resized.nii.gz", 0);
         run.settings.atlas = scratch(8, "atlas.json", 0);
         run.params = springls_default_params();
-        ASSERT_FALSE(atlas_segment_run(&run));
+        fflush(stderr);
+        const int kept = dup(STDERR_FILENO);
+        ASSERT(kept >= 0 && freopen(scratch(10, "stderr.txt", 0), "w", stderr) != NULL);
+        const bool good = atlas_segment_run(&run);
+        fflush(stderr);
+        dup2(kept, STDERR_FILENO);
+        close(kept);
+        FILE *file = fopen(scratch(10, "stderr.txt", 0), "r");
+        char line[512] = "", more[8];
+        ASSERT(file && fgets(line, sizeof line, file) && !fgets(more, sizeof more, file));
+        fclose(file);
+        ASSERT_FALSE(good);
+        ASSERTm(line, strstr(line, cases[c].reason) && strstr(line, "for the atlas's object of"));
+        ASSERT(run.image.data && run.atlas.mean.vertex_count > 0);
         ASSERT(run.stages[0].vertex_count == 0);
         atlas_segment_free(&run);
     }
@@ -1130,7 +1144,7 @@ int main(int argc, char **argv)
     RUN_TESTp(atlas_finds_an_ellipsoid, false); /* by the level of its image */
     RUN_TESTp(atlas_finds_an_ellipsoid, true);  /* by what it has learned; needs the atlas of the first */
     RUN_TEST(a_segmented_subject_is_added);
-    RUN_TEST(atlas_segment_wants_an_image_of_its_objects_size);
+    RUN_TEST(atlas_segment_refuses_images_of_another_scale);
     RUN_TEST(atlas_segment_compares_only_what_fits);
     RUN_TEST(images_have_to_show_their_subjects);
     RUN_TEST(votes_go_by_the_agreement_of_patches);

@@ -89,10 +89,11 @@ static int parse(struct parsed *p, int argc, const char *const *argv)
     const struct cli_rule rules[] = {{.given = "weight", .needs = "mode=st|center"},
                                      {.given = "out=.glb+center"},
                                      {.given = "json+center", .needs = "weight"},
+                                     {.given = "INPUT=.mesh+period"},
                                      {.given = "INPUT=.list", .only = "quiet|mode"}};
     const struct cli_program program = {.name = "probe", .summary = "Tests.", .common = &p->common,
                                         .options = options, .option_count = 4, .positionals = positionals, .positional_count = 1,
-                                        .without = "threads", .rules = rules, .rule_count = 4};
+                                        .without = "threads", .rules = rules, .rule_count = 5};
     fflush(stderr);
     fflush(stdout);
     const int keep_error = dup(STDERR_FILENO), keep_output = dup(STDOUT_FILENO);
@@ -161,10 +162,11 @@ TEST cli_refuses_what_has_no_effect(void)
         {{"x", "--weight", "1", "--mode", "slow"}, "probe: --weight has no effect without --mode *st or --center\n"},
         {{"x", "--weight", "1", "--mode", "fast"}, ""},
         {{"x", "--weight", "1", "--center=1,2,3"}, ""},
-        {{"x", "--center", "1,2,3", "--out", "a.glb"}, "probe: --out has no effect with --center\n"},
+        {{"x", "--center", "1,2,3", "--out", "a.glb"}, "probe: --out *.glb has no effect with --center\n"},
         {{"x", "--center", "1,2,3", "--out", "a.glb/"}, ""},
         {{"x", "--center", "1,2,3", "--json", "-"}, "probe: --json has no effect with --center and without --weight\n"},
         {{"--quiet", "--mode", "fast", "a.list"}, ""},
+        {{"--period", "3", "a.mesh"}, "probe: .mesh has no effect with --period\n"},
         {{"--quiet", "--grid", "9", "a.list"}, "probe: --grid has no effect with .list\n"},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
@@ -249,6 +251,7 @@ TEST json_tells_misuse(void)
     json_object_begin(&json, NULL);
     json_number(&json, NULL, 1.0); /* no key */
     ASSERT_FALSE(json_close(&json));
+    ASSERTm("no part of the file stays", access(scratch("b.json"), F_OK) != 0);
     PASS();
 }
 
@@ -585,12 +588,16 @@ TEST broken_surfaces_are_refused(void)
         {"a.ply", PLY_VERTICES "element face 1\n", "has no end"},
         {"a.ply", PLY_VERTICES PLY_FACES "end_headers\n" PLY_PLACES, "line 9 of the PLY header"},
         {"a.ply", PLY_VERTICES "\n" PLY_FACES "end_header\n" PLY_PLACES, "line 7 of the PLY header"},
+        {"a.ply", "ply\nformat ascii 1.0\nelement vertex 300000000e-8\nend_header\n" PLY_PLACES, "line 3 of the PLY header"},
+        {"a.ply", "ply\nformat ascii 1.0\nelement vertex 00000000000000000000000000000003000\nend_header\n" PLY_PLACES,
+         "line 3 of the PLY header"},
         {"a.ply", "PLY\nformat ascii 1.0\nelement vertex 4000000000\nend_header\n", "promises 4000000000 elements"},
         {"a.ply", PLY_VERTICES PLY_FACES "end_header\n" PLY_PLACES "3 0 1 2\n0\n", "a face has no corners"},
         {"a.ply", PLY_VERTICES PLY_FACES "end_header\n" PLY_PLACES "3 0 1 2\n3 0 1 7\n", "names vertex 7 of 3"},
         {"a.ply", PLY_VERTICES PLY_FACES "end_header\n" PLY_PLACES "3 0 1 2\n3 0 1\n", "face 1 has fewer values"},
         {"a.ply", PLY_VERTICES PLY_FACES "end_header\n" PLY_PLACES "3 0 1 2 1\n3 0 1 2\n", "face 0 has more values"},
         {"a.ply", PLY_VERTICES PLY_FACES "end_header\n" PLY_PLACES "3 0 1 2\n-3 0 1 2\n", "face 1: its list has no length"},
+        {"a.ply", PLY_VERTICES PLY_FACES "end_header\n" PLY_PLACES "3000000000e-9 0 1 2\n3 0 1 2\n", "face 0: its list has no length"},
         {"a.ply", PLY_VERTICES PLY_FACES "end_header\n" PLY_PLACES "999999999 0 1 2\n3 0 1 2\n", "face 0 has fewer values"},
         {"a.ply", PLY_VERTICES PLY_FACES "end_header\n" PLY_PLACES "\n3 0 1 2\n", "the file ends in face 1"},
         {"a.ply", PLY_VERTICES "property list float int n\nend_header\n", "line 7 of the PLY header"},
@@ -604,6 +611,8 @@ TEST broken_surfaces_are_refused(void)
          "the file ends in face 0"},
         {"a.off", "OFF\n# places\n3 4000000000 0\n" PLY_PLACES "3 0 1 2\n", "promises 4000000000 elements"},
         {"a.off", "COFF 4000000000 1 0\n", "promises 4000000000 elements"},
+        {"a.off", "OFF\n3 400000000e-8 0\n" PLY_PLACES "3 0 1 2\n3 0 1 2\n3 0 1 2\n3 0 1 2\n", "no numbers of vertices and faces"},
+        {"a.off", "OFF 3e0 400000000\n3 1 0\n" PLY_PLACES "3 0 1 2\n", "no numbers of vertices and faces"},
         {"a.off", "OFF\n3 2 0\n" PLY_PLACES "3 0 1 2\n", "ends before its 3 vertices and 2 faces"},
         {"a.off", "OFF\n3 2 0\n" PLY_PLACES "3 0 1 2\n0\n", "face 1 has not 1 to 9 corners"},
         {"a.off", "OFF\n3 2 0\n" PLY_PLACES "3 0 1 2\n3 0 1 -2\n", "face 1 names vertex -2 of 3"},

@@ -1,5 +1,7 @@
 #include "base/cli.h"
 
+#include "base/write_error.h"
+
 #include <ctype.h>
 #include <errno.h>
 #include <float.h>
@@ -26,14 +28,21 @@ struct cli_common cli_common_defaults(void)
     return common;
 }
 
+/* Returns the next term of "a|b" or "a+b", to be called until NULL. */
+static const char *next_term(const char **terms, size_t *length)
+{
+    const char *term = *terms && **terms ? *terms : NULL;
+    *length = term ? strcspn(term, "+|") : 0;
+    *terms = term ? term + *length + (term[*length] != '\0') : NULL;
+    return term;
+}
+
 /* Returns whether a word is one of "a|b|c"; words: NULL has none. */
 static bool is_one_of(const char *words, const char *word)
 {
-    const size_t length = strlen(word);
-    for (const char *w = words; w; w = strchr(w, '|') ? strchr(w, '|') + 1 : NULL) {
-        if (length > 0 && strncmp(w, word, length) == 0 && (w[length] == '|' || w[length] == '\0')) {
-            return true;
-        }
+    size_t length;
+    for (const char *term; (term = next_term(&words, &length)) != NULL;) {
+        if (strlen(word) == length && strncmp(word, term, length) == 0) { return true; }
     }
     return false;
 }
@@ -41,7 +50,11 @@ static bool is_one_of(const char *words, const char *word)
 /* Begins a line: lists the options of the program and those that every program has. */
 static void list_options(const struct cli_program *program, struct line *line)
 {
-    struct cli_common none, *c = program->common ? program->common : &none;
+    memset(line, 0, sizeof *line);
+    line->program = program;
+    for (int i = 0; i < program->option_count; ++i) { line->options[line->option_count++] = program->options[i]; }
+    struct cli_common *c = program->common;
+    if (!c) { return; }
     const struct cli_option common[COMMON_COUNT] = {
         {"grid", CLI_INT, &c->grid, "N", "grid cells along the longest side (0: the program's choice)", 0.0, 4096.0,
          NULL},
@@ -52,10 +65,7 @@ static void list_options(const struct cli_program *program, struct line *line)
         {"out", CLI_STRING, &c->out, "DIR", "write pictures and meshes into this folder", 0.0, 0.0, NULL},
         {"quiet", CLI_FLAG, &c->quiet, NULL, "no progress bar, no remarks", 0.0, 0.0, NULL},
     };
-    memset(line, 0, sizeof *line);
-    line->program = program;
-    for (int i = 0; i < program->option_count; ++i) { line->options[line->option_count++] = program->options[i]; }
-    for (int i = 0; program->common && i < COMMON_COUNT; ++i) {
+    for (int i = 0; i < COMMON_COUNT; ++i) {
         if (!is_one_of(program->without, common[i].name)) { line->options[line->option_count++] = common[i]; }
     }
 }
@@ -88,9 +98,8 @@ int cli_fail(const char *name, int status, const char *format, ...)
 
 bool cli_write_failed(const char *name, const char *path)
 {
-    const int reason = errno;
-    return cli_fail(name, CLI_EXIT_FAILURE, "%s: cannot be written: %s", path,
-                    reason ? strerror(reason) : "no reason given") == CLI_CONTINUE;
+    cli_fail(name, CLI_EXIT_FAILURE, "%s: cannot be written: %s", path, write_reason());
+    return false;
 }
 
 bool cli_may_print(const struct cli_common *common)
@@ -199,7 +208,7 @@ static int store(const struct cli_program *program, const struct cli_option *opt
         memcpy(option->destination, triple, sizeof triple);
         return CLI_CONTINUE;
     case CLI_CHOICE:
-        if (!is_one_of(option->choices, text) || strchr(text, '|')) {
+        if (!is_one_of(option->choices, text)) {
             return bad_value(program, option, text, option->choices);
         }
         *(const char **)option->destination = text;
@@ -355,22 +364,20 @@ static bool ends_with(const char *text, const char *end, size_t length)
     return strlen(text) >= length && strncmp(text + strlen(text) - length, end, length) == 0;
 }
 
+/* Returns the length of the name of a term, "name" or "name=end". */
+static size_t name_length(const char *term, size_t length)
+{
+    const char *equals = memchr(term, '=', length);
+    return equals ? (size_t)(equals - term) : length;
+}
+
 /* Returns whether a term, "name" or "name=end" of `length` characters, is this argument, and it is given. */
 static bool term_fits(const struct line *line, const char *term, size_t length, int number)
 {
-    const char *name = argument_name(line, number), *equals = memchr(term, '=', length);
-    const size_t name_length = equals ? (size_t)(equals - term) : length;
-    return line->given[number] && strlen(name) == name_length && strncmp(name, term, name_length) == 0
-        && (!equals || ends_with(line->given[number], equals + 1, length - name_length - 1));
-}
-
-/* Returns the next term of "a|b" or "a+b", to be called until NULL. */
-static const char *next_term(const char **terms, size_t *length)
-{
-    const char *term = *terms && **terms ? *terms : NULL;
-    *length = term ? strcspn(term, "+|") : 0;
-    *terms = term ? term + *length + (term[*length] != '\0') : NULL;
-    return term;
+    const char *name = argument_name(line, number);
+    const size_t named = name_length(term, length);
+    return line->given[number] && strlen(name) == named && strncmp(name, term, named) == 0
+        && (named == length || ends_with(line->given[number], term + named + 1, length - named - 1));
 }
 
 /* Returns whether an argument that is given is a term of a list. */
@@ -395,20 +402,26 @@ static bool are_given(const struct line *line, const char *terms, bool all)
     return all;
 }
 
-/* Appends terms to a text as they are typed, with a word before each: --name, --name *end, NAME, or the end alone for NAME=end. */
+/* Appends a term to a text as it is typed, with a word before it: --name, --name *end, NAME, or the end alone for NAME=end. */
+static void append_term(char *text, size_t size, const char *word, const char *term, size_t length)
+{
+    const size_t used = strlen(text), named = name_length(term, length), end = length - named;
+    const char *dashes = isupper((unsigned char)*term) ? "" : "--";
+    if (end == 0) {
+        snprintf(text + used, size - used, "%s%s%.*s", word, dashes, (int)named, term);
+    } else if (*dashes) {
+        snprintf(text + used, size - used, "%s%s%.*s *%.*s", word, dashes, (int)named, term, (int)end - 1, term + named + 1);
+    } else {
+        snprintf(text + used, size - used, "%s%.*s", word, (int)end - 1, term + named + 1);
+    }
+}
+
+/* Appends the terms of a list, with `first` before the first and `next` before the others. */
 static void append_terms(char *text, size_t size, const char *terms, const char *first, const char *next)
 {
     size_t length;
     for (const char *term, *word = first; (term = next_term(&terms, &length)) != NULL; word = next) {
-        const int name = (int)strcspn(term, "=+|"), end = (int)length - name > 0 ? (int)length - name - 1 : 0;
-        const size_t used = strlen(text);
-        const bool positional = isupper((unsigned char)*term) != 0;
-        if (positional && end > 0) {
-            snprintf(text + used, size - used, "%s%.*s", word, end, term + name + 1);
-        } else {
-            snprintf(text + used, size - used, "%s%s%.*s%s%.*s", word, positional ? "" : "--", name, term, end > 0 ? " *" : "", end,
-                     term + name + (end > 0));
-        }
+        append_term(text, size, word, term, length);
     }
 }
 
@@ -425,16 +438,17 @@ static int find_excluded(const struct line *line, const struct cli_rule *rule)
 static int check_rule(const struct line *line, const struct cli_rule *rule)
 {
     char what[64] = "", beside[256] = "";
-    const char *rest = strchr(rule->given, '+');
+    size_t length;
+    const char *rest = rule->given, *term = next_term(&rest, &length);
     if (!are_given(line, rule->given, true)) { return CLI_CONTINUE; }
     const int excluded = find_excluded(line, rule);
     if (excluded >= 0) {
-        append_terms(what, sizeof what, argument_name(line, excluded), "", "");
+        append_term(what, sizeof what, "", argument_name(line, excluded), strlen(argument_name(line, excluded)));
         append_terms(beside, sizeof beside, rule->given, " with ", " and ");
     } else if ((rule->needs || !rule->only) && !are_given(line, rule->needs, false)) {
-        snprintf(what, sizeof what, "--%.*s", (int)strcspn(rule->given, "=+"), rule->given);
-        append_terms(beside, sizeof beside, rest ? rest + 1 : NULL, " with ", " and ");
-        append_terms(beside, sizeof beside, rule->needs, rest ? " and without " : " without ", " or ");
+        append_term(what, sizeof what, "", term, length);
+        append_terms(beside, sizeof beside, rest, " with ", " and ");
+        append_terms(beside, sizeof beside, rule->needs, *rest ? " and without " : " without ", " or ");
     }
     return *what ? cli_fail(line->program->name, CLI_EXIT_USAGE, "%s has no effect%s", what, beside) : CLI_CONTINUE;
 }

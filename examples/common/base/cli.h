@@ -58,12 +58,14 @@ struct cli_common {
     bool quiet;          /* --quiet */
 };
 
-/* What has no effect, and is refused in one line. A term is the name of an option, or of a positional in capitals, or "name=end" for
- * one whose value ends so. Where all terms of `given` are there, one of `needs` has to be, and of others only those of `only`. */
+/* A rule that refuses arguments without effect, in one line on stderr. It applies if all arguments of `given` are given. Then, with
+ * `only`, any argument besides those of `given` and `only` is refused; with `needs`, one of its arguments has to be given too; with
+ * neither, those of `given` exclude each other. An argument is the name of an option, or of a positional (in capitals); "name=end"
+ * stands for it only where its value ends in `end`. */
 struct cli_rule {
     const char *given; /* "a+b" */
-    const char *needs; /* "a|b"; NULL, without `only`: the terms of `given` exclude each other */
-    const char *only;  /* "a|b"; NULL: anything */
+    const char *needs; /* "a|b", or NULL */
+    const char *only;  /* "a|b", or NULL */
 };
 
 struct cli_program {

@@ -1,5 +1,7 @@
 #include "base/json.h"
 
+#include "base/write_error.h"
+
 #include <inttypes.h>
 #include <math.h>
 #include <string.h>
@@ -14,7 +16,7 @@ bool json_open(struct json_writer *json, const char *path)
 {
     const bool to_stdout = strcmp(path, "-") == 0;
     json_open_stream(json, to_stdout ? stdout : fopen(path, "w"));
-    json->owns_file = !to_stdout && json->file;
+    json->path = to_stdout ? NULL : path;
     return json->file != NULL;
 }
 
@@ -212,8 +214,9 @@ bool json_close(struct json_writer *json)
     }
     fputc('\n', json->file);
     bool good = !json->failed && fflush(json->file) == 0 && !ferror(json->file);
-    if (json->owns_file && fclose(json->file) != 0) {
-        good = false;
+    if (json->path) {
+        good = fclose(json->file) == 0 && good;
+        if (!good) { partial_file_remove(json->path); }
     }
     json->file = NULL;
     return good;

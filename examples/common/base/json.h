@@ -15,18 +15,18 @@ enum { JSON_DEPTH = 32 };
 
 struct json_writer {
     FILE *file;
-    bool owns_file;
+    const char *path; /* of a file that it owns and closes; NULL: a stream */
     bool failed;
     int depth;
     bool is_array[JSON_DEPTH];
     bool has_items[JSON_DEPTH];
 };
 
-/* Opens `path` for writing ("-" = stdout). Returns false on failure; call json_close only after true. */
+/* Opens `path` for writing ("-" = stdout), which has to stay until json_close. Returns false on failure; call json_close only after true. */
 bool json_open(struct json_writer *json, const char *path);
 void json_open_stream(struct json_writer *json, FILE *file); /* the caller keeps the stream */
-bool json_close(
-    struct json_writer *json); /* closes open objects and adds a line end; false after any write error or misuse */
+/* Closes open objects and adds a line end. Returns false after any write error or misuse, which leaves no file at `path`. */
+bool json_close(struct json_writer *json);
 
 void json_object_begin(struct json_writer *json, const char *key);
 void json_object_end(struct json_writer *json);

@@ -551,7 +551,7 @@ static bool drop_unused_materials(struct reader *r)
     return true;
 }
 
-/* Returns whether not all vertices are one place. */
+/* Returns whether two vertices differ. */
 static bool has_size(const struct character *c)
 {
     for (int i = 3; i < 3 * c->vertex_count; ++i) {

@@ -19,9 +19,10 @@ struct solid {
     float *depth; /* of each below the surface */
 };
 
+enum { SOLID_MARGIN = 5 }; /* voxels between the box and each end of the grid */
+
 /* Makes a grid around the box lo..hi with `cells` voxels along its longest side, of which SOLID_MARGIN are beyond each end. Returns
  * false if the box has no size, or is not finite. */
-enum { SOLID_MARGIN = 5 };
 bool solid_grid_around(const float lo[3], const float hi[3], int cells, struct solid_grid *grid);
 
 /* What solid_repair did. */

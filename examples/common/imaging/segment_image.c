@@ -1,14 +1,12 @@
 #include "imaging/segment_image.h"
 
+#include "base/scalar.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { OTSU_CLASSES = 1024, PERCENTILE_CLASSES = 4096 };
-
-/* fminf and fmaxf without their care for NaN, which makes them calls: images have none (volume_read replaces it). */
-static float least_of(float a, float b) { return a < b ? a : b; }
-static float most_of(float a, float b) { return a > b ? a : b; }
 
 /* ---- grids ---- */
 
@@ -33,7 +31,7 @@ float segment_trilinear(const int dims[3], const float *values, const float x[3]
     size_t low[3], high[3];
     float t[3], row[4];
     for (int a = 0; a < 3; ++a) {
-        const float inside = most_of(0.0f, least_of((float)(dims[a] - 1), x[a]));
+        const float inside = scalar_clamp(x[a], 0.0f, (float)(dims[a] - 1));
         low[a] = (size_t)inside;
         high[a] = low[a] + 1 < (size_t)dims[a] ? low[a] + 1 : low[a];
         t[a] = inside - (float)low[a];
@@ -237,7 +235,7 @@ static float box_distance(const struct volume *image, const int place[3])
     float distance = -INFINITY;
     for (int a = 0; a < 3; ++a) {
         const float half = 0.5f * (float)image->dims[a], from_middle = fabsf((float)place[a] + 0.5f - half);
-        distance = most_of(distance, image->spacing[a] * (from_middle - half));
+        distance = scalar_max(distance, image->spacing[a] * (from_middle - half));
     }
     return distance;
 }
@@ -255,11 +253,11 @@ void segment_pressure(const struct volume *image, const float *values, float low
             for (int i = -margin; i < image->dims[0] + margin; ++i, ++pressure) {
                 const int place[3] = {i, j, k};
                 const float border = -box_distance(image, place) / size;
-                *pressure = most_of(-1.0f, border);
+                *pressure = scalar_max(-1.0f, border);
                 if (border > 0.0f) {
                     const float value = values[voxel_index(image->dims, place)];
-                    const float inside = least_of(value - low, high - value) / most_of(ramp, change(image, values, place, size));
-                    *pressure = most_of(-1.0f, least_of(least_of(1.0f, inside), border));
+                    const float inside = scalar_min(value - low, high - value) / scalar_max(ramp, change(image, values, place, size));
+                    *pressure = scalar_max(-1.0f, scalar_min(scalar_min(1.0f, inside), border));
                 }
             }
         }
@@ -296,7 +294,7 @@ void segment_combine(const struct volume *image, const struct segment_push *push
                     sum = fminf(sum, (push->stay - push->away[n]) / push->size);
                     sum = fmaxf(sum, (-push->stay - push->away[n]) / push->size);
                 }
-                padded->data[n] = most_of(-1.0f, least_of(least_of(1.0f, sum), border));
+                padded->data[n] = scalar_max(-1.0f, scalar_min(scalar_min(1.0f, sum), border));
             }
         }
     }
@@ -499,7 +497,7 @@ static float eikonal(float a[3], float weight[3])
         sum += w;
         linear += w * a[i];
         square += w * a[i] * a[i];
-        d = (linear + sqrtf(most_of(0.0f, linear * linear - sum * (square - 1.0f)))) / sum;
+        d = (linear + sqrtf(scalar_max(0.0f, linear * linear - sum * (square - 1.0f)))) / sum;
     }
     return d;
 }
@@ -507,7 +505,7 @@ static float eikonal(float a[3], float weight[3])
 static float nearer(const float *distance, size_t at, size_t stride, int place, int size)
 {
     const float before = place > 0 ? fabsf(distance[at - stride]) : INFINITY;
-    return least_of(before, place + 1 < size ? fabsf(distance[at + stride]) : INFINITY);
+    return scalar_min(before, place + 1 < size ? fabsf(distance[at + stride]) : INFINITY);
 }
 
 /* Sweeps a line of voxels along x. down: bits of the axes that are swept from their ends. */
@@ -525,8 +523,8 @@ static void sweep_line(const struct volume *image, const float weights[3], float
         float weight[3] = {weights[0], weights[1], weights[2]};
         float a[3] = {nearer(distance, at, 1, i, dims[0]), nearer(distance, at, line, j, dims[1]),
                       nearer(distance, at, slice, k, dims[2])};
-        if (least_of(a[0], least_of(a[1], a[2])) < present) {
-            distance[at] = copysignf(most_of(known, least_of(present, eikonal(a, weight))), distance[at]);
+        if (scalar_min(a[0], scalar_min(a[1], a[2])) < present) {
+            distance[at] = copysignf(scalar_max(known, scalar_min(present, eikonal(a, weight))), distance[at]);
         }
     }
 }

@@ -1,9 +1,9 @@
 #define _POSIX_C_SOURCE 200809L
 
+#include "base/write_error.h"
 #include "imaging/volume_format.h"
 #include "imaging/volume_nifti.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -11,7 +11,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
-static const float most_unlike = 100.0f; /* longest over shortest side of a voxel */
+static const float max_anisotropy = 100.0f; /* longest over shortest side of a voxel */
 
 /* ---- shared by the formats ---- */
 
@@ -26,13 +26,13 @@ bool volume_error(char error[VOLUME_TEXT], const char *format, ...)
 
 bool volume_write_error(char error[VOLUME_TEXT], const char *path)
 {
-    return volume_error(error, "%.200s: cannot be written: %s", path, strerror(errno));
+    return volume_error(error, "%.200s: cannot be written: %s", path, write_reason());
 }
 
-void volume_note(struct volume *volume, const char *text)
+void volume_add_warning(struct volume *volume, const char *text)
 {
-    const size_t used = strlen(volume->note);
-    snprintf(volume->note + used, sizeof volume->note - used, "%s%s", used ? "; " : "", text);
+    const size_t used = strlen(volume->warning);
+    snprintf(volume->warning + used, sizeof volume->warning - used, "%s%s", used ? "; " : "", text);
 }
 
 bool volume_ends_with(const char *text, const char *ending)
@@ -86,12 +86,12 @@ bool volume_set_sizes(struct volume *volume, const int64_t *sizes, int space, in
         || volume_error(error, "there is no frame %d: the file has %d", frame, volume->frame_count);
 }
 
-const char *volume_warning(const struct volume *image) { return image->note[0] ? image->note : NULL; }
+const char *volume_warning(const struct volume *image) { return image->warning[0] ? image->warning : NULL; }
 
-void volume_warn(const struct volume *image, const char *program, const char *name)
+void volume_print_warning(const struct volume *image, const char *program, const char *name)
 {
-    if (image->note[0]) {
-        fprintf(stderr, "%s: warning: %s%s%s\n", program, name ? name : "", name ? ": " : "", image->note);
+    if (image->warning[0]) {
+        fprintf(stderr, "%s: warning: %s%s%s\n", program, name ? name : "", name ? ": " : "", image->warning);
     }
 }
 
@@ -261,7 +261,7 @@ static bool is_folder(const char *path)
 }
 
 /* Compares the sides along axes with more than one voxel. */
-static bool sides_are_alike(const struct volume *volume)
+static bool anisotropy_is_small(const struct volume *volume)
 {
     float shortest = INFINITY, longest = 0.0f;
     for (int a = 0; a < 3; ++a) {
@@ -270,7 +270,7 @@ static bool sides_are_alike(const struct volume *volume)
             longest = fmaxf(longest, volume->spacing[a]);
         }
     }
-    return longest <= most_unlike * shortest;
+    return longest <= max_anisotropy * shortest;
 }
 
 static bool read_all(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT])
@@ -284,9 +284,9 @@ static bool read_all(const char *path, int frame, struct volume *volume, char er
     if (!choose_reader(path, volume)(path, frame, volume, error)) {
         return false;
     }
-    if (!sides_are_alike(volume)) {
+    if (!anisotropy_is_small(volume)) {
         return volume_error(error, "voxels of %g x %g x %g mm: their sides may differ by a factor of %g at most",
-                            (double)volume->spacing[0], (double)volume->spacing[1], (double)volume->spacing[2], (double)most_unlike);
+                            (double)volume->spacing[0], (double)volume->spacing[1], (double)volume->spacing[2], (double)max_anisotropy);
     }
     if (volume->replaced == volume_voxels(volume)) {
         return volume_error(error, "no voxel is finite");
@@ -298,7 +298,7 @@ static bool read_all(const char *path, int frame, struct volume *volume, char er
         }
         snprintf(text, sizeof text, "%zu of %zu voxels are NaN or infinite, now %g", volume->replaced, volume_voxels(volume),
                  (double)volume->minimum);
-        volume_note(volume, text);
+        volume_add_warning(volume, text);
     }
     return true;
 }

@@ -9,15 +9,15 @@
  * when its code is above 0, else the pixel sizes alone. A NRRD without a named space counts as LPS, as in ITK.
  *
  * Sizes in a file are checked against its length before memory is allocated; a bad file gives one line of text, and the
- * libraries print nothing themselves. Voxels whose sides differ by more than a factor of 100 are refused: what works on cubes of
- * the same volume would have hundreds of them for one voxel, or lose all that is as large as one. */
+ * libraries print nothing themselves. Voxels whose sides differ by more than a factor of 100 are refused: the programs resample to
+ * cubes, which would be far too many or far too coarse. */
 #ifndef EXAMPLES_IMAGING_VOLUME_H
 #define EXAMPLES_IMAGING_VOLUME_H
 
 #include <stdbool.h>
 #include <stddef.h>
 
-enum { VOLUME_TEXT = 320 }; /* size of error and note buffers */
+enum { VOLUME_TEXT = 320 }; /* size of error and warning buffers */
 
 struct volume {
     int dims[3];           /* voxel (i,j,k) is data[i + dims[0] * (j + dims[1] * k)] */
@@ -30,7 +30,7 @@ struct volume {
     size_t replaced; /* voxels that were NaN or infinite: now `minimum` */
     int frame, frame_count;
     int dimension;         /* of the file: its last axis longer than 1, at least 3 */
-    char note[VOLUME_TEXT]; /* warnings about the file; empty if there are none */
+    char warning[VOLUME_TEXT]; /* about the file, by "; "; empty if there is none */
     const char *extension;  /* of the format read, for writing in the same one: ".nii.gz", ".nrrd", ".mha"; else NULL */
     void *header;           /* a NIfTI file's header, for writing in the same geometry; else NULL */
 };
@@ -61,9 +61,9 @@ bool volume_read_companion(const char *path, int frame, struct volume *volume, c
 bool volume_read_like(const struct volume *like, const char *name, const char *path, int frame, struct volume *volume,
                       char error[VOLUME_TEXT]);
 
-/* Prints the note of an image, if it has one, as a warning on stderr, behind the image's name (NULL: none). */
-void volume_warn(const struct volume *image, const char *program, const char *name);
-/* Returns the note for a report; NULL: none. */
+/* Prints the warning of an image, if it has one, on stderr, behind the image's name (NULL: none). */
+void volume_print_warning(const struct volume *image, const char *program, const char *name);
+/* Returns the warning for a report; NULL: none. */
 const char *volume_warning(const struct volume *image);
 
 /* Makes a zero-filled volume with the axes of the world. */

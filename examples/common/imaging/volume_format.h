@@ -26,7 +26,7 @@ bool volume_error(char error[VOLUME_TEXT], const char *format, ...)
     __attribute__((format(printf, 2, 3)))
 #endif
     ;
-void volume_note(struct volume *volume, const char *text);
+void volume_add_warning(struct volume *volume, const char *text);
 
 bool volume_ends_with(const char *text, const char *ending);
 int64_t volume_file_size(const char *path); /* -1: missing, or not a plain file */

@@ -2,7 +2,7 @@
  * stream. Debian has a reader for them only inside the large toolkits ITK and VTK. */
 #include "imaging/volume_format.h"
 
-#include "base/partial_file.h"
+#include "base/write_error.h"
 
 #include <ctype.h>
 #include <math.h>

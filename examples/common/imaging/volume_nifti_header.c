@@ -68,14 +68,14 @@ static bool check(const struct essentials *e, bool single, struct volume *volume
         return volume_error(error, "cannot use %s (datatype %d)", problem, e->datatype);
     }
     if (e->bitpix != 8 * (int)volume_sample_size(volume_nifti_sample(e->datatype))) {
-        volume_note(volume, "header names a wrong number of bits a voxel, the data type is believed");
+        volume_add_warning(volume, "header names a wrong number of bits a voxel, the data type is believed");
     }
     if (!isfinite(e->offset) || e->offset < 0.0 || e->offset > 1e15
         || (single && e->offset > 0.0 && e->offset < e->header_size)) {
         return volume_error(error, "bad header: data offset %g", e->offset);
     }
     if (!isfinite(e->slope) || !isfinite(e->intercept)) {
-        volume_note(volume, "slope or intercept is not finite: voxel values are not scaled");
+        volume_add_warning(volume, "slope or intercept is not finite: voxel values are not scaled");
     }
     return true;
 }

@@ -1,7 +1,7 @@
 /* volume_nifti_write.c - writes NIfTI files for volume_write. */
 #include "imaging/volume_nifti.h"
 
-#include "base/partial_file.h"
+#include "base/write_error.h"
 
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,7 +1,7 @@
 /* volume_nrrd.c - NRRD files, through teem. */
 #include "imaging/volume_format.h"
 
-#include "base/partial_file.h"
+#include "base/write_error.h"
 
 #include <math.h>
 #include <stdio.h>

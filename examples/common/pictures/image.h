@@ -39,7 +39,7 @@ bool image_encode_png(const struct image *image, unsigned char **bytes, size_t *
 bool image_read(const unsigned char *bytes, size_t length, struct image *image);
 bool image_read_file(const char *path, struct image *image);
 
-/* A picture as files have them, a byte a channel: for textures, which are only read. Free it by byte_image_free. */
+/* A picture of one byte per channel, as files have: for textures, which are only read. Freed by byte_image_free. */
 struct byte_image {
     int width, height;
     unsigned char *rgb; /* 3 * width * height */

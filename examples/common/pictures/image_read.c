@@ -26,24 +26,24 @@
     #pragma GCC diagnostic pop
 #endif
 
-/* A byte of a file has at most so many pixels: deflate makes 1032 bytes of it, of 8 pixels each where these are black or white. Most
- * readers of stb_image go on with zeros behind the end. */
+/* MAX_PIXELS_A_BYTE: the most pixels that a byte of a file can stand for: deflate turns a byte into at most 1032, each 8 pixels of a
+ * black and white picture. Without this limit a short file could reserve much. */
 enum { MAX_PIXELS = 1 << 26, MAX_PIXELS_A_BYTE = 8 * 1032 };
 
-/* Returns whether the first chunk of a PNG's data is empty: stb_image would copy it to NULL. */
-static bool png_begins_empty(const unsigned char *bytes, size_t length)
+/* Returns whether the first IDAT chunk of a PNG is empty: stb_image would copy it to NULL. */
+static bool png_data_is_empty(const unsigned char *bytes, size_t length)
 {
     size_t at = 8; /* behind the signature */
     if (length < at || memcmp(bytes, "\x89PNG\r\n\x1a\n", 8) != 0) {
         return false;
     }
-    while (length - at >= 12) { /* length, type, data, checksum */
+    while (length - at >= 8) { /* length and type; data and checksum follow unless the file is cut off */
         const unsigned char *chunk = bytes + at;
         const size_t size = (size_t)chunk[0] << 24 | (size_t)chunk[1] << 16 | (size_t)chunk[2] << 8 | chunk[3];
         if (memcmp(chunk + 4, "IDAT", 4) == 0) {
             return size == 0;
         }
-        if (size > length - at - 12) {
+        if (length - at < 12 || size > length - at - 12) {
             return false;
         }
         at += 12 + size;
@@ -55,9 +55,10 @@ bool byte_image_read(const unsigned char *bytes, size_t length, struct byte_imag
 {
     int channels = 0;
     memset(image, 0, sizeof *image);
-    if (length <= INT32_MAX && !png_begins_empty(bytes, length) && stbi_info_from_memory(bytes, (int)length, &image->width, &image->height, &channels)
-        && (int64_t)image->width * image->height <= MAX_PIXELS
-        && (int64_t)image->width * image->height <= (int64_t)length * MAX_PIXELS_A_BYTE) {
+    const bool known = length <= INT32_MAX && !png_data_is_empty(bytes, length)
+        && stbi_info_from_memory(bytes, (int)length, &image->width, &image->height, &channels);
+    const int64_t pixels = (int64_t)image->width * image->height;
+    if (known && pixels <= MAX_PIXELS && pixels <= (int64_t)length * MAX_PIXELS_A_BYTE) {
         image->rgb = stbi_load_from_memory(bytes, (int)length, &image->width, &image->height, &channels, 3);
     }
     if (!image->rgb) { memset(image, 0, sizeof *image); }

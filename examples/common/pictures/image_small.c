@@ -1,4 +1,5 @@
 /* image_small.c - small PNG files: fewer pixels; a palette by median cut (Heckbert 1982), one byte a pixel. */
+#include "base/write_error.h"
 #include "pictures/image.h"
 #include "pictures/png_chunk.h"
 
@@ -170,6 +171,7 @@ static bool write_file(const struct image *image, const struct census *census, c
            && png_write_chunk(file, "PLTE", palette, 3 * (size_t)colors) && png_write_chunk(file, "IDAT", packed, packed_size)
            && png_write_chunk(file, "IEND", header, 0);
     good = (!file || fclose(file) == 0) && good;
+    if (file && !good) { partial_file_remove(path); }
     free(rows);
     free(packed);
     return good;

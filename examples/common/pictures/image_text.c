@@ -1,6 +1,6 @@
 /* image_text.c - text, strips and PNG files of image.h. */
+#include "base/write_error.h"
 #include "pictures/image.h"
-
 #include "pictures/image_font.h"
 
 #include <math.h>
@@ -61,6 +61,7 @@ bool image_write_png(const struct image *image, const char *path)
     FILE *file = image_encode_png(image, &encoded, &size) ? fopen(path, "wb") : NULL;
     bool good = file && fwrite(encoded, 1, size, file) == size;
     good = file && fclose(file) == 0 && good;
+    if (file && !good) { partial_file_remove(path); }
     free(encoded);
     return good;
 }

@@ -1,7 +1,7 @@
 /* field_io.c - displacement fields in files. */
 #include "registration/field.h"
 
-#include "base/partial_file.h"
+#include "base/write_error.h"
 
 /* Needs -I with Debian's folder /usr/include/nifti, which also contains the znzlib.h that this header includes. */
 #include <nifti2_io.h>
@@ -14,7 +14,7 @@
 
 static const float lps[3] = {-1.0f, -1.0f, 1.0f}; /* the same signs in both directions */
 
-static bool write_error(char error[VOLUME_TEXT], const char *path, const char *text)
+static bool path_error(char error[VOLUME_TEXT], const char *path, const char *text)
 {
     const size_t length = strlen(path); /* the end of a long path is more useful */
     snprintf(error, VOLUME_TEXT, "%s%s: %s", length > 100 ? "..." : "", length > 100 ? path + length - 97 : path, text);
@@ -49,7 +49,7 @@ bool field_read(const char *path, struct field *field, char error[VOLUME_TEXT])
                 return false;
             }
             return strstr(error, "there is no frame")
-                       ? write_error(error, path, "no displacement field: it has no three frames")
+                       ? path_error(error, path, "no displacement field: it has no three frames")
                        : false;
         }
         wrong = fault(&component);
@@ -62,7 +62,7 @@ bool field_read(const char *path, struct field *field, char error[VOLUME_TEXT])
         volume_free(&component);
         if (wrong) {
             field_free(field);
-            return write_error(error, path, wrong);
+            return path_error(error, path, wrong);
         }
     }
     return true;
@@ -148,7 +148,7 @@ bool field_write(const char *path, const struct field *field, char error[VOLUME_
     const char no_extensions[4] = {0, 0, 0, 0};
     for (int a = 0; a < 3; ++a) {
         if (field->grid.dims[a] > 32767) {
-            return write_error(error, path, "too large: more than 32767 voxels along a side");
+            return path_error(error, path, "too large: more than 32767 voxels along a side");
         }
     }
     gzFile file = gzopen(path, compressed ? "wb6" : "wbT"); /* T: plain bytes */

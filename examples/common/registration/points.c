@@ -3,7 +3,7 @@
 #include "registration/points.h"
 
 #include "base/cli.h"
-#include "base/partial_file.h"
+#include "base/write_error.h"
 
 #include <float.h>
 #include <math.h>
@@ -13,7 +13,7 @@
 
 enum { MAX_POINTS = 1000000, COLUMNS = 5 };
 
-static bool write_error(char error[VOLUME_TEXT], const char *path, const char *text)
+static bool path_error(char error[VOLUME_TEXT], const char *path, const char *text)
 {
     const size_t length = strlen(path); /* the end of a long path is more useful */
     snprintf(error, VOLUME_TEXT, "%s%s: %s", length > 100 ? "..." : "", length > 100 ? path + length - 97 : path, text);
@@ -61,14 +61,14 @@ bool points_read(const char *path, const struct volume *image, float **points, s
     *points = NULL;
     *count = 0;
     if (!file) {
-        return write_error(error, path, "cannot open");
+        return path_error(error, path, "cannot open");
     }
     const char *wrong = read_set(file, image, points, count);
     fclose(file);
     if (wrong) {
         free(*points);
         *points = NULL;
-        return write_error(error, path, wrong);
+        return path_error(error, path, wrong);
     }
     return true;
 }
@@ -227,7 +227,7 @@ bool points_read_frames(const char *path, float **points, size_t *landmarks, siz
     *points = NULL;
     *landmarks = *frames = 0;
     if (!file) {
-        return write_error(error, path, "cannot open");
+        return path_error(error, path, "cannot open");
     }
     const char *wrong = read_table(file, &table);
     fclose(file);
@@ -236,7 +236,7 @@ bool points_read_frames(const char *path, float **points, size_t *landmarks, siz
     if (wrong) {
         free(*points);
         *points = NULL;
-        return write_error(error, path, wrong);
+        return path_error(error, path, wrong);
     }
     return true;
 }

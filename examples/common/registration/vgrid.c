@@ -1,5 +1,7 @@
 #include "registration/vgrid.h"
 
+#include "base/scalar.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -9,7 +11,7 @@
 /* Finds the sample before x on an axis of n samples, the weight of the next one, and the offset to it, 0 at the end. */
 static inline size_t corner(float x, int n, float *t, size_t *step)
 {
-    const float last = (float)(n - 1), below = x < last ? x : last, inside = below > 0.0f ? below : 0.0f; /* fminf is a call */
+    const float inside = scalar_clamp(x, 0.0f, (float)(n - 1));
     const size_t low = (size_t)inside;
     *t = inside - (float)low;
     *step = low + 1 < (size_t)n ? 1 : 0;

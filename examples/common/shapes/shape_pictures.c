@@ -5,6 +5,7 @@
 
 #include <lapacke.h>
 
+#include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -111,6 +112,7 @@ bool shape_picture(const struct shape_mesh *mesh, const float *shape, const floa
 
 bool pictures_write(struct image *pictures, const char *const *captions, int count, int columns, const char *path)
 {
+    errno = 0; /* not every failure below sets it */
     struct image strip = {0, 0, NULL};
     const bool good =
         image_strip(pictures, captions, count, columns, color_rgb(1.0f, 1.0f, 1.0f), &strip) && image_write_png(&strip, path);

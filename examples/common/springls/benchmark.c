@@ -119,7 +119,8 @@ static int open_series(struct run *run)
     }
     run->series = fopen(run->options->series, "w");
     if (!run->series) {
-        return cli_fail(run->benchmark->name, CLI_EXIT_FAILURE, "%s cannot be written", run->options->series);
+        cli_write_failed(run->benchmark->name, run->options->series);
+        return CLI_EXIT_FAILURE;
     }
     fprintf(run->series, "step,time,springls,seconds");
     for (int s = 0; s < SPRINGLS_STAGE_COUNT; ++s) {
@@ -296,15 +297,15 @@ static int write_pictures(const struct run *run)
     snprintf(name, sizeof name, "%s.png", b->name);
     run_path(run->options->common.out, name, path, sizeof path);
     if (!model_film_write(run->frames, run->frames_taken, &view, path)) {
-        return cli_fail(b->name, CLI_EXIT_FAILURE, "%s cannot be written", path);
+        cli_write_failed(b->name, path);
+        return CLI_EXIT_FAILURE;
     }
     /* Write the first and the last frame alone, larger. */
     const struct model_frame ends[2] = {run->frames[0], run->frames[run->frames_taken - 1]};
     view.width = view.height = 640;
     snprintf(name, sizeof name, "%s_start_end.png", b->name);
     run_path(run->options->common.out, name, path, sizeof path);
-    return model_film_write(ends, 2, &view, path) ? CLI_CONTINUE
-                                                  : cli_fail(b->name, CLI_EXIT_FAILURE, "%s cannot be written", path);
+    return model_film_write(ends, 2, &view, path) || cli_write_failed(b->name, path) ? CLI_CONTINUE : CLI_EXIT_FAILURE;
 }
 
 static int run_all(struct run *run)
@@ -319,7 +320,8 @@ static int run_all(struct run *run)
         return status;
     }
     if (run->options->common.json && !benchmark_write_json(run->benchmark, run->options, &run->result)) {
-        return cli_fail(run->benchmark->name, CLI_EXIT_FAILURE, "%s cannot be written", run->options->common.json);
+        cli_write_failed(run->benchmark->name, run->options->common.json);
+        return CLI_EXIT_FAILURE;
     }
     if (!json_on_stdout && !run->options->common.quiet) {
         benchmark_print_table(run->benchmark, run->options, &run->result);
@@ -338,7 +340,8 @@ int benchmark_main(const struct benchmark *benchmark, const struct benchmark_opt
         model_frame_free(run.ctx, &run.frames[f]);
     }
     if (run.series && fclose(run.series) != 0 && status == CLI_EXIT_OK) {
-        status = cli_fail(benchmark->name, CLI_EXIT_FAILURE, "%s cannot be written", options->series);
+        cli_write_failed(benchmark->name, options->series);
+        status = CLI_EXIT_FAILURE;
     }
     springls_destroy(run.ctx);
     springls_cl_destroy(run.backend);

@@ -2,6 +2,7 @@
 
 #include "base/vec3.h"
 
+#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -214,6 +215,7 @@ static struct pattern film_pattern(const struct model_frame *first)
 
 bool model_film_write(const struct model_frame *frames, int count, const struct model_view *view, const char *path)
 {
+    errno = 0; /* not every failure below sets it */
     struct raycast_camera camera;
     struct image *pictures = calloc((size_t)count * 2 + 1, sizeof *pictures);
     const char **captions = calloc((size_t)count * 2 + 1, sizeof *captions);
@@ -274,6 +276,7 @@ static void mark_square(const struct raycast_camera *camera, const float point[3
 
 bool model_portrait_write(const struct model_frame *frame, const struct model_view *view, float zoom, const char *path)
 {
+    errno = 0; /* not every failure below sets it */
     struct raycast_camera camera, close;
     struct image pictures[2] = {{0, 0, NULL}, {0, 0, NULL}}, strip = {0, 0, NULL};
     struct pattern pattern = film_pattern(frame), *colors = view->by_correspondence ? &pattern : NULL;

@@ -194,9 +194,12 @@ static bool can_be_written(const char *path)
 
 int run_check_output(const char *program, const char *path)
 {
-    return can_be_written(path)
-        ? CLI_CONTINUE
-        : cli_fail(program, CLI_EXIT_FAILURE, "%s: cannot be written: %s", path, strerror(errno));
+    if (!can_be_written(path)) {
+        cli_write_failed(program, path);
+        return CLI_EXIT_FAILURE;
+    }
+    errno = 0; /* stat has left that there is no such file */
+    return CLI_CONTINUE;
 }
 
 int run_options(const char *program, const struct cli_common *common, const char *set, springls_params *params)

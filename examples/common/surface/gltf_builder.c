@@ -1,6 +1,6 @@
 #include "surface/gltf_builder.h"
 
-#include "base/partial_file.h"
+#include "base/write_error.h"
 
 #include <math.h>
 #include <stdio.h>

@@ -2,11 +2,10 @@
 
 #include "surface/mesh_io.h"
 
-#include "base/partial_file.h"
 #include "base/vec3.h"
+#include "base/write_error.h"
 #include "surface/gltf_write.h"
 
-#include <errno.h>
 #include <stdio.h>
 #include <string.h>
 #include <strings.h>
@@ -23,7 +22,7 @@ static bool refuse(char error[MESH_TEXT], const char *path, const char *reason)
 static bool refuse_to_write(char error[MESH_TEXT], const char *path)
 {
     char reason[100];
-    snprintf(reason, sizeof reason, "cannot be written: %s", strerror(errno));
+    snprintf(reason, sizeof reason, "cannot be written: %s", write_reason());
     return refuse(error, path, reason);
 }
 

@@ -59,11 +59,13 @@ static bool read_format(struct ply *p, const char *line)
 
 static bool read_element(struct ply *p, const char *line)
 {
+    char count[32];
     struct element *e = &p->elements[p->element_count];
-    if (p->element_count == MOST_PROPERTIES || sscanf(line, "element %31s %lf", e->name, &e->count) != 2) { return false; }
+    if (p->element_count == MOST_PROPERTIES || sscanf(line, "element %31s %31s", e->name, count) != 2) { return false; }
     e->first = e->end = p->property_count;
+    e->count = scene_whole_number(count);
     ++p->element_count;
-    return true;
+    return e->count >= 0.0;
 }
 
 static bool read_property(struct ply *p, const char *line)
@@ -103,12 +105,12 @@ static bool read_header(struct ply *p)
     for (int row = 2; row < MOST_LINES && !ended && fgets(line, sizeof line, p->file); ++row) {
         ended = is_word(line, "end_header");
         if (!ended && (!strchr(line, '\n') || !read_line(p, line))) {
-            return scene_fail(p->error, p->path, "line %d of the PLY header is none that it can have", row);
+            return scene_fail(p->error, p->path, "line %d of the PLY header is not valid", row);
         }
     }
     for (int e = 0; e < p->element_count; ++e) {
         const double count = p->elements[e].count;
-        if (!(count >= 0.0 && count <= (double)p->size)) {
+        if (count > (double)p->size) {
             return scene_fail(p->error, p->path, "the header promises %.0f elements, the file has %ld bytes", count, p->size);
         }
     }
@@ -133,16 +135,16 @@ static bool next_word(FILE *file, char *word, size_t room)
     return length > 0;
 }
 
-/* Reads how many values of a property follow: 1, or that number of a list. Returns -1 where there is none, or it is negative. */
+/* Reads how many values of a property follow: 1, or that number of a list. Returns -1 where there is none, or it is no such number. */
 static double read_count(const struct ply *p, const struct property *property)
 {
-    char word[32], *end;
+    char word[32];
     unsigned char bytes[8];
     double value = 0.0;
     if (!property->count) { return 1.0; }
     if (p->ascii) {
-        const double read = next_word(p->file, word, sizeof word) ? strtod(word, &end) : -1.0;
-        return read >= 0.0 && *end == '\0' && read <= 4294967295.0 && read == (double)(long long)read ? read : -1.0;
+        const double read = next_word(p->file, word, sizeof word) ? scene_whole_number(word) : -1.0;
+        return read <= 4294967295.0 ? read : -1.0;
     }
     const int count = property->count->bytes;
     if (fread(bytes, 1, (size_t)count, p->file) != (size_t)count) { return -1.0; }

@@ -1,5 +1,5 @@
-/* ply_check.h - whether a PLY file has what its header promises: assimp reserves memory for any count, and reads beyond the end of what
- * is not whole. */
+/* ply_check.h - whether a PLY file contains what its header promises; assimp reserves memory for any count, and reads beyond the end of
+ * an incomplete file. */
 #ifndef EXAMPLES_SURFACE_PLY_CHECK_H
 #define EXAMPLES_SURFACE_PLY_CHECK_H
 
@@ -7,7 +7,7 @@
 
 #include <stdio.h>
 
-/* Walks through the header and all elements of a file, which stands at its start. Returns false with one line in `error`. */
+/* Reads the header and all elements. file: at its start; size: its bytes. Returns false with one line in `error`. */
 bool ply_check(FILE *file, const char *path, long size, char error[SCENE_TEXT]);
 
 #endif

@@ -9,7 +9,6 @@
 #include <assimp/scene.h>
 #include <cjson/cJSON.h>
 
-#include <ctype.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -33,6 +32,12 @@ bool scene_fail(char error[SCENE_TEXT], const char *path, const char *format, ..
     return false;
 }
 
+double scene_whole_number(const char *word)
+{
+    const size_t digits = strspn(word, "0123456789");
+    return digits >= 1 && digits <= 15 && word[digits] == '\0' ? strtod(word, NULL) : -1.0;
+}
+
 /* ---- files: assimp reserves memory for any count, and reads beyond the end of what is not whole ---- */
 
 struct header {
@@ -45,7 +50,7 @@ struct header {
 
 static bool count_fits(struct header *h, double count)
 {
-    return (count >= 0.0 && count <= (double)h->size)
+    return count <= (double)h->size
            || scene_fail(h->error, h->path, "the header promises %.0f elements, the file has %ld bytes", count, h->size);
 }
 
@@ -83,13 +88,23 @@ static bool face_is_good(struct header *h, double number, double vertices)
     return true;
 }
 
-/* Returns whether as many vertices and faces follow as the counts promise, which stand behind the first word or on the line after
- * it. assimp reads beyond the end of a file in which lines are missing, and takes other vertices for those that do not exist. */
+/* Reads the numbers of vertices and faces, which stand behind the first word or on the line after it. */
+static bool read_off_counts(struct header *h, const char *behind, double count[2])
+{
+    char words[2][32];
+    const char first = behind[strspn(behind, " \t\r\n")];
+    const char *text = first != '\0' && first != '#' ? behind : next_line(h) ? h->line : "";
+    if (sscanf(text, "%31s %31s", words[0], words[1]) != 2) { return false; }
+    count[0] = scene_whole_number(words[0]);
+    count[1] = scene_whole_number(words[1]);
+    return count[0] >= 0.0 && count[1] >= 0.0;
+}
+
+/* Returns whether as many vertices and faces follow as the counts behind the first word promise. assimp reads beyond the end of a file in which lines are missing, and takes other vertices for those that do not exist. */
 static bool off_is_whole(struct header *h, const char *behind)
 {
     double count[2];
-    if (sscanf(behind, "%lf %lf", &count[0], &count[1]) != 2
-        && (!next_line(h) || sscanf(h->line, "%lf %lf", &count[0], &count[1]) != 2)) {
+    if (!read_off_counts(h, behind, count)) {
         return scene_fail(h->error, h->path, "the OFF file has no numbers of vertices and faces");
     }
     if (!count_fits(h, count[0]) || !count_fits(h, count[1])) {

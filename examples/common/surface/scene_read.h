@@ -17,4 +17,8 @@ const struct aiScene *scene_read(const char *path, unsigned steps, char error[SC
 /* Writes the end of the path and a reason, as one line; returns false. */
 bool scene_fail(char error[SCENE_TEXT], const char *path, const char *format, ...);
 
+/* Returns the whole number that a word is, -1 unless it is 1 to 15 digits alone. assimp stops at the first other character: it takes
+ * 300000000e-8, which strtod reads as 3, for 300 million. */
+double scene_whole_number(const char *word);
+
 #endif

@@ -1,10 +1,14 @@
-/* partial_file.h - removes what a failed write has left. */
-#ifndef EXAMPLES_BASE_PARTIAL_FILE_H
-#define EXAMPLES_BASE_PARTIAL_FILE_H
+/* write_error.h - what follows a failed write: its reason, and the removal of what it has left. */
+#ifndef EXAMPLES_BASE_WRITE_ERROR_H
+#define EXAMPLES_BASE_WRITE_ERROR_H
 
 #include <errno.h>
 #include <stdio.h>
+#include <string.h>
 #include <sys/stat.h>
+
+/* Returns the reason in errno, which not every failure sets: callers set it to 0 before the work. */
+static inline const char *write_reason(void) { return errno ? strerror(errno) : "no reason given"; }
 
 /* Removes a file that was written in part; leaves a device or a pipe. Keeps errno's reason for the message that follows. */
 static inline void partial_file_remove(const char *path)
