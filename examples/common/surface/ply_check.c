@@ -118,6 +118,38 @@ static bool read_header(struct ply *p)
         && (p->has_format || scene_fail(p->error, p->path, "the PLY header has no format"));
 }
 
+/* Returns the place of an element in the file; that of the end if there is none. */
+static int find_element(const struct ply *p, const char *name)
+{
+    int e = 0;
+    while (e < p->element_count && strcmp(p->elements[e].name, name) != 0) { ++e; }
+    return e;
+}
+
+static bool has_list(const struct ply *p, const struct element *e)
+{
+    bool list = false;
+    for (int i = e->first; i < e->end; ++i) { list = list || p->properties[i].count; }
+    return list;
+}
+
+/* Refuses elements that assimp does not know where it loses its place in the file: before the vertices, and with a list before the
+ * faces. */
+static bool check_order(const struct ply *p)
+{
+    static const char known[] = "vertex face tristrips edge material texture";
+    const int vertex = find_element(p, "vertex"), face = find_element(p, "face");
+    for (int e = 0; e < p->element_count; ++e) {
+        const struct element *element = &p->elements[e];
+        if (strstr(known, element->name) || !(element->count > 0.0)) { continue; }
+        if (e < vertex || (e < face && has_list(p, element))) {
+            return scene_fail(p->error, p->path, "elements '%s' before those of '%s' are not read", element->name,
+                              e < vertex ? "vertex" : "face");
+        }
+    }
+    return true;
+}
+
 /* ---- the elements ---- */
 
 /* Reads the next word of the line, cut to `room`. Returns false at the end of the line, of which the line end is not read. */
@@ -201,7 +233,7 @@ bool ply_check(FILE *file, const char *path, long size, char error[SCENE_TEXT])
     struct ply *p = calloc(1, sizeof *p);
     if (!p) { return scene_fail(error, path, "not enough memory"); }
     p->path = path, p->file = file, p->size = size, p->error = error;
-    bool good = read_header(p);
+    bool good = read_header(p) && check_order(p);
     for (int e = 0; good && e < p->element_count; ++e) {
         for (double n = 0.0; good && n < p->elements[e].count; ++n) { good = skip_element(p, &p->elements[e], n); }
     }
