@@ -149,8 +149,8 @@ static bool write_labels(const struct segment *run)
 bool segment_write(const struct segment *run)
 {
     char path[1024];
-    return write_labels(run) && draw_slices(run, run_path(run->settings.common.out, "slices.png", path, sizeof path))
-        && segment_report(run, run_path(run->settings.common.out, "report.json", path, sizeof path));
+    return write_labels(run) && segment_report(run, run_path(run->settings.common.out, "report.json", path, sizeof path))
+        && draw_slices(run, run_path(run->settings.common.out, "slices.png", path, sizeof path));
 }
 
 /* ---- figures ---- */

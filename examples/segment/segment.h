@@ -93,6 +93,7 @@ struct segment {
     int frame_count;
     float *distance;         /* the result on the image's grid, mm */
     uint8_t *inside, *truth; /* the result and the reference as masks */
+    bool lacks_files;        /* one of an object could not be written; the rest still is */
     const springls_mesh *surface; /* of the last frame, which owns it; NULL before segment_take_surface */
     springls_mesh truth_surface;
 };

@@ -33,6 +33,7 @@ int main(int argc, char **argv)
 #include "../../examples/common/imaging/level_set.h"
 #include "../../examples/common/imaging/mirror.h"
 
+#include <sys/stat.h>
 #include <unistd.h>
 
 static char folder[] = "/tmp/springls_contour_XXXXXX";
@@ -538,6 +539,23 @@ TEST share_of_the_image_is_reported(void)
     PASS();
 }
 
+/* A picture that cannot be written ends the program as failed, and costs nothing else. */
+TEST a_picture_may_fail(void)
+{
+    struct volume v, found;
+    char words[1024], error[VOLUME_TEXT];
+    ASSERT(two_balls(&v) && save(&v, in_folder("picture.nii")));
+    ASSERT_EQ(0, mkdir(in_folder("picture"), 0777));
+    ASSERT_EQ(0, mkdir(in_folder("picture/film.png"), 0777));
+    snprintf(words, sizeof words, "%s --level 50 --init threshold --steps 1 --out %s", in_folder("picture.nii"), in_folder("picture"));
+    ASSERT_EQ(1, call(words));
+    ASSERT(volume_read(in_folder("picture/labels.nii.gz"), 0, &found, error));
+    ASSERT_EQ(2, (int)number_in("picture/report.json", "label_components"));
+    volume_free(&found);
+    volume_free(&v);
+    PASS();
+}
+
 /* Saves the image with slices that are `factor` times as thick. */
 static bool save_stretched(const struct volume *v, double factor, const char *path)
 {
@@ -653,6 +671,7 @@ int main(int argc, char **argv)
     RUN_TEST(islands_are_kept_or_removed);
     RUN_TEST(seeds_grow_into_their_parts);
     RUN_TEST(share_of_the_image_is_reported);
+    RUN_TEST(a_picture_may_fail);
     RUN_TEST(voxels_without_a_value_are_warned_of);
     RUN_TEST(wrong_words_and_bad_images_are_refused);
     char command[300];
