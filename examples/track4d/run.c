@@ -16,10 +16,11 @@ static const float *springl_item(springls_view view, int index)
     return (const float *)(const void *)((const char *)view.data + (size_t)index * view.stride);
 }
 
-bool track_move(struct track *track, const struct track_motion *motion, int steps)
+bool track_move(struct track *track, int frame, const struct track_motion *motion, int steps)
 {
     springls_forces forces;
     springls_step_desc step;
+    char doing[32];
     float *values = malloc(3 * volume_voxels(&motion->substep.grid) * sizeof *values);
     bool good = values != NULL || track_no_memory();
     memset(&forces, 0, sizeof forces);
@@ -32,8 +33,9 @@ bool track_move(struct track *track, const struct track_motion *motion, int step
     step.mode = SPRINGLS_MODE_ELASTIC;
     step.dt = 1.0f;
     step.one_to_one = true;
+    snprintf(doing, sizeof doing, "motion to frame %d", frame);
     for (int s = 0; good && s < steps; ++s) {
-        good = track_check(track->ctx, springls_step(track->ctx, &step), "step");
+        good = track_check(track->ctx, springls_step(track->ctx, &step), doing);
     }
     free(values);
     return good;
@@ -243,7 +245,7 @@ static bool do_frame(struct track *track, int f, const struct track_motion *moti
         memcpy(before, springls_ids(track->ctx), (size_t)count * sizeof *before);
     }
     frame->jacobian_min = 1.0;
-    good = good && (!motion || track_move(track, motion, track->settings.steps));
+    good = good && (!motion || track_move(track, f, motion, track->settings.steps));
     frame->model_seconds = elapsed_seconds() - begin;
     good = good && track_vertices(track, frame->vertices) && compare_springls(track, before, count, frame)
            && track_check(track->ctx, springls_measure(track->ctx, &measures), "measures") && copy_distance(track, distance)

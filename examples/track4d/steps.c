@@ -173,7 +173,7 @@ static bool run_all(const struct study *study, int steps)
         good = track_reference(track);
         const double begin = elapsed_seconds();
         if (good && m == 0) {
-            good = track_move(track, &motion, steps);
+            good = track_move(track, study->frame, &motion, steps);
         } else if (good && !advect_level_set(study, m == 1 ? semi_lagrangian : upwind, steps)) {
             continue;
         }

@@ -110,7 +110,8 @@ springls_sampled_field track_velocity(const struct track *track, const struct fi
 /* run.c */
 bool track_run(struct track *track);
 bool track_reference(struct track *track); /* makes the model at the reference */
-bool track_move(struct track *track, const struct track_motion *motion, int steps); /* by Algorithm 3, one to one */
+/* Moves the model to a frame by Algorithm 3, one to one, in so many steps. */
+bool track_move(struct track *track, int frame, const struct track_motion *motion, int steps);
 bool track_vertices(const struct track *track, float *vertices); /* of the mesh, from the springls' corners */
 
 /* steps.c */

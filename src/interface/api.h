@@ -909,7 +909,8 @@ typedef enum springls_operation {
    After OUT_OF_MEMORY the model is empty. */
 SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other);
 
-/* Combines the solid with an implicit function, which is sampled as by springls_set_implicit, in the same way. */
+/* Combines the solid with an implicit function, which is sampled as by springls_set_implicit, in the same way. Where that fails the
+   model stays as it is. */
 SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation,
                                                        springls_implicit_fn fn, void *user);
 
