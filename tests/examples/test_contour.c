@@ -467,6 +467,19 @@ TEST grid_is_the_images_own(void)
     PASS();
 }
 
+/* Runs the program; what it prints on stderr goes into stderr.txt. Returns its status, or -1 where that cannot be opened. */
+static int call_with_errors(const char *words)
+{
+    fflush(stderr);
+    const int kept = dup(2);
+    if (kept < 0 || !freopen(in_folder("stderr.txt"), "w", stderr)) return -1;
+    const int status = call(words);
+    fflush(stderr);
+    dup2(kept, 2);
+    close(kept);
+    return status;
+}
+
 /* What is left at the end: the label map, the surface and their numbers agree. */
 TEST islands_are_kept_or_removed(void)
 {
@@ -483,14 +496,7 @@ TEST islands_are_kept_or_removed(void)
         snprintf(words, sizeof words, "%s --level 50 --init threshold --out %s%s", in_folder("islands.nii"), in_folder("islands"),
                  words_of[w]);
         if (left[w] < 0) {
-            fflush(stderr);
-            const int kept = dup(2);
-            ASSERT(kept >= 0 && freopen(in_folder("stderr.txt"), "w", stderr) != NULL);
-            const int status = call(words);
-            fflush(stderr);
-            dup2(kept, 2);
-            close(kept);
-            ASSERT_EQ(1, status);
+            ASSERT_EQ(1, call_with_errors(words));
             continue;
         }
         ASSERT_EQm(words_of[w], 0, call(words));
@@ -576,14 +582,7 @@ TEST voxels_without_a_value_are_warned_of(void)
     ASSERT(save(&v, in_folder("half.nii")));
     snprintf(words, sizeof words, "%s --level 50 --init threshold --steps 1 --json %s", in_folder("half.nii"),
              in_folder("half.json"));
-    fflush(stderr);
-    const int kept = dup(2);
-    ASSERT(kept >= 0 && freopen(in_folder("stderr.txt"), "w", stderr) != NULL);
-    const int status = call(words);
-    fflush(stderr);
-    dup2(kept, 2);
-    close(kept);
-    ASSERT_EQ(0, status);
+    ASSERT_EQ(0, call_with_errors(words));
     for (int f = 0; f < 2; ++f) {
         FILE *file = fopen(in_folder(f == 0 ? "stderr.txt" : "half.json"), "r");
         ASSERT(file);

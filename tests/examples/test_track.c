@@ -336,6 +336,32 @@ TEST replaced_voxels_are_warned_of(void)
     PASS();
 }
 
+/* A ball of which the image's border cuts off half: the half that is there is the body. */
+TEST cut_bodies_end_at_the_border(void)
+{
+    static char text[65536];
+    char error[VOLUME_TEXT];
+    uint8_t *label = calloc(volume_voxels(&image), 1);
+    ASSERT(label);
+    for (int n = 0; n < (int)volume_voxels(&image); ++n) {
+        const int x = n % image.dims[0], y = n / image.dims[0] % image.dims[1] - image.dims[1] / 2;
+        const int z = n / image.dims[0] / image.dims[1] - image.dims[2] / 2;
+        label[n] = x * x + y * y + z * z < 64;
+    }
+    ASSERT(volume_write(scratch("cut.nii"), &image, VOLUME_UINT8, label, error));
+    free(label);
+    const char *const words[] = {"track4d", scratch("image.nii"), scratch("image.nii"), "--labels", scratch("cut.nii"),
+                                 "--quiet", "--json", scratch("cut.json"), NULL};
+    ASSERT_EQ(0, run_program(8, words));
+    ASSERT(read_file("cut.json", text, sizeof text) > 10);
+    const char *const volume = strstr(text, "\"volume_ml\": "), *const of_label = strstr(text, "\"label_ml\": ");
+    ASSERT(volume && of_label);
+    const double labelled = atof(of_label + strlen("\"label_ml\": "));
+    ASSERT(labelled > 0.0);
+    ASSERT_IN_RANGE(labelled, atof(volume + strlen("\"volume_ml\": ")), 0.1 * labelled);
+    PASS();
+}
+
 /* Makes a sequence of `frames` images in a file: one tall volume whose header is changed. later: value of the last frame. */
 static bool write_sequence(const char *path, int frames, float later)
 {
@@ -503,6 +529,7 @@ int main(int argc, char **argv)
     RUN_TEST(two_files_are_two_frames);
     RUN_TEST(second_files_are_where_they_are);
     RUN_TEST(replaced_voxels_are_warned_of);
+    RUN_TEST(cut_bodies_end_at_the_border);
     RUN_TEST(all_frames_are_checked_first);
     RUN_TEST(wrong_usage_and_bad_files_end_in_one_line);
     RUN_TEST(beating_heart_is_tracked);
