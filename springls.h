@@ -3968,6 +3968,14 @@ SPRINGLS__VEC_MATHS springls__vec springls__cross_max(springls__cross7 v)
                              springls__vec_max(v.zm, v.zp));
 }
 
+/* Returns along each axis the smaller |value| of the two neighbours. */
+SPRINGLS__VEC_MATHS springls__vec3 springls__nearer_of_pairs(springls__cross7 v)
+{
+    return springls__vec_v3_make(springls__vec_min(springls__vec_fabs(v.xm), springls__vec_fabs(v.xp)),
+                                 springls__vec_min(springls__vec_fabs(v.ym), springls__vec_fabs(v.yp)),
+                                 springls__vec_min(springls__vec_fabs(v.zm), springls__vec_fabs(v.zp)));
+}
+
 /* Returns where c lies on another side than lo or hi, the smallest and largest of its neighbours. */
 SPRINGLS__VEC_MATHS springls__vmask springls__crosses(springls__vec c, springls__vec lo, springls__vec hi)
 {
@@ -4179,13 +4187,19 @@ SPRINGLS__MATHS bool springls__is_fast_asleep(const springls__model *model, spri
     return model->grid.some_asleep && !model->grid.near_awake[springls__slot_of_place(&model->grid, p)];
 }
 
+/* Returns true when active brick i is asleep. */
+SPRINGLS__MATHS bool springls__is_brick_asleep(const springls__grid *g, int i)
+{
+    return g->some_asleep && !g->awake[g->active[i]];
+}
+
 /* Returns true when active brick i is asleep, and copies its phi to phi_next. */
 SPRINGLS__MATHS bool springls__keeps_phi(const springls__model *model, int i)
 {
     const springls__grid *g = &model->grid;
     const size_t first = (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     int row;
-    if (!g->some_asleep || g->awake[g->active[i]]) return false;
+    if (!springls__is_brick_asleep(g, i)) return false;
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
         springls__copy_voxel_row(g->phi + first + (size_t)(8 * row), g->phi_next + first + (size_t)(8 * row));
     return true;
@@ -4611,19 +4625,17 @@ SPRINGLS__INNER void springls__fit_substitute(const float l[21], int terms, floa
     }
 }
 
-/* The first `terms` coefficients of the height and of the three coordinates of a, and the Cholesky factor l. */
+/* The first `terms` coefficients of the height and of the three coordinates of a, the others 0, and the Cholesky factor l. */
 typedef struct springls__fit_solution {
     float x[SPRINGLS__FIT_VALUES][SPRINGLS__FIT_TERMS], l[21];
-    int terms;
-    bool ok; /* false: there are none */
+    int terms; /* 6: of a quadratic, 3: of a plane, 0: the matrix is close to singular, or neighbors are too few */
 } springls__fit_solution;
 
 SPRINGLS__MATHS springls__fit_solution springls__fit_coefficients(const springls__fit *fit, int terms)
 {
     springls__fit_solution s;
     int i, v;
-    s.ok = springls__fit_factor(fit, terms, s.l);
-    s.terms = s.ok ? terms : 0;
+    s.terms = springls__fit_factor(fit, terms, s.l) ? terms : 0;
     for (v = 0; v < SPRINGLS__FIT_VALUES; v++) {
         for (i = 0; i < SPRINGLS__FIT_TERMS; i++)
             s.x[v][i] = i < s.terms ? fit->right[SPRINGLS__FIT_VALUES * i + v] : 0.0f;
@@ -4632,29 +4644,30 @@ SPRINGLS__MATHS springls__fit_solution springls__fit_coefficients(const springls
     return s;
 }
 
-/* Replaces the result by that of the first `terms` coefficients, unless the matrix is close to singular. */
-SPRINGLS__MATHS void springls__fit_solve(const springls__fit *fit, int terms, springls__fit_result *result)
+/* Solves for a quadratic with ten neighbors or more, for a plane with four or more and where the quadratic is close to
+   singular. */
+SPRINGLS__MATHS springls__fit_solution springls__fit_solve(const springls__fit *fit)
 {
-    const springls__fit_solution s = springls__fit_coefficients(fit, terms);
-    if (!s.ok) return;
-    result->point = springls__mad(fit->origin, fit->n, s.x[0][0] * SPRINGLS__FIT_RADIUS);
-    result->normal = springls__normalize(springls__sub(springls__sub(fit->n, springls__scale(fit->e1, s.x[0][1])),
-                                                       springls__scale(fit->e2, s.x[0][2])));
-    result->a = springls__add(fit->a0, springls__v3_make(s.x[1][0], s.x[2][0], s.x[3][0]));
-    result->ok = true;
+    const int terms = fit->count >= 10.0f ? 6 : fit->count >= 4.0f ? 3 : 0;
+    springls__fit_solution s = springls__fit_coefficients(fit, terms);
+    if (terms == 6 && s.terms == 0) s = springls__fit_coefficients(fit, 3);
+    return s;
 }
 
-/* Solves for a quadratic with ten neighbors or more, for a plane with four or more and where the quadratic is close to singular;
-   not ok with fewer. */
+/* Returns the surface of that solution; not ok where there is none. */
 SPRINGLS__MATHS springls__fit_result springls__fit_highest(const springls__fit *fit)
 {
+    const springls__fit_solution s = springls__fit_solve(fit);
     springls__fit_result result;
-    result.ok = false;
+    result.ok = s.terms > 0;
     result.point = fit->origin;
     result.normal = fit->n;
     result.a = fit->a0;
-    if (fit->count >= 10.0f) springls__fit_solve(fit, 6, &result);
-    if (fit->count >= 4.0f && !result.ok) springls__fit_solve(fit, 3, &result);
+    if (!result.ok) return result;
+    result.point = springls__mad(fit->origin, fit->n, s.x[0][0] * SPRINGLS__FIT_RADIUS);
+    result.normal = springls__normalize(springls__sub(springls__sub(fit->n, springls__scale(fit->e1, s.x[0][1])),
+                                                      springls__scale(fit->e2, s.x[0][2])));
+    result.a = springls__add(fit->a0, springls__v3_make(s.x[1][0], s.x[2][0], s.x[3][0]));
     return result;
 }
 
@@ -4716,9 +4729,6 @@ SPRINGLS__MATHS springls__fit_result springls__fit_end_in_box(const springls__fi
     return result;
 }
 
-/* Returns how many terms a number of neighbors is enough for: a quadratic's with ten or more, a plane's with four or more. */
-SPRINGLS__MATHS int springls__fit_terms(float count) { return count >= 10.0f ? 6 : count >= 4.0f ? 3 : 0; }
-
 /* ======== >>error_estimates:kernel  (kernels_embed/model/error_estimates.h) ==================================== */
 /* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes
    with a split or a fill and lasts: the particle and the place that it has come from move together. */
@@ -4758,15 +4768,13 @@ SPRINGLS__MATHS springls__span springls__span_at(const springls__model *model, s
 {
     springls__cell_walk walk = springls__cell_walk_near(model, p, SPRINGLS__FIT_RADIUS);
     springls__span span;
-    int other, terms;
+    int other;
     span.fit = springls__fit_begin(p, n, a);
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         if (other < known) springls__fit_add(&span.fit, o->p, springls__springl_normal(*o), model->set.a[other]);
     }
-    terms = springls__fit_terms(span.fit.count);
-    span.solution = springls__fit_coefficients(&span.fit, terms);
-    if (!span.solution.terms && terms > 3) span.solution = springls__fit_coefficients(&span.fit, 3);
+    span.solution = springls__fit_solve(&span.fit);
     if (span.solution.terms) springls__find_stretch(&span);
     return span;
 }
@@ -5035,17 +5043,25 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rk4)(SPRINGLS__NUM3 k1, SPRINGLS__N
     return SPRINGLS__W(scale)(SPRINGLS__W(add)(SPRINGLS__W(add)(k1, k4), middle), SPRINGLS__W(broadcast)(dt * (1.0f / 6.0f)));
 }
 
-/* Returns the displacement at half time of the cubic between the ends of a step, from the displacement and the slopes at both. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cubic_middle)(SPRINGLS__NUM3 displacement, SPRINGLS__NUM3 first, SPRINGLS__NUM3 last,
-                                                           float dt)
+/* Returns the place at half time on the cubic between the ends of a step from x, from the displacement and the slopes at both. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cubic_middle)(SPRINGLS__NUM3 x, SPRINGLS__NUM3 displacement, SPRINGLS__NUM3 first,
+                                                           SPRINGLS__NUM3 last, float dt)
 {
     SPRINGLS__NUM3 straight = SPRINGLS__W(scale)(displacement, SPRINGLS__W(broadcast)(0.5f));
-    return SPRINGLS__W(mad)(straight, SPRINGLS__W(sub)(first, last), SPRINGLS__W(broadcast)(0.125f * dt));
+    return SPRINGLS__W(add)(x, SPRINGLS__W(mad)(straight, SPRINGLS__W(sub)(first, last), SPRINGLS__W(broadcast)(0.125f * dt)));
 }
 
-/* Estimates the error of that step. residual: what the slopes at half time and at the end of the cubic, weighted 4 and 1, exceed
-   k2, k3, k4 by, weighted 2, 2, 1; so a sixth of it is the difference from Simpson's rule along the path. The second difference
-   of the slopes shows what that rule leaves out. */
+/* Returns what the flow on that cubic, at half time and at its end, weighted 4 and 1, exceeds the flow of the stages 2, 3 and 4 by,
+   weighted 2, 2 and 1: a sixth of it is the difference from Simpson's rule along the path. middle: at half time; end: at the
+   end, less that of stage 4. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(simpson_residual)(SPRINGLS__NUM3 stage2, SPRINGLS__NUM3 stage3, SPRINGLS__NUM3 middle,
+                                                               SPRINGLS__NUM3 end)
+{
+    SPRINGLS__NUM3 stages = SPRINGLS__W(scale)(SPRINGLS__W(add)(stage2, stage3), SPRINGLS__W(broadcast)(0.5f));
+    return SPRINGLS__W(mad)(end, SPRINGLS__W(sub)(middle, stages), SPRINGLS__W(broadcast)(4.0f));
+}
+
+/* Estimates the error of that step from the residual. The second difference of the slopes shows what Simpson's rule leaves out. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(rk4_error)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,
                                                        SPRINGLS__NUM3 residual, float dt)
 {
@@ -5178,18 +5194,14 @@ SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(moved_by)(SPRINGLS__W(movers) 
     return at;
 }
 
-/* Returns how the flow along the cubic between the ends of a step differs from that at its stages: see rk4_error. flow: at the
-   stages; what pushes is taken to be as it was there. */
+/* Returns simpson_residual at a particle that moves from x by d. flow: at the stages; what pushes is taken to be as it was there. */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(path_residual)(const springls__model *model, const springls__force_rule *rule,
                                                             SPRINGLS__NUM3 x, SPRINGLS__NUM3 d, SPRINGLS__NUM3 k1,
                                                             SPRINGLS__NUM3 k4, const SPRINGLS__NUM3 *flow)
 {
-    SPRINGLS__NUM3 last = SPRINGLS__W(flow_at)(model, rule, SPRINGLS__W(add)(x, d), 3), middle, stages;
-    last = SPRINGLS__W(sub)(last, flow[3]);
-    middle = SPRINGLS__W(add)(x, SPRINGLS__W(cubic_middle)(d, k1, SPRINGLS__W(add)(k4, last), rule->dt));
-    stages = SPRINGLS__W(scale)(SPRINGLS__W(add)(flow[1], flow[2]), SPRINGLS__W(broadcast)(0.5f));
-    middle = SPRINGLS__W(sub)(SPRINGLS__W(flow_at)(model, rule, middle, 1), stages);
-    return SPRINGLS__W(mad)(last, middle, SPRINGLS__W(broadcast)(4.0f));
+    SPRINGLS__NUM3 end = SPRINGLS__W(sub)(SPRINGLS__W(flow_at)(model, rule, SPRINGLS__W(add)(x, d), 3), flow[3]);
+    SPRINGLS__NUM3 middle = SPRINGLS__W(cubic_middle)(x, d, k1, SPRINGLS__W(add)(k4, end), rule->dt);
+    return SPRINGLS__W(simpson_residual)(flow[1], flow[2], SPRINGLS__W(flow_at)(model, rule, middle, 1), end);
 }
 
 /* Returns the displacements of points at `at`. */
@@ -5392,17 +5404,25 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rk4)(SPRINGLS__NUM3 k1, SPRINGLS__N
     return SPRINGLS__W(scale)(SPRINGLS__W(add)(SPRINGLS__W(add)(k1, k4), middle), SPRINGLS__W(broadcast)(dt * (1.0f / 6.0f)));
 }
 
-/* Returns the displacement at half time of the cubic between the ends of a step, from the displacement and the slopes at both. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cubic_middle)(SPRINGLS__NUM3 displacement, SPRINGLS__NUM3 first, SPRINGLS__NUM3 last,
-                                                           float dt)
+/* Returns the place at half time on the cubic between the ends of a step from x, from the displacement and the slopes at both. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cubic_middle)(SPRINGLS__NUM3 x, SPRINGLS__NUM3 displacement, SPRINGLS__NUM3 first,
+                                                           SPRINGLS__NUM3 last, float dt)
 {
     SPRINGLS__NUM3 straight = SPRINGLS__W(scale)(displacement, SPRINGLS__W(broadcast)(0.5f));
-    return SPRINGLS__W(mad)(straight, SPRINGLS__W(sub)(first, last), SPRINGLS__W(broadcast)(0.125f * dt));
+    return SPRINGLS__W(add)(x, SPRINGLS__W(mad)(straight, SPRINGLS__W(sub)(first, last), SPRINGLS__W(broadcast)(0.125f * dt)));
 }
 
-/* Estimates the error of that step. residual: what the slopes at half time and at the end of the cubic, weighted 4 and 1, exceed
-   k2, k3, k4 by, weighted 2, 2, 1; so a sixth of it is the difference from Simpson's rule along the path. The second difference
-   of the slopes shows what that rule leaves out. */
+/* Returns what the flow on that cubic, at half time and at its end, weighted 4 and 1, exceeds the flow of the stages 2, 3 and 4 by,
+   weighted 2, 2 and 1: a sixth of it is the difference from Simpson's rule along the path. middle: at half time; end: at the
+   end, less that of stage 4. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(simpson_residual)(SPRINGLS__NUM3 stage2, SPRINGLS__NUM3 stage3, SPRINGLS__NUM3 middle,
+                                                               SPRINGLS__NUM3 end)
+{
+    SPRINGLS__NUM3 stages = SPRINGLS__W(scale)(SPRINGLS__W(add)(stage2, stage3), SPRINGLS__W(broadcast)(0.5f));
+    return SPRINGLS__W(mad)(end, SPRINGLS__W(sub)(middle, stages), SPRINGLS__W(broadcast)(4.0f));
+}
+
+/* Estimates the error of that step from the residual. The second difference of the slopes shows what Simpson's rule leaves out. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(rk4_error)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,
                                                        SPRINGLS__NUM3 residual, float dt)
 {
@@ -5535,18 +5555,14 @@ SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(moved_by)(SPRINGLS__W(movers) 
     return at;
 }
 
-/* Returns how the flow along the cubic between the ends of a step differs from that at its stages: see rk4_error. flow: at the
-   stages; what pushes is taken to be as it was there. */
+/* Returns simpson_residual at a particle that moves from x by d. flow: at the stages; what pushes is taken to be as it was there. */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(path_residual)(const springls__model *model, const springls__force_rule *rule,
                                                             SPRINGLS__NUM3 x, SPRINGLS__NUM3 d, SPRINGLS__NUM3 k1,
                                                             SPRINGLS__NUM3 k4, const SPRINGLS__NUM3 *flow)
 {
-    SPRINGLS__NUM3 last = SPRINGLS__W(flow_at)(model, rule, SPRINGLS__W(add)(x, d), 3), middle, stages;
-    last = SPRINGLS__W(sub)(last, flow[3]);
-    middle = SPRINGLS__W(add)(x, SPRINGLS__W(cubic_middle)(d, k1, SPRINGLS__W(add)(k4, last), rule->dt));
-    stages = SPRINGLS__W(scale)(SPRINGLS__W(add)(flow[1], flow[2]), SPRINGLS__W(broadcast)(0.5f));
-    middle = SPRINGLS__W(sub)(SPRINGLS__W(flow_at)(model, rule, middle, 1), stages);
-    return SPRINGLS__W(mad)(last, middle, SPRINGLS__W(broadcast)(4.0f));
+    SPRINGLS__NUM3 end = SPRINGLS__W(sub)(SPRINGLS__W(flow_at)(model, rule, SPRINGLS__W(add)(x, d), 3), flow[3]);
+    SPRINGLS__NUM3 middle = SPRINGLS__W(cubic_middle)(x, d, k1, SPRINGLS__W(add)(k4, end), rule->dt);
+    return SPRINGLS__W(simpson_residual)(flow[1], flow[2], SPRINGLS__W(flow_at)(model, rule, middle, 1), end);
 }
 
 /* Returns the displacements of points at `at`. */
@@ -6572,7 +6588,7 @@ SPRINGLS__MATHS int springls__side_of_springls(const springls__model *model, spr
 /* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the
    closest edge of each, nearest first, ties by index. */
 
-/* Inserts (d2, code) into an ascending list of at most `room`; returns the new length. */
+/* Inserts (d2, code) into a list of at most `room`, ascending by d2, equal ones by code; returns the new length. */
 SPRINGLS__MATHS int springls__insert_nearest(float *d2s, SPRINGLS__GLOBAL int *codes, int length, int room, float d2, int code)
 {
     int i = length < room ? length : room - 1;
@@ -7621,10 +7637,9 @@ SPRINGLS__VEC_MATHS springls__vec springls__resolved_side(springls__cross7 v, fl
     springls__vec sum = springls__known_side(v.xm, far_value) + springls__known_side(v.xp, far_value)
                       + springls__known_side(v.ym, far_value) + springls__known_side(v.yp, far_value)
                       + springls__known_side(v.zm, far_value) + springls__known_side(v.zp, far_value);
-    springls__vec x = springls__vec_min(springls__vec_fabs(v.xm), springls__vec_fabs(v.xp));
-    springls__vec y = springls__vec_min(springls__vec_fabs(v.ym), springls__vec_fabs(v.yp));
-    springls__vec z = springls__vec_min(springls__vec_fabs(v.zm), springls__vec_fabs(v.zp));
-    springls__vec d = springls__vec_min(springls__vec_min(springls__vec_min(x, y), z) + 1.0f, springls__vec_broadcast(far_value));
+    springls__vec3 n = springls__nearer_of_pairs(v);
+    springls__vec nearest = springls__vec_min(springls__vec_min(n.x, n.y), n.z);
+    springls__vec d = springls__vec_min(nearest + 1.0f, springls__vec_broadcast(far_value));
     d = springls__vec_select(sum < 0.0f, -d, d);
     return springls__vec_select(springls__vec_fabs(sum) > min_sum, d, v.c);
 }
@@ -8265,17 +8280,15 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springl
 SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, int of, springls__v3 x, springls__v3 n,
                                                       springls__v3 a0, int known)
 {
-    const float r = SPRINGLS__FIT_RADIUS;
     springls__fit fit = springls__fit_begin(x, n, a0);
     springls__fit_box box = springls__fit_box_begin();
-    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
+    springls__cell_walk walk = springls__cell_walk_near(model, x, SPRINGLS__FIT_RADIUS);
     springls__fit_result result;
     int other;
     if (model->params.keep_edges && springls__place_at_edge(model, x, n, a0, known, &result)) return result;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
-        if (other >= known || springls__length2(springls__sub(o->p, x)) >= r * r) continue;
-        if (springls__of_two_contact_bodies(model, of, other)) continue;
+        if (other >= known || springls__of_two_contact_bodies(model, of, other)) continue;
         springls__fit_add_in_box(&fit, &box, o->p, springls__springl_normal(*o), model->set.a[other]);
     }
     return springls__fit_end_in_box(&fit, &box);
@@ -9156,7 +9169,7 @@ SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, sp
     uint32_t count = 0u;
     int x, y, z, row;
     if (model->group.item == 0) *total = 0u;
-    if (model->grid.some_asleep && !model->grid.awake[model->grid.active[i]]) {
+    if (springls__is_brick_asleep(&model->grid, i)) {
         for (row = model->group.item; row < 81; row += model->group.items)
             for (x = 0; x < 9; x++) exposed[9 * row + x] = 0;
         return;
@@ -9889,11 +9902,11 @@ SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, f
 }
 
 /* Solves |grad d| = 1 (Godunov) from the smaller neighbour distance along each axis. */
-SPRINGLS__VEC_MATHS springls__vec springls__eikonal(springls__vec x, springls__vec y, springls__vec z)
+SPRINGLS__VEC_MATHS springls__vec springls__eikonal(springls__vec3 n)
 {
     const springls__vec zero = springls__vec_broadcast(0.0f);
-    springls__vec a = springls__vec_min(x, springls__vec_min(y, z)), c = springls__vec_max(x, springls__vec_max(y, z));
-    springls__vec b = springls__vec_max(springls__vec_min(x, y), springls__vec_min(springls__vec_max(x, y), z));
+    springls__vec a = springls__vec_min(n.x, springls__vec_min(n.y, n.z)), c = springls__vec_max(n.x, springls__vec_max(n.y, n.z));
+    springls__vec b = springls__vec_max(springls__vec_min(n.x, n.y), springls__vec_min(springls__vec_max(n.x, n.y), n.z));
     springls__vec one = a + 1.0f, two, three, sum, d;
     two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));
     sum = a + b + c;
@@ -9910,15 +9923,13 @@ SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, 
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
         springls__cross7 v = springls__tile_cross(phi + i);
-        springls__vec x = springls__vec_min(springls__vec_fabs(v.xm), springls__vec_fabs(v.xp));
-        springls__vec y = springls__vec_min(springls__vec_fabs(v.ym), springls__vec_fabs(v.yp));
-        springls__vec z = springls__vec_min(springls__vec_fabs(v.zm), springls__vec_fabs(v.zp));
+        springls__vec3 n = springls__nearer_of_pairs(v);
         springls__vec d = springls__vec_broadcast(far_value);
         springls__vmask kept = springls__at_interface(v);
         springls__vmask near_by = springls__vec_not(kept) & (springls__vec_fabs(v.c) < SPRINGLS__NEAR);
         if (springls__vec_any(near_by)) kept = kept | (near_by & springls__touches_other_side(phi + i));
-        if (springls__vec_any(springls__vec_min(x, springls__vec_min(y, z)) < d))
-            d = springls__vec_min(springls__eikonal(x, y, z), d);
+        if (springls__vec_any(springls__vec_min(n.x, springls__vec_min(n.y, n.z)) < d))
+            d = springls__vec_min(springls__eikonal(n), d);
         d = springls__vec_select(v.c < 0.0f, -d, d);
         springls__vec_store(out + i, springls__vec_select(kept, v.c, d));
     }
@@ -10446,7 +10457,7 @@ SPRINGLS__MATHS void springls__find_joint_candidates_element(const springls__mod
     int row;
     (void)args;
     if (model->group.item == 0) *candidates = 0;
-    if (model->grid.some_asleep && !model->grid.awake[model->grid.active[i]]) return;
+    if (springls__is_brick_asleep(&model->grid, i)) return;
     springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
         if (springls__row_has_joint_candidate(springls__tile_row(tile, row))) *candidates = 1;
@@ -13958,8 +13969,7 @@ SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls__adv
     }
 }
 
-/* Finds how the flow along the cubics between the ends of a step, displaced by `at`, differs from that at its stages: see
-   springls__rk4_error. */
+/* Finds springls__simpson_residual for the particles of a block, which a step displaces by `at`. */
 SPRINGLS__FN void springls__path_residuals(const springls__motion *motion, springls__advect_memory *block)
 {
     const springls__force_rule *rule = &motion->rule;
@@ -13972,13 +13982,11 @@ SPRINGLS__FN void springls__path_residuals(const springls__motion *motion, sprin
     for (i = 0; i < count; i++) residual[i] = springls__sub(flow[i], block->flow[3][i]);
     for (i = 0; i < n; i++) {
         springls__v3 end = springls__add(block->slope[3][i], residual[i % count]);
-        along[i] = springls__add(block->x[i], springls__cubic_middle(block->at[i], block->slope[0][i], end, rule->dt));
+        along[i] = springls__cubic_middle(block->x[i], block->at[i], block->slope[0][i], end, rule->dt);
     }
     springls__particle_flow(motion, block, along, rule->stage_time[1], flow);
-    for (i = 0; i < count; i++) {
-        springls__v3 stages = springls__scale(springls__add(block->flow[1][i], block->flow[2][i]), 0.5f);
-        residual[i] = springls__mad(residual[i], springls__sub(flow[i], stages), 4.0f);
-    }
+    for (i = 0; i < count; i++)
+        residual[i] = springls__simpson_residual(block->flow[1][i], block->flow[2][i], flow[i], residual[i]);
 }
 
 /* Reads the springls of a block. */
@@ -14585,7 +14593,7 @@ SPRINGLS__FN int springls__near_walk_next(springls__near_walk *walk)
 
 enum { SPRINGLS__MAX_SOURCES = 24 };
 
-/* The springls that a value is interpolated from; index[0] has the nearest correspondence. */
+/* The springls that a value is interpolated from, by ascending d2, equals by index. */
 typedef struct springls__interpolation_sources {
     int index[SPRINGLS__MAX_SOURCES], count;
     float d2[SPRINGLS__MAX_SOURCES], weight[SPRINGLS__MAX_SOURCES]; /* d2: squared distance of correspondences  */
@@ -14596,21 +14604,6 @@ typedef struct springls__interpolation_search {
     const springls__v3 *a;         /* their correspondences                                                     */
     int known;                     /* how many they are                                                         */
 } springls__interpolation_search;
-
-/* Adds a springl unless there are enough of nearer ones. Keeps ascending order, equals by index. */
-SPRINGLS__FN void springls__interpolation_sources_add(springls__interpolation_sources *sources, int index, float d2)
-{
-    int i, last = sources->count - 1;
-    if (sources->count == SPRINGLS__MAX_SOURCES
-        && (sources->d2[last] < d2 || (sources->d2[last] == d2 && sources->index[last] < index))) return;
-    i = sources->count < SPRINGLS__MAX_SOURCES ? sources->count++ : last;
-    for (; i > 0 && (sources->d2[i - 1] > d2 || (sources->d2[i - 1] == d2 && sources->index[i - 1] > index)); i--) {
-        sources->d2[i] = sources->d2[i - 1];
-        sources->index[i] = sources->index[i - 1];
-    }
-    sources->d2[i] = d2;
-    sources->index[i] = index;
-}
 
 /* ---- weights ---- */
 
@@ -14666,7 +14659,7 @@ SPRINGLS__FN void springls__interpolation_begin(springls__interpolation_sources 
     for (i = 0; i < sources->count; i++) {
         float t = sources->d2[i] / range2;
         springls__v3 d = springls__sub(places[sources->index[i]], a);
-        sources->weight[i] = (1.0f - t) * (1.0f - t) / (t + 0.02f);
+        sources->weight[i] = SPRINGLS__FIT_WEIGHT(t);
         r[i][0] = (double)d.x; r[i][1] = (double)d.y; r[i][2] = (double)d.z;
     }
 }
@@ -14729,7 +14722,8 @@ SPRINGLS__FN void springls__sources_facing(const springls__interpolation_search 
         t = springls__surface_triangle(surface, j);
         if (springls__dot(springls__tri_normal(t), n) <= alike) continue;
         if (springls__tri_closest(t, x).d2 > radius * radius * stretch * stretch) continue;
-        springls__interpolation_sources_add(sources, j, springls__length2(springls__sub(search->a[j], a)));
+        sources->count = springls__insert_nearest(sources->d2, sources->index, sources->count, SPRINGLS__MAX_SOURCES,
+                                                  springls__length2(springls__sub(search->a[j], a)), j);
     }
 }
 
@@ -28318,6 +28312,14 @@ static const char *const springls__kernel_lines[] = {
     "                             springls__vec_max(v.zm, v.zp));\n",
     "}\n",
     "\n",
+    "/* Returns along each axis the smaller |value| of the two neighbours. */\n",
+    "SPRINGLS__VEC_MATHS springls__vec3 springls__nearer_of_pairs(springls__cross7 v)\n",
+    "{\n",
+    "    return springls__vec_v3_make(springls__vec_min(springls__vec_fabs(v.xm), springls__vec_fabs(v.xp)),\n",
+    "                                 springls__vec_min(springls__vec_fabs(v.ym), springls__vec_fabs(v.yp)),\n",
+    "                                 springls__vec_min(springls__vec_fabs(v.zm), springls__vec_fabs(v.zp)));\n",
+    "}\n",
+    "\n",
     "/* Returns where c lies on another side than lo or hi, the smallest and largest of its neighbours. */\n",
     "SPRINGLS__VEC_MATHS springls__vmask springls__crosses(springls__vec c, springls__vec lo, springls__vec hi)\n",
     "{\n",
@@ -28529,13 +28531,19 @@ static const char *const springls__kernel_lines[] = {
     "    return model->grid.some_asleep && !model->grid.near_awake[springls__slot_of_place(&model->grid, p)];\n",
     "}\n",
     "\n",
+    "/* Returns true when active brick i is asleep. */\n",
+    "SPRINGLS__MATHS bool springls__is_brick_asleep(const springls__grid *g, int i)\n",
+    "{\n",
+    "    return g->some_asleep && !g->awake[g->active[i]];\n",
+    "}\n",
+    "\n",
     "/* Returns true when active brick i is asleep, and copies its phi to phi_next. */\n",
     "SPRINGLS__MATHS bool springls__keeps_phi(const springls__model *model, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const size_t first = (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    int row;\n",
-    "    if (!g->some_asleep || g->awake[g->active[i]]) return false;\n",
+    "    if (!springls__is_brick_asleep(g, i)) return false;\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        springls__copy_voxel_row(g->phi + first + (size_t)(8 * row), g->phi_next + first + (size_t)(8 * row));\n",
     "    return true;\n",
@@ -28568,7 +28576,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4223 \"springls.h\"\n",
+    "#line 4237 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -28829,7 +28837,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4485 \"springls.h\"\n",
+    "#line 4499 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -28959,19 +28967,17 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* The first `terms` coefficients of the height and of the three coordinates of a, and the Cholesky factor l. */\n",
+    "/* The first `terms` coefficients of the height and of the three coordinates of a, the others 0, and the Cholesky factor l. */\n",
     "typedef struct springls__fit_solution {\n",
     "    float x[SPRINGLS__FIT_VALUES][SPRINGLS__FIT_TERMS], l[21];\n",
-    "    int terms;\n",
-    "    bool ok; /* false: there are none */\n",
+    "    int terms; /* 6: of a quadratic, 3: of a plane, 0: the matrix is close to singular, or neighbors are too few */\n",
     "} springls__fit_solution;\n",
     "\n",
     "SPRINGLS__MATHS springls__fit_solution springls__fit_coefficients(const springls__fit *fit, int terms)\n",
     "{\n",
     "    springls__fit_solution s;\n",
     "    int i, v;\n",
-    "    s.ok = springls__fit_factor(fit, terms, s.l);\n",
-    "    s.terms = s.ok ? terms : 0;\n",
+    "    s.terms = springls__fit_factor(fit, terms, s.l) ? terms : 0;\n",
     "    for (v = 0; v < SPRINGLS__FIT_VALUES; v++) {\n",
     "        for (i = 0; i < SPRINGLS__FIT_TERMS; i++)\n",
     "            s.x[v][i] = i < s.terms ? fit->right[SPRINGLS__FIT_VALUES * i + v] : 0.0f;\n",
@@ -28980,29 +28986,30 @@ static const char *const springls__kernel_lines[] = {
     "    return s;\n",
     "}\n",
     "\n",
-    "/* Replaces the result by that of the first `terms` coefficients, unless the matrix is close to singular. */\n",
-    "SPRINGLS__MATHS void springls__fit_solve(const springls__fit *fit, int terms, springls__fit_result *result)\n",
+    "/* Solves for a quadratic with ten neighbors or more, for a plane with four or more and where the quadratic is close to\n",
+    "   singular. */\n",
+    "SPRINGLS__MATHS springls__fit_solution springls__fit_solve(const springls__fit *fit)\n",
     "{\n",
-    "    const springls__fit_solution s = springls__fit_coefficients(fit, terms);\n",
-    "    if (!s.ok) return;\n",
-    "    result->point = springls__mad(fit->origin, fit->n, s.x[0][0] * SPRINGLS__FIT_RADIUS);\n",
-    "    result->normal = springls__normalize(springls__sub(springls__sub(fit->n, springls__scale(fit->e1, s.x[0][1])),\n",
-    "                                                       springls__scale(fit->e2, s.x[0][2])));\n",
-    "    result->a = springls__add(fit->a0, springls__v3_make(s.x[1][0], s.x[2][0], s.x[3][0]));\n",
-    "    result->ok = true;\n",
+    "    const int terms = fit->count >= 10.0f ? 6 : fit->count >= 4.0f ? 3 : 0;\n",
+    "    springls__fit_solution s = springls__fit_coefficients(fit, terms);\n",
+    "    if (terms == 6 && s.terms == 0) s = springls__fit_coefficients(fit, 3);\n",
+    "    return s;\n",
     "}\n",
     "\n",
-    "/* Solves for a quadratic with ten neighbors or more, for a plane with four or more and where the quadratic is close to singular;\n",
-    "   not ok with fewer. */\n",
+    "/* Returns the surface of that solution; not ok where there is none. */\n",
     "SPRINGLS__MATHS springls__fit_result springls__fit_highest(const springls__fit *fit)\n",
     "{\n",
+    "    const springls__fit_solution s = springls__fit_solve(fit);\n",
     "    springls__fit_result result;\n",
-    "    result.ok = false;\n",
+    "    result.ok = s.terms > 0;\n",
     "    result.point = fit->origin;\n",
     "    result.normal = fit->n;\n",
     "    result.a = fit->a0;\n",
-    "    if (fit->count >= 10.0f) springls__fit_solve(fit, 6, &result);\n",
-    "    if (fit->count >= 4.0f && !result.ok) springls__fit_solve(fit, 3, &result);\n",
+    "    if (!result.ok) return result;\n",
+    "    result.point = springls__mad(fit->origin, fit->n, s.x[0][0] * SPRINGLS__FIT_RADIUS);\n",
+    "    result.normal = springls__normalize(springls__sub(springls__sub(fit->n, springls__scale(fit->e1, s.x[0][1])),\n",
+    "                                                      springls__scale(fit->e2, s.x[0][2])));\n",
+    "    result.a = springls__add(fit->a0, springls__v3_make(s.x[1][0], s.x[2][0], s.x[3][0]));\n",
     "    return result;\n",
     "}\n",
     "\n",
@@ -29063,10 +29070,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "\n",
-    "/* Returns how many terms a number of neighbors is enough for: a quadratic's with ten or more, a plane's with four or more. */\n",
-    "SPRINGLS__MATHS int springls__fit_terms(float count) { return count >= 10.0f ? 6 : count >= 4.0f ? 3 : 0; }\n",
-    "#line 4723 \"springls.h\"\n",
+    "#line 4733 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -29105,15 +29109,13 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, p, SPRINGLS__FIT_RADIUS);\n",
     "    springls__span span;\n",
-    "    int other, terms;\n",
+    "    int other;\n",
     "    span.fit = springls__fit_begin(p, n, a);\n",
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
     "        if (other < known) springls__fit_add(&span.fit, o->p, springls__springl_normal(*o), model->set.a[other]);\n",
     "    }\n",
-    "    terms = springls__fit_terms(span.fit.count);\n",
-    "    span.solution = springls__fit_coefficients(&span.fit, terms);\n",
-    "    if (!span.solution.terms && terms > 3) span.solution = springls__fit_coefficients(&span.fit, 3);\n",
+    "    span.solution = springls__fit_solve(&span.fit);\n",
     "    if (span.solution.terms) springls__find_stretch(&span);\n",
     "    return span;\n",
     "}\n",
@@ -29185,7 +29187,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 4843 \"springls.h\"\n",
+    "#line 4851 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -29335,7 +29337,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;\n",
     "}\n",
     "\n",
-    "#line 4993 \"springls.h\"\n",
+    "#line 5001 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29350,7 +29352,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5009 \"springls.h\"\n",
+    "#line 5017 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -29380,17 +29382,25 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(scale)(SPRINGLS__W(add)(SPRINGLS__W(add)(k1, k4), middle), SPRINGLS__W(broadcast)(dt * (1.0f / 6.0f)));\n",
     "}\n",
     "\n",
-    "/* Returns the displacement at half time of the cubic between the ends of a step, from the displacement and the slopes at both. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cubic_middle)(SPRINGLS__NUM3 displacement, SPRINGLS__NUM3 first, SPRINGLS__NUM3 last,\n",
-    "                                                           float dt)\n",
+    "/* Returns the place at half time on the cubic between the ends of a step from x, from the displacement and the slopes at both. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cubic_middle)(SPRINGLS__NUM3 x, SPRINGLS__NUM3 displacement, SPRINGLS__NUM3 first,\n",
+    "                                                           SPRINGLS__NUM3 last, float dt)\n",
     "{\n",
     "    SPRINGLS__NUM3 straight = SPRINGLS__W(scale)(displacement, SPRINGLS__W(broadcast)(0.5f));\n",
-    "    return SPRINGLS__W(mad)(straight, SPRINGLS__W(sub)(first, last), SPRINGLS__W(broadcast)(0.125f * dt));\n",
+    "    return SPRINGLS__W(add)(x, SPRINGLS__W(mad)(straight, SPRINGLS__W(sub)(first, last), SPRINGLS__W(broadcast)(0.125f * dt)));\n",
     "}\n",
     "\n",
-    "/* Estimates the error of that step. residual: what the slopes at half time and at the end of the cubic, weighted 4 and 1, exceed\n",
-    "   k2, k3, k4 by, weighted 2, 2, 1; so a sixth of it is the difference from Simpson's rule along the path. The second difference\n",
-    "   of the slopes shows what that rule leaves out. */\n",
+    "/* Returns what the flow on that cubic, at half time and at its end, weighted 4 and 1, exceeds the flow of the stages 2, 3 and 4 by,\n",
+    "   weighted 2, 2 and 1: a sixth of it is the difference from Simpson's rule along the path. middle: at half time; end: at the\n",
+    "   end, less that of stage 4. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(simpson_residual)(SPRINGLS__NUM3 stage2, SPRINGLS__NUM3 stage3, SPRINGLS__NUM3 middle,\n",
+    "                                                               SPRINGLS__NUM3 end)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 stages = SPRINGLS__W(scale)(SPRINGLS__W(add)(stage2, stage3), SPRINGLS__W(broadcast)(0.5f));\n",
+    "    return SPRINGLS__W(mad)(end, SPRINGLS__W(sub)(middle, stages), SPRINGLS__W(broadcast)(4.0f));\n",
+    "}\n",
+    "\n",
+    "/* Estimates the error of that step from the residual. The second difference of the slopes shows what Simpson's rule leaves out. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(rk4_error)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,\n",
     "                                                       SPRINGLS__NUM3 residual, float dt)\n",
     "{\n",
@@ -29523,18 +29533,14 @@ static const char *const springls__kernel_lines[] = {
     "    return at;\n",
     "}\n",
     "\n",
-    "/* Returns how the flow along the cubic between the ends of a step differs from that at its stages: see rk4_error. flow: at the\n",
-    "   stages; what pushes is taken to be as it was there. */\n",
+    "/* Returns simpson_residual at a particle that moves from x by d. flow: at the stages; what pushes is taken to be as it was there. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(path_residual)(const springls__model *model, const springls__force_rule *rule,\n",
     "                                                            SPRINGLS__NUM3 x, SPRINGLS__NUM3 d, SPRINGLS__NUM3 k1,\n",
     "                                                            SPRINGLS__NUM3 k4, const SPRINGLS__NUM3 *flow)\n",
     "{\n",
-    "    SPRINGLS__NUM3 last = SPRINGLS__W(flow_at)(model, rule, SPRINGLS__W(add)(x, d), 3), middle, stages;\n",
-    "    last = SPRINGLS__W(sub)(last, flow[3]);\n",
-    "    middle = SPRINGLS__W(add)(x, SPRINGLS__W(cubic_middle)(d, k1, SPRINGLS__W(add)(k4, last), rule->dt));\n",
-    "    stages = SPRINGLS__W(scale)(SPRINGLS__W(add)(flow[1], flow[2]), SPRINGLS__W(broadcast)(0.5f));\n",
-    "    middle = SPRINGLS__W(sub)(SPRINGLS__W(flow_at)(model, rule, middle, 1), stages);\n",
-    "    return SPRINGLS__W(mad)(last, middle, SPRINGLS__W(broadcast)(4.0f));\n",
+    "    SPRINGLS__NUM3 end = SPRINGLS__W(sub)(SPRINGLS__W(flow_at)(model, rule, SPRINGLS__W(add)(x, d), 3), flow[3]);\n",
+    "    SPRINGLS__NUM3 middle = SPRINGLS__W(cubic_middle)(x, d, k1, SPRINGLS__W(add)(k4, end), rule->dt);\n",
+    "    return SPRINGLS__W(simpson_residual)(flow[1], flow[2], SPRINGLS__W(flow_at)(model, rule, middle, 1), end);\n",
     "}\n",
     "\n",
     "/* Returns the displacements of points at `at`. */\n",
@@ -29692,7 +29698,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5351 \"springls.h\"\n",
+    "#line 5363 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29707,7 +29713,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5366 \"springls.h\"\n",
+    "#line 5378 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -29737,17 +29743,25 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(scale)(SPRINGLS__W(add)(SPRINGLS__W(add)(k1, k4), middle), SPRINGLS__W(broadcast)(dt * (1.0f / 6.0f)));\n",
     "}\n",
     "\n",
-    "/* Returns the displacement at half time of the cubic between the ends of a step, from the displacement and the slopes at both. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cubic_middle)(SPRINGLS__NUM3 displacement, SPRINGLS__NUM3 first, SPRINGLS__NUM3 last,\n",
-    "                                                           float dt)\n",
+    "/* Returns the place at half time on the cubic between the ends of a step from x, from the displacement and the slopes at both. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cubic_middle)(SPRINGLS__NUM3 x, SPRINGLS__NUM3 displacement, SPRINGLS__NUM3 first,\n",
+    "                                                           SPRINGLS__NUM3 last, float dt)\n",
     "{\n",
     "    SPRINGLS__NUM3 straight = SPRINGLS__W(scale)(displacement, SPRINGLS__W(broadcast)(0.5f));\n",
-    "    return SPRINGLS__W(mad)(straight, SPRINGLS__W(sub)(first, last), SPRINGLS__W(broadcast)(0.125f * dt));\n",
+    "    return SPRINGLS__W(add)(x, SPRINGLS__W(mad)(straight, SPRINGLS__W(sub)(first, last), SPRINGLS__W(broadcast)(0.125f * dt)));\n",
     "}\n",
     "\n",
-    "/* Estimates the error of that step. residual: what the slopes at half time and at the end of the cubic, weighted 4 and 1, exceed\n",
-    "   k2, k3, k4 by, weighted 2, 2, 1; so a sixth of it is the difference from Simpson's rule along the path. The second difference\n",
-    "   of the slopes shows what that rule leaves out. */\n",
+    "/* Returns what the flow on that cubic, at half time and at its end, weighted 4 and 1, exceeds the flow of the stages 2, 3 and 4 by,\n",
+    "   weighted 2, 2 and 1: a sixth of it is the difference from Simpson's rule along the path. middle: at half time; end: at the\n",
+    "   end, less that of stage 4. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(simpson_residual)(SPRINGLS__NUM3 stage2, SPRINGLS__NUM3 stage3, SPRINGLS__NUM3 middle,\n",
+    "                                                               SPRINGLS__NUM3 end)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 stages = SPRINGLS__W(scale)(SPRINGLS__W(add)(stage2, stage3), SPRINGLS__W(broadcast)(0.5f));\n",
+    "    return SPRINGLS__W(mad)(end, SPRINGLS__W(sub)(middle, stages), SPRINGLS__W(broadcast)(4.0f));\n",
+    "}\n",
+    "\n",
+    "/* Estimates the error of that step from the residual. The second difference of the slopes shows what Simpson's rule leaves out. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(rk4_error)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,\n",
     "                                                       SPRINGLS__NUM3 residual, float dt)\n",
     "{\n",
@@ -29880,18 +29894,14 @@ static const char *const springls__kernel_lines[] = {
     "    return at;\n",
     "}\n",
     "\n",
-    "/* Returns how the flow along the cubic between the ends of a step differs from that at its stages: see rk4_error. flow: at the\n",
-    "   stages; what pushes is taken to be as it was there. */\n",
+    "/* Returns simpson_residual at a particle that moves from x by d. flow: at the stages; what pushes is taken to be as it was there. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(path_residual)(const springls__model *model, const springls__force_rule *rule,\n",
     "                                                            SPRINGLS__NUM3 x, SPRINGLS__NUM3 d, SPRINGLS__NUM3 k1,\n",
     "                                                            SPRINGLS__NUM3 k4, const SPRINGLS__NUM3 *flow)\n",
     "{\n",
-    "    SPRINGLS__NUM3 last = SPRINGLS__W(flow_at)(model, rule, SPRINGLS__W(add)(x, d), 3), middle, stages;\n",
-    "    last = SPRINGLS__W(sub)(last, flow[3]);\n",
-    "    middle = SPRINGLS__W(add)(x, SPRINGLS__W(cubic_middle)(d, k1, SPRINGLS__W(add)(k4, last), rule->dt));\n",
-    "    stages = SPRINGLS__W(scale)(SPRINGLS__W(add)(flow[1], flow[2]), SPRINGLS__W(broadcast)(0.5f));\n",
-    "    middle = SPRINGLS__W(sub)(SPRINGLS__W(flow_at)(model, rule, middle, 1), stages);\n",
-    "    return SPRINGLS__W(mad)(last, middle, SPRINGLS__W(broadcast)(4.0f));\n",
+    "    SPRINGLS__NUM3 end = SPRINGLS__W(sub)(SPRINGLS__W(flow_at)(model, rule, SPRINGLS__W(add)(x, d), 3), flow[3]);\n",
+    "    SPRINGLS__NUM3 middle = SPRINGLS__W(cubic_middle)(x, d, k1, SPRINGLS__W(add)(k4, end), rule->dt);\n",
+    "    return SPRINGLS__W(simpson_residual)(flow[1], flow[2], SPRINGLS__W(flow_at)(model, rule, middle, 1), end);\n",
     "}\n",
     "\n",
     "/* Returns the displacements of points at `at`. */\n",
@@ -30049,7 +30059,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5708 \"springls.h\"\n",
+    "#line 5724 \"springls.h\"\n",
     "\n",
     "/* Finds what becomes of springl i by the forces of the rule. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -30066,7 +30076,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 6314 \"springls.h\"\n",
+    "#line 6330 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -30092,7 +30102,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6341 \"springls.h\"\n",
+    "#line 6357 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -30181,7 +30191,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6431 \"springls.h\"\n",
+    "#line 6447 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -30321,11 +30331,11 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6572 \"springls.h\"\n",
+    "#line 6588 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
-    "/* Inserts (d2, code) into an ascending list of at most `room`; returns the new length. */\n",
+    "/* Inserts (d2, code) into a list of at most `room`, ascending by d2, equal ones by code; returns the new length. */\n",
     "SPRINGLS__MATHS int springls__insert_nearest(float *d2s, SPRINGLS__GLOBAL int *codes, int length, int room, float d2, int code)\n",
     "{\n",
     "    int i = length < room ? length : room - 1;\n",
@@ -30414,7 +30424,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6666 \"springls.h\"\n",
+    "#line 6682 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -30635,7 +30645,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6888 \"springls.h\"\n",
+    "#line 6904 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -30665,7 +30675,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6918 \"springls.h\"\n",
+    "#line 6934 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30680,7 +30690,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 6934 \"springls.h\"\n",
+    "#line 6950 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -30849,7 +30859,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7103 \"springls.h\"\n",
+    "#line 7119 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30864,7 +30874,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7118 \"springls.h\"\n",
+    "#line 7134 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -31033,7 +31043,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7287 \"springls.h\"\n",
+    "#line 7303 \"springls.h\"\n",
     "\n",
     "/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -31087,7 +31097,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7342 \"springls.h\"\n",
+    "#line 7358 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -31113,7 +31123,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7368 \"springls.h\"\n",
+    "#line 7384 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31128,7 +31138,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7384 \"springls.h\"\n",
+    "#line 7400 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -31211,7 +31221,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7467 \"springls.h\"\n",
+    "#line 7483 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31226,7 +31236,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7482 \"springls.h\"\n",
+    "#line 7498 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -31309,7 +31319,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7565 \"springls.h\"\n",
+    "#line 7581 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -31369,10 +31379,9 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vec sum = springls__known_side(v.xm, far_value) + springls__known_side(v.xp, far_value)\n",
     "                      + springls__known_side(v.ym, far_value) + springls__known_side(v.yp, far_value)\n",
     "                      + springls__known_side(v.zm, far_value) + springls__known_side(v.zp, far_value);\n",
-    "    springls__vec x = springls__vec_min(springls__vec_fabs(v.xm), springls__vec_fabs(v.xp));\n",
-    "    springls__vec y = springls__vec_min(springls__vec_fabs(v.ym), springls__vec_fabs(v.yp));\n",
-    "    springls__vec z = springls__vec_min(springls__vec_fabs(v.zm), springls__vec_fabs(v.zp));\n",
-    "    springls__vec d = springls__vec_min(springls__vec_min(springls__vec_min(x, y), z) + 1.0f, springls__vec_broadcast(far_value));\n",
+    "    springls__vec3 n = springls__nearer_of_pairs(v);\n",
+    "    springls__vec nearest = springls__vec_min(springls__vec_min(n.x, n.y), n.z);\n",
+    "    springls__vec d = springls__vec_min(nearest + 1.0f, springls__vec_broadcast(far_value));\n",
     "    d = springls__vec_select(sum < 0.0f, -d, d);\n",
     "    return springls__vec_select(springls__vec_fabs(sum) > min_sum, d, v.c);\n",
     "}\n",
@@ -31384,7 +31393,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7641 \"springls.h\"\n",
+    "#line 7656 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -31935,7 +31944,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8193 \"springls.h\"\n",
+    "#line 8208 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -32011,17 +32020,15 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, int of, springls__v3 x, springls__v3 n,\n",
     "                                                      springls__v3 a0, int known)\n",
     "{\n",
-    "    const float r = SPRINGLS__FIT_RADIUS;\n",
     "    springls__fit fit = springls__fit_begin(x, n, a0);\n",
     "    springls__fit_box box = springls__fit_box_begin();\n",
-    "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, x, SPRINGLS__FIT_RADIUS);\n",
     "    springls__fit_result result;\n",
     "    int other;\n",
     "    if (model->params.keep_edges && springls__place_at_edge(model, x, n, a0, known, &result)) return result;\n",
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
-    "        if (other >= known || springls__length2(springls__sub(o->p, x)) >= r * r) continue;\n",
-    "        if (springls__of_two_contact_bodies(model, of, other)) continue;\n",
+    "        if (other >= known || springls__of_two_contact_bodies(model, of, other)) continue;\n",
     "        springls__fit_add_in_box(&fit, &box, o->p, springls__springl_normal(*o), model->set.a[other]);\n",
     "    }\n",
     "    return springls__fit_end_in_box(&fit, &box);\n",
@@ -32032,7 +32039,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8291 \"springls.h\"\n",
+    "#line 8304 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -32156,7 +32163,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8416 \"springls.h\"\n",
+    "#line 8429 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -32426,7 +32433,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8687 \"springls.h\"\n",
+    "#line 8700 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -32502,7 +32509,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8764 \"springls.h\"\n",
+    "#line 8777 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -32644,7 +32651,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 8907 \"springls.h\"\n",
+    "#line 8920 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -32833,7 +32840,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9097 \"springls.h\"\n",
+    "#line 9110 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -32896,7 +32903,7 @@ static const char *const springls__kernel_lines[] = {
     "    uint32_t count = 0u;\n",
     "    int x, y, z, row;\n",
     "    if (model->group.item == 0) *total = 0u;\n",
-    "    if (model->grid.some_asleep && !model->grid.awake[model->grid.active[i]]) {\n",
+    "    if (springls__is_brick_asleep(&model->grid, i)) {\n",
     "        for (row = model->group.item; row < 81; row += model->group.items)\n",
     "            for (x = 0; x < 9; x++) exposed[9 * row + x] = 0;\n",
     "        return;\n",
@@ -32960,7 +32967,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9225 \"springls.h\"\n",
+    "#line 9238 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -32993,7 +33000,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (others == 0) return 0;\n",
     "    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;\n",
     "}\n",
-    "#line 9259 \"springls.h\"\n",
+    "#line 9272 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -33557,7 +33564,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9824 \"springls.h\"\n",
+    "#line 9837 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -33626,11 +33633,11 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Solves |grad d| = 1 (Godunov) from the smaller neighbour distance along each axis. */\n",
-    "SPRINGLS__VEC_MATHS springls__vec springls__eikonal(springls__vec x, springls__vec y, springls__vec z)\n",
+    "SPRINGLS__VEC_MATHS springls__vec springls__eikonal(springls__vec3 n)\n",
     "{\n",
     "    const springls__vec zero = springls__vec_broadcast(0.0f);\n",
-    "    springls__vec a = springls__vec_min(x, springls__vec_min(y, z)), c = springls__vec_max(x, springls__vec_max(y, z));\n",
-    "    springls__vec b = springls__vec_max(springls__vec_min(x, y), springls__vec_min(springls__vec_max(x, y), z));\n",
+    "    springls__vec a = springls__vec_min(n.x, springls__vec_min(n.y, n.z)), c = springls__vec_max(n.x, springls__vec_max(n.y, n.z));\n",
+    "    springls__vec b = springls__vec_max(springls__vec_min(n.x, n.y), springls__vec_min(springls__vec_max(n.x, n.y), n.z));\n",
     "    springls__vec one = a + 1.0f, two, three, sum, d;\n",
     "    two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));\n",
     "    sum = a + b + c;\n",
@@ -33647,15 +33654,13 @@ static const char *const springls__kernel_lines[] = {
     "    int i;\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
     "        springls__cross7 v = springls__tile_cross(phi + i);\n",
-    "        springls__vec x = springls__vec_min(springls__vec_fabs(v.xm), springls__vec_fabs(v.xp));\n",
-    "        springls__vec y = springls__vec_min(springls__vec_fabs(v.ym), springls__vec_fabs(v.yp));\n",
-    "        springls__vec z = springls__vec_min(springls__vec_fabs(v.zm), springls__vec_fabs(v.zp));\n",
+    "        springls__vec3 n = springls__nearer_of_pairs(v);\n",
     "        springls__vec d = springls__vec_broadcast(far_value);\n",
     "        springls__vmask kept = springls__at_interface(v);\n",
     "        springls__vmask near_by = springls__vec_not(kept) & (springls__vec_fabs(v.c) < SPRINGLS__NEAR);\n",
     "        if (springls__vec_any(near_by)) kept = kept | (near_by & springls__touches_other_side(phi + i));\n",
-    "        if (springls__vec_any(springls__vec_min(x, springls__vec_min(y, z)) < d))\n",
-    "            d = springls__vec_min(springls__eikonal(x, y, z), d);\n",
+    "        if (springls__vec_any(springls__vec_min(n.x, springls__vec_min(n.y, n.z)) < d))\n",
+    "            d = springls__vec_min(springls__eikonal(n), d);\n",
     "        d = springls__vec_select(v.c < 0.0f, -d, d);\n",
     "        springls__vec_store(out + i, springls__vec_select(kept, v.c, d));\n",
     "    }\n",
@@ -33709,7 +33714,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 9977 \"springls.h\"\n",
+    "#line 9988 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -33813,7 +33818,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10082 \"springls.h\"\n",
+    "#line 10093 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -33910,7 +33915,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10180 \"springls.h\"\n",
+    "#line 10191 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -34180,7 +34185,7 @@ static const char *const springls__kernel_lines[] = {
     "    int row;\n",
     "    (void)args;\n",
     "    if (model->group.item == 0) *candidates = 0;\n",
-    "    if (model->grid.some_asleep && !model->grid.awake[model->grid.active[i]]) return;\n",
+    "    if (springls__is_brick_asleep(&model->grid, i)) return;\n",
     "    springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        if (springls__row_has_joint_candidate(springls__tile_row(tile, row))) *candidates = 1;\n",
@@ -34456,7 +34461,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10727 \"springls.h\"\n",
+    "#line 10738 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -34532,7 +34537,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10804 \"springls.h\"\n",
+    "#line 10815 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -34768,7 +34773,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11041 \"springls.h\"\n",
+    "#line 11052 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -34801,7 +34806,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11075 \"springls.h\"\n",
+    "#line 11086 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -34826,14 +34831,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11101 \"springls.h\"\n",
+    "#line 11112 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11108 \"springls.h\"\n",
+    "#line 11119 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34848,7 +34853,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11124 \"springls.h\"\n",
+    "#line 11135 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -34978,7 +34983,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11254 \"springls.h\"\n",
+    "#line 11265 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34993,7 +34998,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11269 \"springls.h\"\n",
+    "#line 11280 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35123,7 +35128,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11400 \"springls.h\"\n",
+    "#line 11411 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -35414,7 +35419,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11692 \"springls.h\"\n",
+    "#line 11703 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -35515,7 +35520,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 35519 \"springls.h\"\n",
+    "#line 35524 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

@@ -42,15 +42,13 @@ SPRINGLS__MATHS springls__span springls__span_at(const springls__model *model, s
 {
     springls__cell_walk walk = springls__cell_walk_near(model, p, SPRINGLS__FIT_RADIUS);
     springls__span span;
-    int other, terms;
+    int other;
     span.fit = springls__fit_begin(p, n, a);
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         if (other < known) springls__fit_add(&span.fit, o->p, springls__springl_normal(*o), model->set.a[other]);
     }
-    terms = springls__fit_terms(span.fit.count);
-    span.solution = springls__fit_coefficients(&span.fit, terms);
-    if (!span.solution.terms && terms > 3) span.solution = springls__fit_coefficients(&span.fit, 3);
+    span.solution = springls__fit_solve(&span.fit);
     if (span.solution.terms) springls__find_stretch(&span);
     return span;
 }

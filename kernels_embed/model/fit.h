@@ -131,19 +131,17 @@ SPRINGLS__INNER void springls__fit_substitute(const float l[21], int terms, floa
     }
 }
 
-/* The first `terms` coefficients of the height and of the three coordinates of a, and the Cholesky factor l. */
+/* The first `terms` coefficients of the height and of the three coordinates of a, the others 0, and the Cholesky factor l. */
 typedef struct springls__fit_solution {
     float x[SPRINGLS__FIT_VALUES][SPRINGLS__FIT_TERMS], l[21];
-    int terms;
-    bool ok; /* false: there are none */
+    int terms; /* 6: of a quadratic, 3: of a plane, 0: the matrix is close to singular, or neighbors are too few */
 } springls__fit_solution;
 
 SPRINGLS__MATHS springls__fit_solution springls__fit_coefficients(const springls__fit *fit, int terms)
 {
     springls__fit_solution s;
     int i, v;
-    s.ok = springls__fit_factor(fit, terms, s.l);
-    s.terms = s.ok ? terms : 0;
+    s.terms = springls__fit_factor(fit, terms, s.l) ? terms : 0;
     for (v = 0; v < SPRINGLS__FIT_VALUES; v++) {
         for (i = 0; i < SPRINGLS__FIT_TERMS; i++)
             s.x[v][i] = i < s.terms ? fit->right[SPRINGLS__FIT_VALUES * i + v] : 0.0f;
@@ -152,29 +150,30 @@ SPRINGLS__MATHS springls__fit_solution springls__fit_coefficients(const springls
     return s;
 }
 
-/* Replaces the result by that of the first `terms` coefficients, unless the matrix is close to singular. */
-SPRINGLS__MATHS void springls__fit_solve(const springls__fit *fit, int terms, springls__fit_result *result)
+/* Solves for a quadratic with ten neighbors or more, for a plane with four or more and where the quadratic is close to
+   singular. */
+SPRINGLS__MATHS springls__fit_solution springls__fit_solve(const springls__fit *fit)
 {
-    const springls__fit_solution s = springls__fit_coefficients(fit, terms);
-    if (!s.ok) return;
-    result->point = springls__mad(fit->origin, fit->n, s.x[0][0] * SPRINGLS__FIT_RADIUS);
-    result->normal = springls__normalize(springls__sub(springls__sub(fit->n, springls__scale(fit->e1, s.x[0][1])),
-                                                       springls__scale(fit->e2, s.x[0][2])));
-    result->a = springls__add(fit->a0, springls__v3_make(s.x[1][0], s.x[2][0], s.x[3][0]));
-    result->ok = true;
+    const int terms = fit->count >= 10.0f ? 6 : fit->count >= 4.0f ? 3 : 0;
+    springls__fit_solution s = springls__fit_coefficients(fit, terms);
+    if (terms == 6 && s.terms == 0) s = springls__fit_coefficients(fit, 3);
+    return s;
 }
 
-/* Solves for a quadratic with ten neighbors or more, for a plane with four or more and where the quadratic is close to singular;
-   not ok with fewer. */
+/* Returns the surface of that solution; not ok where there is none. */
 SPRINGLS__MATHS springls__fit_result springls__fit_highest(const springls__fit *fit)
 {
+    const springls__fit_solution s = springls__fit_solve(fit);
     springls__fit_result result;
-    result.ok = false;
+    result.ok = s.terms > 0;
     result.point = fit->origin;
     result.normal = fit->n;
     result.a = fit->a0;
-    if (fit->count >= 10.0f) springls__fit_solve(fit, 6, &result);
-    if (fit->count >= 4.0f && !result.ok) springls__fit_solve(fit, 3, &result);
+    if (!result.ok) return result;
+    result.point = springls__mad(fit->origin, fit->n, s.x[0][0] * SPRINGLS__FIT_RADIUS);
+    result.normal = springls__normalize(springls__sub(springls__sub(fit->n, springls__scale(fit->e1, s.x[0][1])),
+                                                      springls__scale(fit->e2, s.x[0][2])));
+    result.a = springls__add(fit->a0, springls__v3_make(s.x[1][0], s.x[2][0], s.x[3][0]));
     return result;
 }
 
@@ -235,8 +234,5 @@ SPRINGLS__MATHS springls__fit_result springls__fit_end_in_box(const springls__fi
     result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;
     return result;
 }
-
-/* Returns how many terms a number of neighbors is enough for: a quadratic's with ten or more, a plane's with four or more. */
-SPRINGLS__MATHS int springls__fit_terms(float count) { return count >= 10.0f ? 6 : count >= 4.0f ? 3 : 0; }
 
 #endif

@@ -397,6 +397,14 @@ SPRINGLS__VEC_MATHS springls__vec springls__cross_max(springls__cross7 v)
                              springls__vec_max(v.zm, v.zp));
 }
 
+/* Returns along each axis the smaller |value| of the two neighbours. */
+SPRINGLS__VEC_MATHS springls__vec3 springls__nearer_of_pairs(springls__cross7 v)
+{
+    return springls__vec_v3_make(springls__vec_min(springls__vec_fabs(v.xm), springls__vec_fabs(v.xp)),
+                                 springls__vec_min(springls__vec_fabs(v.ym), springls__vec_fabs(v.yp)),
+                                 springls__vec_min(springls__vec_fabs(v.zm), springls__vec_fabs(v.zp)));
+}
+
 /* Returns where c lies on another side than lo or hi, the smallest and largest of its neighbours. */
 SPRINGLS__VEC_MATHS springls__vmask springls__crosses(springls__vec c, springls__vec lo, springls__vec hi)
 {
@@ -608,13 +616,19 @@ SPRINGLS__MATHS bool springls__is_fast_asleep(const springls__model *model, spri
     return model->grid.some_asleep && !model->grid.near_awake[springls__slot_of_place(&model->grid, p)];
 }
 
+/* Returns true when active brick i is asleep. */
+SPRINGLS__MATHS bool springls__is_brick_asleep(const springls__grid *g, int i)
+{
+    return g->some_asleep && !g->awake[g->active[i]];
+}
+
 /* Returns true when active brick i is asleep, and copies its phi to phi_next. */
 SPRINGLS__MATHS bool springls__keeps_phi(const springls__model *model, int i)
 {
     const springls__grid *g = &model->grid;
     const size_t first = (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     int row;
-    if (!g->some_asleep || g->awake[g->active[i]]) return false;
+    if (!springls__is_brick_asleep(g, i)) return false;
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
         springls__copy_voxel_row(g->phi + first + (size_t)(8 * row), g->phi_next + first + (size_t)(8 * row));
     return true;

@@ -7,7 +7,7 @@
 #include "model.h"
 #include "neighborhood.h"
 
-/* Inserts (d2, code) into an ascending list of at most `room`; returns the new length. */
+/* Inserts (d2, code) into a list of at most `room`, ascending by d2, equal ones by code; returns the new length. */
 SPRINGLS__MATHS int springls__insert_nearest(float *d2s, SPRINGLS__GLOBAL int *codes, int length, int room, float d2, int code)
 {
     int i = length < room ? length : room - 1;

@@ -27,17 +27,25 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rk4)(SPRINGLS__NUM3 k1, SPRINGLS__N
     return SPRINGLS__W(scale)(SPRINGLS__W(add)(SPRINGLS__W(add)(k1, k4), middle), SPRINGLS__W(broadcast)(dt * (1.0f / 6.0f)));
 }
 
-/* Returns the displacement at half time of the cubic between the ends of a step, from the displacement and the slopes at both. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cubic_middle)(SPRINGLS__NUM3 displacement, SPRINGLS__NUM3 first, SPRINGLS__NUM3 last,
-                                                           float dt)
+/* Returns the place at half time on the cubic between the ends of a step from x, from the displacement and the slopes at both. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cubic_middle)(SPRINGLS__NUM3 x, SPRINGLS__NUM3 displacement, SPRINGLS__NUM3 first,
+                                                           SPRINGLS__NUM3 last, float dt)
 {
     SPRINGLS__NUM3 straight = SPRINGLS__W(scale)(displacement, SPRINGLS__W(broadcast)(0.5f));
-    return SPRINGLS__W(mad)(straight, SPRINGLS__W(sub)(first, last), SPRINGLS__W(broadcast)(0.125f * dt));
+    return SPRINGLS__W(add)(x, SPRINGLS__W(mad)(straight, SPRINGLS__W(sub)(first, last), SPRINGLS__W(broadcast)(0.125f * dt)));
 }
 
-/* Estimates the error of that step. residual: what the slopes at half time and at the end of the cubic, weighted 4 and 1, exceed
-   k2, k3, k4 by, weighted 2, 2, 1; so a sixth of it is the difference from Simpson's rule along the path. The second difference
-   of the slopes shows what that rule leaves out. */
+/* Returns what the flow on that cubic, at half time and at its end, weighted 4 and 1, exceeds the flow of the stages 2, 3 and 4 by,
+   weighted 2, 2 and 1: a sixth of it is the difference from Simpson's rule along the path. middle: at half time; end: at the
+   end, less that of stage 4. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(simpson_residual)(SPRINGLS__NUM3 stage2, SPRINGLS__NUM3 stage3, SPRINGLS__NUM3 middle,
+                                                               SPRINGLS__NUM3 end)
+{
+    SPRINGLS__NUM3 stages = SPRINGLS__W(scale)(SPRINGLS__W(add)(stage2, stage3), SPRINGLS__W(broadcast)(0.5f));
+    return SPRINGLS__W(mad)(end, SPRINGLS__W(sub)(middle, stages), SPRINGLS__W(broadcast)(4.0f));
+}
+
+/* Estimates the error of that step from the residual. The second difference of the slopes shows what Simpson's rule leaves out. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(rk4_error)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,
                                                        SPRINGLS__NUM3 residual, float dt)
 {
@@ -170,18 +178,14 @@ SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(moved_by)(SPRINGLS__W(movers) 
     return at;
 }
 
-/* Returns how the flow along the cubic between the ends of a step differs from that at its stages: see rk4_error. flow: at the
-   stages; what pushes is taken to be as it was there. */
+/* Returns simpson_residual at a particle that moves from x by d. flow: at the stages; what pushes is taken to be as it was there. */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(path_residual)(const springls__model *model, const springls__force_rule *rule,
                                                             SPRINGLS__NUM3 x, SPRINGLS__NUM3 d, SPRINGLS__NUM3 k1,
                                                             SPRINGLS__NUM3 k4, const SPRINGLS__NUM3 *flow)
 {
-    SPRINGLS__NUM3 last = SPRINGLS__W(flow_at)(model, rule, SPRINGLS__W(add)(x, d), 3), middle, stages;
-    last = SPRINGLS__W(sub)(last, flow[3]);
-    middle = SPRINGLS__W(add)(x, SPRINGLS__W(cubic_middle)(d, k1, SPRINGLS__W(add)(k4, last), rule->dt));
-    stages = SPRINGLS__W(scale)(SPRINGLS__W(add)(flow[1], flow[2]), SPRINGLS__W(broadcast)(0.5f));
-    middle = SPRINGLS__W(sub)(SPRINGLS__W(flow_at)(model, rule, middle, 1), stages);
-    return SPRINGLS__W(mad)(last, middle, SPRINGLS__W(broadcast)(4.0f));
+    SPRINGLS__NUM3 end = SPRINGLS__W(sub)(SPRINGLS__W(flow_at)(model, rule, SPRINGLS__W(add)(x, d), 3), flow[3]);
+    SPRINGLS__NUM3 middle = SPRINGLS__W(cubic_middle)(x, d, k1, SPRINGLS__W(add)(k4, end), rule->dt);
+    return SPRINGLS__W(simpson_residual)(flow[1], flow[2], SPRINGLS__W(flow_at)(model, rule, middle, 1), end);
 }
 
 /* Returns the displacements of points at `at`. */

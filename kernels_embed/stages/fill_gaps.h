@@ -70,7 +70,7 @@ SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, sp
     uint32_t count = 0u;
     int x, y, z, row;
     if (model->group.item == 0) *total = 0u;
-    if (model->grid.some_asleep && !model->grid.awake[model->grid.active[i]]) {
+    if (springls__is_brick_asleep(&model->grid, i)) {
         for (row = model->group.item; row < 81; row += model->group.items)
             for (x = 0; x < 9; x++) exposed[9 * row + x] = 0;
         return;

@@ -90,10 +90,9 @@ SPRINGLS__VEC_MATHS springls__vec springls__resolved_side(springls__cross7 v, fl
     springls__vec sum = springls__known_side(v.xm, far_value) + springls__known_side(v.xp, far_value)
                       + springls__known_side(v.ym, far_value) + springls__known_side(v.yp, far_value)
                       + springls__known_side(v.zm, far_value) + springls__known_side(v.zp, far_value);
-    springls__vec x = springls__vec_min(springls__vec_fabs(v.xm), springls__vec_fabs(v.xp));
-    springls__vec y = springls__vec_min(springls__vec_fabs(v.ym), springls__vec_fabs(v.yp));
-    springls__vec z = springls__vec_min(springls__vec_fabs(v.zm), springls__vec_fabs(v.zp));
-    springls__vec d = springls__vec_min(springls__vec_min(springls__vec_min(x, y), z) + 1.0f, springls__vec_broadcast(far_value));
+    springls__vec3 n = springls__nearer_of_pairs(v);
+    springls__vec nearest = springls__vec_min(springls__vec_min(n.x, n.y), n.z);
+    springls__vec d = springls__vec_min(nearest + 1.0f, springls__vec_broadcast(far_value));
     d = springls__vec_select(sum < 0.0f, -d, d);
     return springls__vec_select(springls__vec_fabs(sum) > min_sum, d, v.c);
 }

@@ -71,11 +71,11 @@ SPRINGLS__MATHS void springls__interface_row(SPRINGLS__LOCAL const float *phi, f
 }
 
 /* Solves |grad d| = 1 (Godunov) from the smaller neighbour distance along each axis. */
-SPRINGLS__VEC_MATHS springls__vec springls__eikonal(springls__vec x, springls__vec y, springls__vec z)
+SPRINGLS__VEC_MATHS springls__vec springls__eikonal(springls__vec3 n)
 {
     const springls__vec zero = springls__vec_broadcast(0.0f);
-    springls__vec a = springls__vec_min(x, springls__vec_min(y, z)), c = springls__vec_max(x, springls__vec_max(y, z));
-    springls__vec b = springls__vec_max(springls__vec_min(x, y), springls__vec_min(springls__vec_max(x, y), z));
+    springls__vec a = springls__vec_min(n.x, springls__vec_min(n.y, n.z)), c = springls__vec_max(n.x, springls__vec_max(n.y, n.z));
+    springls__vec b = springls__vec_max(springls__vec_min(n.x, n.y), springls__vec_min(springls__vec_max(n.x, n.y), n.z));
     springls__vec one = a + 1.0f, two, three, sum, d;
     two = 0.5f * (a + b + springls__vec_sqrt(springls__vec_max(2.0f - (a - b) * (a - b), zero)));
     sum = a + b + c;
@@ -92,15 +92,13 @@ SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, 
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
         springls__cross7 v = springls__tile_cross(phi + i);
-        springls__vec x = springls__vec_min(springls__vec_fabs(v.xm), springls__vec_fabs(v.xp));
-        springls__vec y = springls__vec_min(springls__vec_fabs(v.ym), springls__vec_fabs(v.yp));
-        springls__vec z = springls__vec_min(springls__vec_fabs(v.zm), springls__vec_fabs(v.zp));
+        springls__vec3 n = springls__nearer_of_pairs(v);
         springls__vec d = springls__vec_broadcast(far_value);
         springls__vmask kept = springls__at_interface(v);
         springls__vmask near_by = springls__vec_not(kept) & (springls__vec_fabs(v.c) < SPRINGLS__NEAR);
         if (springls__vec_any(near_by)) kept = kept | (near_by & springls__touches_other_side(phi + i));
-        if (springls__vec_any(springls__vec_min(x, springls__vec_min(y, z)) < d))
-            d = springls__vec_min(springls__eikonal(x, y, z), d);
+        if (springls__vec_any(springls__vec_min(n.x, springls__vec_min(n.y, n.z)) < d))
+            d = springls__vec_min(springls__eikonal(n), d);
         d = springls__vec_select(v.c < 0.0f, -d, d);
         springls__vec_store(out + i, springls__vec_select(kept, v.c, d));
     }

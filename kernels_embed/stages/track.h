@@ -81,17 +81,15 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springl
 SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, int of, springls__v3 x, springls__v3 n,
                                                       springls__v3 a0, int known)
 {
-    const float r = SPRINGLS__FIT_RADIUS;
     springls__fit fit = springls__fit_begin(x, n, a0);
     springls__fit_box box = springls__fit_box_begin();
-    springls__cell_walk walk = springls__cell_walk_near(model, x, r);
+    springls__cell_walk walk = springls__cell_walk_near(model, x, SPRINGLS__FIT_RADIUS);
     springls__fit_result result;
     int other;
     if (model->params.keep_edges && springls__place_at_edge(model, x, n, a0, known, &result)) return result;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
-        if (other >= known || springls__length2(springls__sub(o->p, x)) >= r * r) continue;
-        if (springls__of_two_contact_bodies(model, of, other)) continue;
+        if (other >= known || springls__of_two_contact_bodies(model, of, other)) continue;
         springls__fit_add_in_box(&fit, &box, o->p, springls__springl_normal(*o), model->set.a[other]);
     }
     return springls__fit_end_in_box(&fit, &box);

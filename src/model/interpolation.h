@@ -2,13 +2,15 @@
 #ifndef SPRINGLS__MODEL_INTERPOLATION_H
 #define SPRINGLS__MODEL_INTERPOLATION_H
 
+#include "../../kernels_embed/model/fit.h"
+#include "../../kernels_embed/model/neighbors.h"
 #include "attribute_values.h"
 #include "closest_point.h"
 #include "transform.h"
 
 enum { SPRINGLS__MAX_SOURCES = 24 };
 
-/* The springls that a value is interpolated from; index[0] has the nearest correspondence. */
+/* The springls that a value is interpolated from, by ascending d2, equals by index. */
 typedef struct springls__interpolation_sources {
     int index[SPRINGLS__MAX_SOURCES], count;
     float d2[SPRINGLS__MAX_SOURCES], weight[SPRINGLS__MAX_SOURCES]; /* d2: squared distance of correspondences  */
@@ -19,21 +21,6 @@ typedef struct springls__interpolation_search {
     const springls__v3 *a;         /* their correspondences                                                     */
     int known;                     /* how many they are                                                         */
 } springls__interpolation_search;
-
-/* Adds a springl unless there are enough of nearer ones. Keeps ascending order, equals by index. */
-SPRINGLS__FN void springls__interpolation_sources_add(springls__interpolation_sources *sources, int index, float d2)
-{
-    int i, last = sources->count - 1;
-    if (sources->count == SPRINGLS__MAX_SOURCES
-        && (sources->d2[last] < d2 || (sources->d2[last] == d2 && sources->index[last] < index))) return;
-    i = sources->count < SPRINGLS__MAX_SOURCES ? sources->count++ : last;
-    for (; i > 0 && (sources->d2[i - 1] > d2 || (sources->d2[i - 1] == d2 && sources->index[i - 1] > index)); i--) {
-        sources->d2[i] = sources->d2[i - 1];
-        sources->index[i] = sources->index[i - 1];
-    }
-    sources->d2[i] = d2;
-    sources->index[i] = index;
-}
 
 /* ---- weights ---- */
 
@@ -89,7 +76,7 @@ SPRINGLS__FN void springls__interpolation_begin(springls__interpolation_sources 
     for (i = 0; i < sources->count; i++) {
         float t = sources->d2[i] / range2;
         springls__v3 d = springls__sub(places[sources->index[i]], a);
-        sources->weight[i] = (1.0f - t) * (1.0f - t) / (t + 0.02f);
+        sources->weight[i] = SPRINGLS__FIT_WEIGHT(t);
         r[i][0] = (double)d.x; r[i][1] = (double)d.y; r[i][2] = (double)d.z;
     }
 }
@@ -152,7 +139,8 @@ SPRINGLS__FN void springls__sources_facing(const springls__interpolation_search 
         t = springls__surface_triangle(surface, j);
         if (springls__dot(springls__tri_normal(t), n) <= alike) continue;
         if (springls__tri_closest(t, x).d2 > radius * radius * stretch * stretch) continue;
-        springls__interpolation_sources_add(sources, j, springls__length2(springls__sub(search->a[j], a)));
+        sources->count = springls__insert_nearest(sources->d2, sources->index, sources->count, SPRINGLS__MAX_SOURCES,
+                                                  springls__length2(springls__sub(search->a[j], a)), j);
     }
 }
 

@@ -289,8 +289,7 @@ SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls__adv
     }
 }
 
-/* Finds how the flow along the cubics between the ends of a step, displaced by `at`, differs from that at its stages: see
-   springls__rk4_error. */
+/* Finds springls__simpson_residual for the particles of a block, which a step displaces by `at`. */
 SPRINGLS__FN void springls__path_residuals(const springls__motion *motion, springls__advect_memory *block)
 {
     const springls__force_rule *rule = &motion->rule;
@@ -303,13 +302,11 @@ SPRINGLS__FN void springls__path_residuals(const springls__motion *motion, sprin
     for (i = 0; i < count; i++) residual[i] = springls__sub(flow[i], block->flow[3][i]);
     for (i = 0; i < n; i++) {
         springls__v3 end = springls__add(block->slope[3][i], residual[i % count]);
-        along[i] = springls__add(block->x[i], springls__cubic_middle(block->at[i], block->slope[0][i], end, rule->dt));
+        along[i] = springls__cubic_middle(block->x[i], block->at[i], block->slope[0][i], end, rule->dt);
     }
     springls__particle_flow(motion, block, along, rule->stage_time[1], flow);
-    for (i = 0; i < count; i++) {
-        springls__v3 stages = springls__scale(springls__add(block->flow[1][i], block->flow[2][i]), 0.5f);
-        residual[i] = springls__mad(residual[i], springls__sub(flow[i], stages), 4.0f);
-    }
+    for (i = 0; i < count; i++)
+        residual[i] = springls__simpson_residual(block->flow[1][i], block->flow[2][i], flow[i], residual[i]);
 }
 
 /* Reads the springls of a block. */
