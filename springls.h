@@ -73,6 +73,8 @@
      >>transform            src/model/transform.h
      >>advect               src/stages/advect.h
      >>cell_list            src/model/cell_list.h
+     >>exact_flows          src/stages/exact_flows.h
+     >>forces               src/stages/forces.h
      >>contract             src/stages/contract.h
      >>inherit              src/stages/inherit.h
      >>attribute_values     src/model/attribute_values.h
@@ -107,6 +109,7 @@
      >>shapes               src/input/shapes.h
      >>set_reference        src/input/set_reference.h
      >>set_level_set        src/input/set_level_set.h
+     >>initial_edges        src/input/initial_edges.h
      >>set_mesh             src/input/set_mesh.h
      >>indexed_mesh         src/model/indexed_mesh.h
      >>mesh_distance        src/model/mesh_distance.h
@@ -2247,6 +2250,50 @@ SPRINGLS__MATHS springls__v3 springls__lerp(springls__v3 a, springls__v3 b, floa
     return springls__mad(a, springls__sub(b, a), t);
 }
 
+SPRINGLS__MATHS springls__v3 springls__min3(springls__v3 a, springls__v3 b)
+{
+    return springls__v3_make(springls__min(a.x, b.x), springls__min(a.y, b.y), springls__min(a.z, b.z));
+}
+
+SPRINGLS__MATHS springls__v3 springls__max3(springls__v3 a, springls__v3 b)
+{
+    return springls__v3_make(springls__max(a.x, b.x), springls__max(a.y, b.y), springls__max(a.z, b.z));
+}
+
+/* A box along the axes. */
+typedef struct springls__box { springls__v3 lower, upper; } springls__box;
+
+/* Returns the box that has no place: springls__box_add makes it that of places. */
+SPRINGLS__MATHS springls__box springls__box_empty(void)
+{
+    springls__box box;
+    box.lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX);
+    box.upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
+    return box;
+}
+
+SPRINGLS__MATHS springls__box springls__box_add(springls__box box, springls__v3 x)
+{
+    box.lower = springls__min3(box.lower, x);
+    box.upper = springls__max3(box.upper, x);
+    return box;
+}
+
+/* Returns the box with `margin` more on every side. */
+SPRINGLS__MATHS springls__box springls__box_widened(springls__box box, float margin)
+{
+    const springls__v3 by = springls__v3_make(margin, margin, margin);
+    box.lower = springls__sub(box.lower, by);
+    box.upper = springls__add(box.upper, by);
+    return box;
+}
+
+SPRINGLS__MATHS bool springls__box_contains(springls__box box, springls__v3 x)
+{
+    return x.x >= box.lower.x && x.y >= box.lower.y && x.z >= box.lower.z && x.x <= box.upper.x && x.y <= box.upper.y
+        && x.z <= box.upper.z;
+}
+
 /* Returns a unit vector perpendicular to n. */
 SPRINGLS__MATHS springls__v3 springls__any_tangent(springls__v3 n)
 {
@@ -3578,7 +3625,32 @@ SPRINGLS__MATHS void springls__shape_set(springls__model *model, springls__shape
    Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the
    object ends half a voxel beyond the outermost voxel centers, and its surface is always closed. */
 
+/* Returns which voxel of its brick a voxel is. */
 SPRINGLS__MATHS int springls__voxel_in_brick(int x, int y, int z) { return (x & 7) + 8 * (y & 7) + 64 * (z & 7); }
+
+/* Finds voxel v of the brick whose first voxel is `origin`. */
+SPRINGLS__MATHS void springls__voxel_of_brick(const int origin[3], int v, int at[3])
+{
+    at[0] = origin[0] + (v & 7);
+    at[1] = origin[1] + (v >> 3 & 7);
+    at[2] = origin[2] + (v >> 6);
+}
+
+/* Returns where that voxel is. */
+SPRINGLS__MATHS springls__v3 springls__voxel_place(const int origin[3], int v)
+{
+    int at[3];
+    springls__voxel_of_brick(origin, v, at);
+    return springls__v3_make((float)at[0], (float)at[1], (float)at[2]);
+}
+
+/* Finds the voxel next to `at` in direction d: -x +x -y +y -z +z. */
+SPRINGLS__MATHS void springls__neighbor_voxel(const int at[3], int d, int to[3])
+{
+    to[0] = at[0] + (d == 1) - (d == 0);
+    to[1] = at[1] + (d == 3) - (d == 2);
+    to[2] = at[2] + (d == 5) - (d == 4);
+}
 
 /* Returns the brick of a voxel of the domain. */
 SPRINGLS__MATHS int springls__brick_at(const springls__grid *g, int x, int y, int z)
@@ -4076,29 +4148,23 @@ SPRINGLS__MATHS void springls__voxel_at_face(const int at[3], int size, int d, i
 /* A walk over the bricks that a springl comes near. */
 typedef struct springls__brick_walk { int lo[3], hi[3], at[3]; } springls__brick_walk;
 
-/* Finds the box within `margin` voxels of a triangle. */
-SPRINGLS__MATHS void springls__box_around(springls__springl s, float margin, springls__v3 *lower, springls__v3 *upper)
+/* Returns the box within `margin` voxels of a triangle. */
+SPRINGLS__MATHS springls__box springls__box_around(springls__springl s, float margin)
 {
-    springls__v3 lo = s.q[0], hi = s.q[0];
+    springls__box box = springls__box_empty();
     int m;
-    for (m = 1; m < 3; m++) {
-        springls__v3 q = s.q[m];
-        lo = springls__v3_make(springls__min(lo.x, q.x), springls__min(lo.y, q.y), springls__min(lo.z, q.z));
-        hi = springls__v3_make(springls__max(hi.x, q.x), springls__max(hi.y, q.y), springls__max(hi.z, q.z));
-    }
-    *lower = springls__v3_make(lo.x - margin, lo.y - margin, lo.z - margin);
-    *upper = springls__v3_make(hi.x + margin, hi.y + margin, hi.z + margin);
+    for (m = 0; m < 3; m++) box = springls__box_add(box, s.q[m]);
+    return springls__box_widened(box, margin);
 }
 
 /* Begins at the bricks of the top table within `margin` voxels of the box around a triangle. */
 SPRINGLS__MATHS springls__brick_walk springls__brick_walk_begin(const springls__grid *g, springls__springl s, float margin)
 {
+    const springls__box box = springls__box_around(s, margin);
     springls__brick_walk walk;
-    springls__v3 lower, upper;
     int m;
-    springls__box_around(s, margin, &lower, &upper);
-    springls__voxel_of_place(g, lower, walk.lo);
-    springls__voxel_of_place(g, upper, walk.hi);
+    springls__voxel_of_place(g, box.lower, walk.lo);
+    springls__voxel_of_place(g, box.upper, walk.hi);
     for (m = 0; m < 3; m++) walk.at[m] = walk.lo[m] &= ~7;
     return walk;
 }
@@ -4684,45 +4750,14 @@ SPRINGLS__MATHS springls__fit_result springls__fit_end(const springls__fit *fit)
     return result;
 }
 
-/* The box of the correspondences that a fit has taken. */
-typedef struct springls__fit_box { springls__v3 lower, upper; } springls__fit_box;
-
-SPRINGLS__MATHS springls__fit_box springls__fit_box_begin(void)
+/* Ends a fit: clamps its correspondence to a voxel beyond the box of those of the neighbors. Not ok either where the fitted surface
+   is further than a voxel from the origin, or turned away from n. */
+SPRINGLS__MATHS springls__fit_result springls__fit_end_in_box(const springls__fit *fit, springls__box correspondences)
 {
-    springls__fit_box box;
-    box.lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX);
-    box.upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
-    return box;
-}
-
-SPRINGLS__MATHS springls__v3 springls__min3(springls__v3 a, springls__v3 b)
-{
-    return springls__v3_make(springls__min(a.x, b.x), springls__min(a.y, b.y), springls__min(a.z, b.z));
-}
-
-SPRINGLS__MATHS springls__v3 springls__max3(springls__v3 a, springls__v3 b)
-{
-    return springls__v3_make(springls__max(a.x, b.x), springls__max(a.y, b.y), springls__max(a.z, b.z));
-}
-
-/* Adds a particle with its normal and correspondence to a fit and its box, where it counts. */
-SPRINGLS__MATHS void springls__fit_add_in_box(springls__fit *fit, springls__fit_box *box, springls__v3 p, springls__v3 normal,
-                                              springls__v3 a)
-{
-    if (!springls__fit_add(fit, p, normal, a)) return;
-    box->lower = springls__min3(box->lower, a);
-    box->upper = springls__max3(box->upper, a);
-}
-
-/* Ends a fit: clamps its correspondence to a voxel beyond the range of the neighbors. Not ok either where the fitted surface is
-   further than a voxel from the origin, or turned away from n. */
-SPRINGLS__MATHS springls__fit_result springls__fit_end_in_box(const springls__fit *fit, const springls__fit_box *box)
-{
-    const springls__v3 margin = springls__v3_make(1.0f, 1.0f, 1.0f);
+    const springls__box box = springls__box_widened(correspondences, 1.0f);
     springls__fit_result result = springls__fit_end(fit);
-    springls__v3 a = springls__max3(result.a, springls__sub(box->lower, margin));
     float off2, facing;
-    result.a = springls__min3(a, springls__add(box->upper, margin));
+    result.a = springls__min3(springls__max3(result.a, box.lower), box.upper);
     off2 = springls__length2(springls__sub(result.point, fit->origin));
     facing = springls__dot(result.normal, fit->n);
     result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;
@@ -5194,7 +5229,8 @@ SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(moved_by)(SPRINGLS__W(movers) 
     return at;
 }
 
-/* Returns simpson_residual at a particle that moves from x by d. flow: at the stages; what pushes is taken to be as it was there. */
+/* Returns simpson_residual at a particle that moves from x by d. flow: at the stages; what pushes is taken to be as it was
+   there. */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(path_residual)(const springls__model *model, const springls__force_rule *rule,
                                                             SPRINGLS__NUM3 x, SPRINGLS__NUM3 d, SPRINGLS__NUM3 k1,
                                                             SPRINGLS__NUM3 k4, const SPRINGLS__NUM3 *flow)
@@ -5555,7 +5591,8 @@ SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(moved_by)(SPRINGLS__W(movers) 
     return at;
 }
 
-/* Returns simpson_residual at a particle that moves from x by d. flow: at the stages; what pushes is taken to be as it was there. */
+/* Returns simpson_residual at a particle that moves from x by d. flow: at the stages; what pushes is taken to be as it was
+   there. */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(path_residual)(const springls__model *model, const springls__force_rule *rule,
                                                             SPRINGLS__NUM3 x, SPRINGLS__NUM3 d, SPRINGLS__NUM3 k1,
                                                             SPRINGLS__NUM3 k4, const SPRINGLS__NUM3 *flow)
@@ -8281,7 +8318,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *mod
                                                       springls__v3 a0, int known)
 {
     springls__fit fit = springls__fit_begin(x, n, a0);
-    springls__fit_box box = springls__fit_box_begin();
+    springls__box correspondences = springls__box_empty();
     springls__cell_walk walk = springls__cell_walk_near(model, x, SPRINGLS__FIT_RADIUS);
     springls__fit_result result;
     int other;
@@ -8289,9 +8326,10 @@ SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *mod
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         if (other >= known || springls__of_two_contact_bodies(model, of, other)) continue;
-        springls__fit_add_in_box(&fit, &box, o->p, springls__springl_normal(*o), model->set.a[other]);
+        if (springls__fit_add(&fit, o->p, springls__springl_normal(*o), model->set.a[other]))
+            correspondences = springls__box_add(correspondences, model->set.a[other]);
     }
-    return springls__fit_end_in_box(&fit, &box);
+    return springls__fit_end_in_box(&fit, correspondences);
 }
 
 SPRINGLS__MATHS void springls__track_element(const springls__model *model, springls__arguments args, int i)
@@ -9501,32 +9539,17 @@ SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, con
                 springls__take_into_rows(oriented[k], origin, model->group, take, sums);
 }
 
-/* The box of the places that springls at an edge may be near; empty where there are none. */
-typedef struct springls__edge_box { springls__v3 lower, upper; } springls__edge_box;
-
-SPRINGLS__MATHS springls__edge_box springls__edge_box_of(const springls__model *model, const springls__near_ranges *near_by)
+/* Returns the box of the places that springls at an edge may be near; empty where there are none. */
+SPRINGLS__MATHS springls__box springls__edge_box_of(const springls__model *model, const springls__near_ranges *near_by)
 {
-    const float radius = SPRINGLS__PROJECT_RADIUS;
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
-    springls__edge_box box;
+    springls__box box = springls__box_empty();
     int r, k;
-    box.lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX);
-    box.upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
     if (!model->params.keep_edges || model->set.at_edges == 0) return box;
     for (r = 0; r < near_by->count; r++)
-        for (k = near_by->first[r]; k < near_by->end[r]; k++) {
-            springls__v3 p = oriented[k].p;
-            if (!oriented[k].edge) continue;
-            box.lower = springls__min3(box.lower, springls__v3_make(p.x - radius, p.y - radius, p.z - radius));
-            box.upper = springls__max3(box.upper, springls__v3_make(p.x + radius, p.y + radius, p.z + radius));
-        }
-    return box;
-}
-
-SPRINGLS__MATHS bool springls__in_edge_box(springls__edge_box box, springls__v3 x)
-{
-    return x.x >= box.lower.x && x.y >= box.lower.y && x.z >= box.lower.z && x.x <= box.upper.x && x.y <= box.upper.y
-           && x.z <= box.upper.z;
+        for (k = near_by->first[r]; k < near_by->end[r]; k++)
+            if (oriented[k].edge) box = springls__box_add(box, oriented[k].p);
+    return springls__box_widened(box, SPRINGLS__PROJECT_RADIUS);
 }
 
 /* Returns a weight that falls from 1 at x to 0 at PROJECT_RADIUS and on to less. */
@@ -9591,24 +9614,19 @@ SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const
     return false;
 }
 
-SPRINGLS__MATHS springls__v3 springls__voxel_place(const int origin[3], int v)
-{
-    return springls__v3_make((float)(origin[0] + (v & 7)), (float)(origin[1] + (v >> 3 & 7)), (float)(origin[2] + (v >> 6)));
-}
-
 #define SPRINGLS__BESIDE_ZERO 1.2f /* voxels: none beyond it is next to the zero level */
 
 /* Returns phi at a voxel v that springls are near and have carried `phi` to: made exact by them, and put on the other side where
    phi has lost a sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */
 SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,
                                               const int origin[3], int v, springls__moments sum, springls__arguments args,
-                                              springls__edge_box edges, float phi)
+                                              springls__box edges, float phi)
 {
     springls__v3 x = springls__voxel_place(origin, v);
     springls__projection f = springls__moments_distance(sum);
     springls__estimate edge;
     edge.weight = edge.distance = 0.0f;
-    if (springls__fabs(phi) < SPRINGLS__BESIDE_ZERO && springls__in_edge_box(edges, x))
+    if (springls__fabs(phi) < SPRINGLS__BESIDE_ZERO && springls__box_contains(edges, x))
         edge = springls__height_at_edge(model, near_by, v, x);
     if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance))
         return springls__on_known_side(edge.distance, phi);
@@ -9626,7 +9644,7 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
 /* Returns where voxels, SPRINGLS__LANES of a row from number `first` on, may need springls__project_voxel: elsewhere only the sums
    count. */
 SPRINGLS__VEC_MATHS springls__vmask springls__needs_project_voxel(const springls__model *model, const int origin[3], int first,
-                                                                  springls__edge_box edges, springls__vec phi,
+                                                                  springls__box edges, springls__vec phi,
                                                                   springls__vec_projection f)
 {
     springls__v3 x = springls__voxel_place(origin, first);
@@ -9661,7 +9679,7 @@ SPRINGLS__MATHS void springls__carry_row(const springls__wide_tile *tile, int ro
 /* Makes phi of a row's voxels exact where springls are near. */
 SPRINGLS__MATHS void springls__correct_row(const springls__model *model, const springls__near_ranges *near_by, const int origin[3],
                                            int row, SPRINGLS__LOCAL const float *sums, springls__arguments args,
-                                           springls__edge_box edges, float phi[8])
+                                           springls__box edges, float phi[8])
 {
     float needed[8];
     bool some_needed = false;
@@ -9734,7 +9752,7 @@ SPRINGLS__MATHS bool springls__mark_passed(const springls__model *model, const i
    unknown. */
 SPRINGLS__MATHS bool springls__project_row(const springls__model *model, const springls__near_ranges *near_by,
                                            const springls__wide_tile *tile, const int origin[3], int row, bool reached,
-                                           SPRINGLS__LOCAL const float *sums, springls__arguments args, springls__edge_box edges,
+                                           SPRINGLS__LOCAL const float *sums, springls__arguments args, springls__box edges,
                                            SPRINGLS__GLOBAL const float *phi, SPRINGLS__GLOBAL float *out)
 {
     const bool carry = args.project.carry != 0;
@@ -9771,7 +9789,7 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     springls__brick_sums sums;
     springls__wide_tile tile;
     springls__near_ranges near_by;
-    springls__edge_box edges;
+    springls__box edges;
     int row, o[3];
     sums.value = memory;
     sums.opposed = springls__has_opposed(model) + i;
@@ -10217,14 +10235,6 @@ SPRINGLS__MATHS void springls__row_voxel(const int o[3], int row, int x, int at[
     at[0] = o[0] + x;
     at[1] = o[1] + (row & 7);
     at[2] = o[2] + (row >> 3);
-}
-
-/* Finds the voxel next to `at` in direction d: -x +x -y +y -z +z. */
-SPRINGLS__MATHS void springls__neighbor_voxel(const int at[3], int d, int to[3])
-{
-    to[0] = at[0] + (d == 1) - (d == 0);
-    to[1] = at[1] + (d == 3) - (d == 2);
-    to[2] = at[2] + (d == 5) - (d == 4);
 }
 
 SPRINGLS__MATHS float springls__phi_of(const springls__grid *g, const int at[3])
@@ -12810,6 +12820,8 @@ SPRINGLS__FN int32_t springls__find_root(int32_t *parent, int32_t i)
     return i;
 }
 
+#define SPRINGLS__HASH_BEGIN 14695981039346656037u /* a hash of nothing (FNV-1a, 64 bits) */
+
 /* Continues a hash over an array of 32-bit words (FNV-1a). */
 SPRINGLS__FN uint64_t springls__hash(uint64_t hash, const void *data, size_t bytes)
 {
@@ -13038,13 +13050,11 @@ SPRINGLS__FN springls__brick_groups springls__groups_of_model(const springls__mo
     const springls__grid *g = &model->grid;
     const float margin = model->params.band_half_width + 1.0f;
     springls__brick_groups groups = springls__no_groups();
-    springls__v3 p, lower, upper;
     int i, axis, first[3], last[3];
     for (i = 0; i < model->set.count; i++) {
-        p = model->set.s[i].p;
-        springls__box_around(model->set.s[i], margin, &lower, &upper);
-        springls__origin_of_place(g, springls__min3(p, lower), first);
-        springls__origin_of_place(g, springls__max3(p, upper), last);
+        const springls__box box = springls__box_add(springls__box_around(model->set.s[i], margin), model->set.s[i].p);
+        springls__origin_of_place(g, box.lower, first);
+        springls__origin_of_place(g, box.upper, last);
         for (axis = 0; axis < 3; axis++) {
             first[axis] /= SPRINGLS__BRICK;
             last[axis] /= SPRINGLS__BRICK;
@@ -13228,6 +13238,14 @@ SPRINGLS__FN springls_status springls__reference_copy(springls_context *ctx)
     memcpy(reference->top, g->top, springls__entry_count(g) * sizeof *g->top);
     memcpy(reference->phi, g->phi, (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS * sizeof *g->phi);
     return SPRINGLS_OK;
+}
+
+/* Returns the gradient of phi at a voxel by central differences. */
+SPRINGLS__FN springls__v3 springls__voxel_gradient(const springls__grid *g, int x, int y, int z)
+{
+    return springls__v3_make(0.5f * (springls__grid_phi(g, g->phi, x + 1, y, z) - springls__grid_phi(g, g->phi, x - 1, y, z)),
+                             0.5f * (springls__grid_phi(g, g->phi, x, y + 1, z) - springls__grid_phi(g, g->phi, x, y - 1, z)),
+                             0.5f * (springls__grid_phi(g, g->phi, x, y, z + 1) - springls__grid_phi(g, g->phi, x, y, z - 1)));
 }
 
 /* Returns whether any voxel is inside. */
@@ -13690,11 +13708,60 @@ SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *
     return springls__grid_add_bricks(ctx, missing, n);
 }
 
-/* ======== >>advect  (src/stages/advect.h) ====================================================================== */
-/* advect.h - moves springls by the forces (section 4.2, eq. 1 and 2): pressure, velocity, affine, sampled fields, curvature. */
+/* ======== >>exact_flows  (src/stages/exact_flows.h) ============================================================ */
+/* exact_flows.h - the two flows with exact answers (section 5.2) as velocity callbacks. */
 
-/* In voxels, of one advect, with a window that follows: beyond it a float has no sixteenth of a voxel. */
-enum { SPRINGLS__FURTHEST_MOTION = 1000000 };
+/* Writes the velocities of the deformation at SPRINGLS__LANES points, xyz each, to out. */
+SPRINGLS__FN void springls__deformation_velocities(const float *points, float n, float amplitude, float *out)
+{
+    float axis[3][SPRINGLS__LANES];
+    springls__vec3 u;
+    int lane, k;
+    for (lane = 0; lane < SPRINGLS__LANES; lane++)
+        for (k = 0; k < 3; k++) axis[k][lane] = points[3 * lane + k];
+    u = springls__vec_deformation_velocity(springls__vec_load_v3(axis[0], axis[1], axis[2]), n, amplitude);
+    springls__vec_store(axis[0], u.x);
+    springls__vec_store(axis[1], u.y);
+    springls__vec_store(axis[2], u.z);
+    for (lane = 0; lane < SPRINGLS__LANES; lane++)
+        for (k = 0; k < 3; k++) out[3 * lane + k] = axis[k][lane];
+}
+
+SPRINGLS_API void springls_velocity_deformation(void *deformation_flow, const float *points, int count, float time, float *out)
+{
+    const springls_deformation_flow *flow = (const springls_deformation_flow *)deformation_flow;
+    const float n = flow->grid_size, amplitude = springls__deformation_amplitude(n, flow->period, time);
+    int i;
+    for (i = 0; i + SPRINGLS__LANES <= count; i += SPRINGLS__LANES)
+        springls__deformation_velocities(points + 3 * i, n, amplitude, out + 3 * i);
+    for (; i < count; i++) {
+        springls__v3 u = springls__deformation_velocity(springls__v3_make(points[3 * i], points[3 * i + 1], points[3 * i + 2]),
+                                                        n, amplitude);
+        out[3 * i] = u.x;
+        out[3 * i + 1] = u.y;
+        out[3 * i + 2] = u.z;
+    }
+}
+
+SPRINGLS_API void springls_velocity_rotation(void *rotation_flow, const float *points, int count, float time, float *out)
+{
+    const springls_rotation_flow *flow = (const springls_rotation_flow *)rotation_flow;
+    springls__v3 center = springls__v3_make(flow->center[0], flow->center[1], flow->center[2]);
+    springls__v3 axis = springls__normalize(springls__v3_make(flow->axis[0], flow->axis[1], flow->axis[2]));
+    int i;
+    (void)time;
+    for (i = 0; i < count; i++) {
+        springls__v3 u = springls__rotation_velocity(springls__v3_make(points[3 * i], points[3 * i + 1], points[3 * i + 2]),
+                                                     center, axis, flow->angular_velocity);
+        out[3 * i] = u.x;
+        out[3 * i + 1] = u.y;
+        out[3 * i + 2] = u.z;
+    }
+}
+
+/* ======== >>forces  (src/stages/forces.h) ====================================================================== */
+/* forces.h - evaluates the caller's callbacks and sampled fields (eq. 1 and 2) for blocks of springls, on the host. The flows that
+   need no callback are those of a kernel: kernels_embed/stages/advect.h. */
 
 /* Returns true when the samples of a field are those of the model's own grid. */
 SPRINGLS__FN bool springls__is_on_own_grid(const springls_sampled_field *field)
@@ -13763,7 +13830,7 @@ enum {
 };
 
 /* What the springls of a block need in between; too much for a stack. */
-typedef struct springls__advect_memory {
+typedef struct springls__force_block {
     springls__v3 x[SPRINGLS__ADVECT_POINTS];     /* where the points were */
     springls__v3 at[SPRINGLS__ADVECT_POINTS];    /* in a stage; at last their displacements */
     springls__v3 along[SPRINGLS__ADVECT_POINTS]; /* on the way between the ends of the step */
@@ -13779,10 +13846,11 @@ typedef struct springls__advect_memory {
     springls_batch given; /* as callbacks get it: on the lattice, or in the world where forces->world_units is set */
     float given_points[3 * SPRINGLS__ADVECT_BLOCK], given_normals[3 * SPRINGLS__ADVECT_BLOCK];
     float given_correspondences[3 * SPRINGLS__ADVECT_BLOCK];
-} springls__advect_memory;
+} springls__force_block;
 
 /* Writes a place of a window as callbacks get it. */
-SPRINGLS__FN void springls__give_place(const springls__motion *motion, const springls__window *window, springls__v3 x, float *out)
+SPRINGLS__FN void springls__callback_place(const springls__motion *motion, const springls__window *window, springls__v3 x,
+                                           float *out)
 {
     springls__v3 at = springls__to_lattice(window, x);
     if (motion->forces.world_units) springls__window_to_world(window, x, out);
@@ -13790,7 +13858,7 @@ SPRINGLS__FN void springls__give_place(const springls__motion *motion, const spr
 }
 
 /* Returns the batch that callbacks get. */
-SPRINGLS__FN const springls_batch *springls__given(const springls__motion *motion, springls__advect_memory *block)
+SPRINGLS__FN const springls_batch *springls__callback_batch(const springls__motion *motion, springls__force_block *block)
 {
     const springls_context *ctx = motion->ctx;
     const springls_batch *batch = &block->batch;
@@ -13801,8 +13869,8 @@ SPRINGLS__FN const springls_batch *springls__given(const springls__motion *motio
     block->given.points = block->given_points;
     block->given.correspondences = block->given_correspondences;
     for (i = 0; i < batch->count; i++) {
-        springls__give_place(motion, &ctx->window, springls__load3(batch->points + 3 * i), block->given_points + 3 * i);
-        springls__give_place(motion, &ctx->original_window, block->a[i], block->given_correspondences + 3 * i);
+        springls__callback_place(motion, &ctx->window, springls__load3(batch->points + 3 * i), block->given_points + 3 * i);
+        springls__callback_place(motion, &ctx->original_window, block->a[i], block->given_correspondences + 3 * i);
     }
     if (!motion->forces.world_units) return &block->given;
     block->given.normals = block->given_normals;
@@ -13814,7 +13882,7 @@ SPRINGLS__FN const springls_batch *springls__given(const springls__motion *motio
 }
 
 /* Returns a velocity of a callback or a sampled field in voxels. */
-SPRINGLS__FN springls__v3 springls__taken(const springls__motion *motion, const float *v)
+SPRINGLS__FN springls__v3 springls__velocity_to_voxel(const springls__motion *motion, const float *v)
 {
     const double *m = motion->ctx->window.to_voxel, x = (double)v[0], y = (double)v[1], z = (double)v[2];
     if (!motion->forces.world_units) return springls__load3(v);
@@ -13823,10 +13891,10 @@ SPRINGLS__FN springls__v3 springls__taken(const springls__motion *motion, const 
 }
 
 /* Writes sigma of eq. 1 at the points of the batch. */
-SPRINGLS__FN void springls__flow(const springls__motion *motion, springls__advect_memory *block, springls__v3 *out)
+SPRINGLS__FN void springls__flow(const springls__motion *motion, springls__force_block *block, springls__v3 *out)
 {
     const springls_forces *forces = &motion->forces;
-    const springls_batch *batch = &block->batch, *given = springls__given(motion, block);
+    const springls_batch *batch = &block->batch, *given = springls__callback_batch(motion, block);
     const springls__v3 *points = (const springls__v3 *)(const void *)batch->points;
     float *buffer = block->answer;
     int i, count = batch->count;
@@ -13834,49 +13902,51 @@ SPRINGLS__FN void springls__flow(const springls__motion *motion, springls__advec
     if (forces->velocity) {
         forces->velocity(forces->user, given->points, count, batch->time, buffer);
         for (i = 0; i < count; i++)
-            out[i] = springls__scale(springls__taken(motion, buffer + 3 * i), motion->rule.velocity_weight);
+            out[i] = springls__scale(springls__velocity_to_voxel(motion, buffer + 3 * i), motion->rule.velocity_weight);
     }
     if (forces->velocity_batch) {
         forces->velocity_batch(forces->user, given, buffer);
         for (i = 0; i < count; i++)
-            out[i] = springls__mad(out[i], springls__taken(motion, buffer + 3 * i), motion->rule.velocity_weight);
+            out[i] = springls__mad(out[i], springls__velocity_to_voxel(motion, buffer + 3 * i), motion->rule.velocity_weight);
     }
     if (!forces->velocity_grid.data) return;
     for (i = 0; i < count; i++) {
         springls__field_sample(&motion->rule.velocity, forces->velocity_grid.data, points[i], buffer);
-        out[i] = springls__mad(out[i], springls__taken(motion, buffer), motion->rule.velocity_weight);
+        out[i] = springls__mad(out[i], springls__velocity_to_voxel(motion, buffer), motion->rule.velocity_weight);
     }
 }
 
-/* Returns what a speed of 1 along a normal of a batch is, voxels a unit of time. */
-SPRINGLS__FN springls__v3 springls__unit_speed(const springls__motion *motion, const springls_batch *given, int i)
+/* Adds pressures, one a point of a batch, along its normals. */
+SPRINGLS__FN void springls__add_pressure(const springls__motion *motion, const springls_batch *given, const float *rho,
+                                         springls__v3 *out)
 {
-    return springls__taken(motion, given->normals + 3 * i);
+    int i;
+    for (i = 0; i < given->count; i++) {
+        const springls__v3 unit_speed = springls__velocity_to_voxel(motion, given->normals + 3 * i);
+        out[i] = springls__mad(out[i], unit_speed, motion->rule.pressure_weight * rho[i]);
+    }
 }
 
 /* Adds rho of eq. 1 and motion by curvature at the particles of the batch, along the normals. */
-SPRINGLS__FN void springls__push(const springls__motion *motion, springls__advect_memory *block, springls__v3 *out)
+SPRINGLS__FN void springls__push(const springls__motion *motion, springls__force_block *block, springls__v3 *out)
 {
     const springls_forces *forces = &motion->forces;
-    const springls_batch *batch = &block->batch, *given = springls__given(motion, block);
+    const springls_batch *batch = &block->batch, *given = springls__callback_batch(motion, block);
     const springls__v3 *points = (const springls__v3 *)(const void *)batch->points;
     float *buffer = block->answer;
     int i, count = batch->count;
     if (forces->pressure) {
         forces->pressure(forces->user, given->points, given->normals, count, batch->time, buffer);
-        for (i = 0; i < count; i++)
-            out[i] = springls__mad(out[i], springls__unit_speed(motion, given, i), motion->rule.pressure_weight * buffer[i]);
+        springls__add_pressure(motion, given, buffer, out);
     }
     if (forces->pressure_batch) {
         forces->pressure_batch(forces->user, given, buffer);
-        for (i = 0; i < count; i++)
-            out[i] = springls__mad(out[i], springls__unit_speed(motion, given, i), motion->rule.pressure_weight * buffer[i]);
+        springls__add_pressure(motion, given, buffer, out);
     }
     if (forces->pressure_grid.data) {
-        for (i = 0; i < count; i++) {
-            springls__field_sample(&motion->rule.pressure, forces->pressure_grid.data, points[i], buffer);
-            out[i] = springls__mad(out[i], springls__unit_speed(motion, given, i), motion->rule.pressure_weight * buffer[0]);
-        }
+        for (i = 0; i < count; i++)
+            springls__field_sample(&motion->rule.pressure, forces->pressure_grid.data, points[i], buffer + i);
+        springls__add_pressure(motion, given, buffer, out);
     }
     if (forces->curvature_weight != 0.0f) {
         for (i = 0; i < count; i++) {
@@ -13897,9 +13967,10 @@ SPRINGLS__FN void springls__add_affine(const springls__motion *motion, const flo
         for (i = 0; i < count; i++) {
             const float *A = affine + 12 * i;
             float q[3], v[3];
-            springls__give_place(motion, &motion->ctx->window, x[m * count + i], q);
+            springls__callback_place(motion, &motion->ctx->window, x[m * count + i], q);
             for (k = 0; k < 3; k++) v[k] = A[4 * k] * q[0] + A[4 * k + 1] * q[1] + A[4 * k + 2] * q[2] + A[4 * k + 3];
-            slope[m * count + i] = springls__mad(slope[m * count + i], springls__taken(motion, v), motion->affine_weight);
+            slope[m * count + i] = springls__mad(slope[m * count + i], springls__velocity_to_voxel(motion, v),
+                                                 motion->affine_weight);
         }
 }
 
@@ -13918,15 +13989,19 @@ SPRINGLS__FN bool springls__reads_normals(const springls_forces *forces)
 }
 
 /* Finds the flow at the particles of a block, where its points are at x. */
-SPRINGLS__FN void springls__particle_flow(const springls__motion *motion, springls__advect_memory *block, const springls__v3 *x,
+SPRINGLS__FN void springls__particle_flow(const springls__motion *motion, springls__force_block *block, const springls__v3 *x,
                                           float time, springls__v3 *flow)
 {
     springls_batch *batch = &block->batch;
     springls__v3 *normals = block->normals;
+    springls__tri t;
     int i, count = batch->count;
-    for (i = 0; i < count && springls__reads_normals(&motion->forces); i++)
-        normals[i] = springls__normalize(springls__cross(springls__sub(x[2 * count + i], x[count + i]),
-                                                         springls__sub(x[3 * count + i], x[count + i])));
+    for (i = 0; i < count && springls__reads_normals(&motion->forces); i++) {
+        t.a = x[count + i];
+        t.b = x[2 * count + i];
+        t.c = x[3 * count + i];
+        normals[i] = springls__tri_normal(t);
+    }
     batch->normals = &normals[0].x;
     batch->time = time;
     springls__batch_points(batch, x, 0);
@@ -13934,7 +14009,7 @@ SPRINGLS__FN void springls__particle_flow(const springls__motion *motion, spring
 }
 
 /* Finds the slopes of all points of a block, where they are at x, and the flow at its particles. */
-SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls__advect_memory *block, const springls__v3 *x,
+SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls__force_block *block, const springls__v3 *x,
                                    float time, springls__v3 *slope, springls__v3 *flow)
 {
     const springls_forces *forces = &motion->forces;
@@ -13958,7 +14033,7 @@ SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls__adv
             for (i = 0; i < count; i++) slope[m * count + i] = springls__add(slope[m * count + i], push[i]);
     }
     springls__batch_points(batch, x, 0);
-    given = springls__given(motion, block);
+    given = springls__callback_batch(motion, block);
     if (forces->affine) {
         forces->affine(forces->user, given->points, given->correspondences, count, time, block->answer);
         springls__add_affine(motion, block->answer, x, count, slope);
@@ -13970,7 +14045,7 @@ SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls__adv
 }
 
 /* Finds springls__simpson_residual for the particles of a block, which a step displaces by `at`. */
-SPRINGLS__FN void springls__path_residuals(const springls__motion *motion, springls__advect_memory *block)
+SPRINGLS__FN void springls__path_residuals(const springls__motion *motion, springls__force_block *block)
 {
     const springls__force_rule *rule = &motion->rule;
     springls__v3 *along = block->along, *flow = block->flow_along, *residual = block->residual;
@@ -13990,7 +14065,7 @@ SPRINGLS__FN void springls__path_residuals(const springls__motion *motion, sprin
 }
 
 /* Reads the springls of a block. */
-SPRINGLS__FN void springls__advect_read(const springls__motion *motion, int first, int count, springls__advect_memory *block)
+SPRINGLS__FN void springls__advect_read(const springls__motion *motion, int first, int count, springls__force_block *block)
 {
     const springls__constellation *set = &motion->ctx->model.set;
     int i, m;
@@ -14009,7 +14084,8 @@ SPRINGLS__FN void springls__advect_read(const springls__motion *motion, int firs
     }
 }
 
-SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int first, int count, springls__advect_memory *block)
+/* Displaces the springls first, ..., first + count - 1 of a motion by fourth-order Runge-Kutta or one Euler step (eq. 2). */
+SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int first, int count, springls__force_block *block)
 {
     springls__v3 *x = block->x, *at = block->at, (*k)[SPRINGLS__ADVECT_POINTS] = block->slope;
     springls_context *ctx = motion->ctx;
@@ -14039,6 +14115,7 @@ SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int fir
         springls__displace_by(&ctx->model, &motion->rule, first + i, x + i, at + i, count, block->error + i, block->before + i);
 }
 
+/* Returns how many blocks the springls of a motion are. */
 SPRINGLS__FN int springls__advect_blocks(const springls__motion *motion)
 {
     return (motion->count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK;
@@ -14051,9 +14128,16 @@ SPRINGLS__FN void springls__advect_work(void *arg, int begin, int end, float *me
     for (; begin < end; begin++) {
         int first = begin * SPRINGLS__ADVECT_BLOCK;
         springls__advect_block(motion, first, springls__imin(SPRINGLS__ADVECT_BLOCK, motion->count - first),
-                               (springls__advect_memory *)(void *)memory);
+                               (springls__force_block *)(void *)memory);
     }
 }
+
+/* ======== >>advect  (src/stages/advect.h) ====================================================================== */
+/* advect.h - moves springls by the forces (section 4.2, eq. 1 and 2): by a kernel where it can evaluate them, else block by block
+   (forces.h). */
+
+/* In voxels, of one advect, with a window that follows: beyond it a float has no sixteenth of a voxel. */
+enum { SPRINGLS__FURTHEST_MOTION = 1000000 };
 
 /* Finds the region that forces act in: everywhere where none is given. */
 SPRINGLS__FN void springls__region_prepare(const springls_context *ctx, const springls_forces *forces, springls__motion *motion)
@@ -14143,7 +14227,7 @@ SPRINGLS__FN springls_status springls__displace_in_blocks(springls__motion *moti
     springls_context *ctx = motion->ctx;
     bool reads_phi = motion->rule.curvature_weight != 0.0f || motion->rule.smoothing != 0.0f || motion->rule.stop_at_topology;
     uint64_t grid = reads_phi ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP) : 0;
-    const size_t floats = (sizeof(springls__advect_memory) + 63) / 64 * 16; /* lanes begin on cache lines */
+    const size_t floats = (sizeof(springls__force_block) + 63) / 64 * 16; /* lanes begin on cache lines */
     if (motion->has_region) SPRINGLS__TRY(springls__list_region(motion));
     if (motion->count == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(ERROR) | grid,
@@ -14359,54 +14443,6 @@ SPRINGLS__FN springls_status springls__max_speed(springls_context *ctx, const ch
     SPRINGLS__TRY(springls__report_device_failure(ctx, springls__max_speed_begin(ctx, forces, time)));
     springls__finish_loop(ctx);
     return springls__max_speed_end(ctx, call, speed);
-}
-
-/* Writes the velocities of the deformation at SPRINGLS__LANES points, xyz each, to out. */
-SPRINGLS__FN void springls__deformation_velocities(const float *points, float n, float amplitude, float *out)
-{
-    float axis[3][SPRINGLS__LANES];
-    springls__vec3 u;
-    int lane, k;
-    for (lane = 0; lane < SPRINGLS__LANES; lane++)
-        for (k = 0; k < 3; k++) axis[k][lane] = points[3 * lane + k];
-    u = springls__vec_deformation_velocity(springls__vec_load_v3(axis[0], axis[1], axis[2]), n, amplitude);
-    springls__vec_store(axis[0], u.x);
-    springls__vec_store(axis[1], u.y);
-    springls__vec_store(axis[2], u.z);
-    for (lane = 0; lane < SPRINGLS__LANES; lane++)
-        for (k = 0; k < 3; k++) out[3 * lane + k] = axis[k][lane];
-}
-
-SPRINGLS_API void springls_velocity_deformation(void *deformation_flow, const float *points, int count, float time, float *out)
-{
-    const springls_deformation_flow *flow = (const springls_deformation_flow *)deformation_flow;
-    const float n = flow->grid_size, amplitude = springls__deformation_amplitude(n, flow->period, time);
-    int i;
-    for (i = 0; i + SPRINGLS__LANES <= count; i += SPRINGLS__LANES)
-        springls__deformation_velocities(points + 3 * i, n, amplitude, out + 3 * i);
-    for (; i < count; i++) {
-        springls__v3 u = springls__deformation_velocity(springls__v3_make(points[3 * i], points[3 * i + 1], points[3 * i + 2]),
-                                                        n, amplitude);
-        out[3 * i] = u.x;
-        out[3 * i + 1] = u.y;
-        out[3 * i + 2] = u.z;
-    }
-}
-
-SPRINGLS_API void springls_velocity_rotation(void *rotation_flow, const float *points, int count, float time, float *out)
-{
-    const springls_rotation_flow *flow = (const springls_rotation_flow *)rotation_flow;
-    springls__v3 center = springls__v3_make(flow->center[0], flow->center[1], flow->center[2]);
-    springls__v3 axis = springls__normalize(springls__v3_make(flow->axis[0], flow->axis[1], flow->axis[2]));
-    int i;
-    (void)time;
-    for (i = 0; i < count; i++) {
-        springls__v3 u = springls__rotation_velocity(springls__v3_make(points[3 * i], points[3 * i + 1], points[3 * i + 2]),
-                                                     center, axis, flow->angular_velocity);
-        out[3 * i] = u.x;
-        out[3 * i + 1] = u.y;
-        out[3 * i + 2] = u.z;
-    }
 }
 
 /* ======== >>attribute_values  (src/model/attribute_values.h) =================================================== */
@@ -15328,11 +15364,9 @@ SPRINGLS__FN int32_t springls__label_node(const springls__grid *g, const springl
 /* Finds the coordinates of voxel i of active bricks. */
 SPRINGLS__FN void springls__labelled_voxel(const springls__grid *g, int32_t i, int32_t voxel[3])
 {
-    int v = i % SPRINGLS__BRICK_VOXELS, origin[3];
+    int origin[3];
     springls__slot_origin(g, g->active[i / SPRINGLS__BRICK_VOXELS], origin);
-    voxel[0] = origin[0] + (v & 7);
-    voxel[1] = origin[1] + (v >> 3 & 7);
-    voxel[2] = origin[2] + (v >> 6);
+    springls__voxel_of_brick(origin, i % SPRINGLS__BRICK_VOXELS, voxel);
 }
 
 /* Returns the component of a voxel of the domain; -1: the exterior. */
@@ -15585,15 +15619,6 @@ SPRINGLS__FN void springls__visit_cube(const springls__grid *g, springls__labels
     }
 }
 
-/* Finds which voxels of a row of a tile are inside, a bit each. */
-SPRINGLS__FN uint32_t springls__row_bits(const float *row)
-{
-    uint32_t bits = 0;
-    int x;
-    for (x = 0; x < SPRINGLS__TILE; x++) bits |= (uint32_t)(row[x] < 0.0f) << x;
-    return bits;
-}
-
 /* Visits all triangles of the zero level. */
 SPRINGLS__FN void springls__visit_triangles(const springls__grid *g, springls__labels *l, springls__triangle_visit visit)
 {
@@ -15604,7 +15629,7 @@ SPRINGLS__FN void springls__visit_triangles(const springls__grid *g, springls__l
     for (walk.rank = 0; walk.rank < g->active_count; walk.rank++) {
         walk.range = springls__brick_cubes(g, g->active[walk.rank]);
         springls__load_tile(g, g->phi, g->active[walk.rank], springls__alone(), walk.tile);
-        for (row = 0; row < across * across; row++) inside[row] = springls__row_bits(walk.tile + across * row);
+        for (row = 0; row < across * across; row++) inside[row] = springls__signs_of_row(walk.tile + across * row);
         for (z = walk.range.lo[2]; z <= walk.range.hi[2]; z++)
             for (y = walk.range.lo[1]; y <= walk.range.hi[1]; y++) {
                 const uint32_t *bits = inside + (y + 1) + across * (z + 1);
@@ -15786,21 +15811,13 @@ SPRINGLS__FN springls_status springls__find_components(springls_context *ctx, sp
 
 /* ---- places ---- */
 
-/* Finds the voxel next to (x, y, z) in direction d: -x +x -y +y -z +z. */
-SPRINGLS__FN void springls__voxel_beside(int x, int y, int z, int d, int out[3])
-{
-    out[0] = x + (d == 1) - (d == 0);
-    out[1] = y + (d == 3) - (d == 2);
-    out[2] = z + (d == 5) - (d == 4);
-}
-
 /* Returns the direction of the neighbor with the lowest phi, if that is less than `least`; -1 if none is. */
-SPRINGLS__FN int springls__steepest_descent(const springls__grid *g, int x, int y, int z, float least)
+SPRINGLS__FN int springls__steepest_descent(const springls__grid *g, const int at[3], float least)
 {
     float phi;
     int d, best = -1, to[3];
     for (d = 0; d < 6; d++) {
-        springls__voxel_beside(x, y, z, d, to);
+        springls__neighbor_voxel(at, d, to);
         if (!springls__table_contains(g, to[0], to[1], to[2])) continue;
         phi = springls__grid_voxel(g, g->phi, to[0], to[1], to[2]);
         if (phi >= least) continue;
@@ -15811,19 +15828,16 @@ SPRINGLS__FN int springls__steepest_descent(const springls__grid *g, int x, int 
 }
 
 /* Returns the body of a voxel: its own, or outside the one that steepest descent of phi leads to; -1 where phi is flat. */
-SPRINGLS__FN int32_t springls__body_of_voxel(const springls__grid *g, const springls__labels *l, int x, int y, int z)
+SPRINGLS__FN int32_t springls__body_of_voxel(const springls__grid *g, const springls__labels *l, const int voxel[3])
 {
     const int longest = 32; /* voxels: more than any band is wide */
-    int step, d, to[3];
+    int at[3] = { voxel[0], voxel[1], voxel[2] }, step, d;
     for (step = 0; step < longest; step++) {
-        float phi = springls__grid_voxel(g, g->phi, x, y, z);
-        if (phi < 0.0f) return springls__component_of_voxel(g, l, x, y, z);
-        d = springls__steepest_descent(g, x, y, z, phi);
+        float phi = springls__grid_voxel(g, g->phi, at[0], at[1], at[2]);
+        if (phi < 0.0f) return springls__component_of_voxel(g, l, at[0], at[1], at[2]);
+        d = springls__steepest_descent(g, at, phi);
         if (d < 0) return -1;
-        springls__voxel_beside(x, y, z, d, to);
-        x = to[0];
-        y = to[1];
-        z = to[2];
+        springls__neighbor_voxel(at, d, at);
     }
     return -1;
 }
@@ -15851,7 +15865,7 @@ SPRINGLS__FN void springls__components_at(const springls__grid *g, const springl
         most = phi;
         high = springls__label_node(g, l, at[0], at[1], at[2]);
     }
-    if (lowest[0] >= 0) *body = springls__body_of_voxel(g, l, lowest[0], lowest[1], lowest[2]);
+    if (lowest[0] >= 0) *body = springls__body_of_voxel(g, l, lowest);
     if (high >= 0) *cavity = l->node[high];
 }
 
@@ -16847,12 +16861,10 @@ SPRINGLS__FN void springls__region_step(springls__region *r, int64_t member)
 {
     const springls__grid *g = &r->ctx->model.grid;
     int v = member < 0 ? 0 : (int)(member % SPRINGLS__BRICK_VOXELS), n = member < 0 ? 8 : 1, d, i, j;
-    int at[3], to[3];
-    if (member < 0) springls__entry_origin(g, (int)(-1 - member), at);
-    else springls__slot_origin(g, (int)(member / SPRINGLS__BRICK_VOXELS), at);
-    at[0] += v & 7;
-    at[1] += v >> 3 & 7;
-    at[2] += v >> 6;
+    int origin[3], at[3], to[3];
+    if (member < 0) springls__entry_origin(g, (int)(-1 - member), origin);
+    else springls__slot_origin(g, (int)(member / SPRINGLS__BRICK_VOXELS), origin);
+    springls__voxel_of_brick(origin, v, at);
     for (d = 0; d < 6; d++)
         for (j = 0; j < n; j++)
             for (i = 0; i < n; i++) {
@@ -17003,134 +17015,6 @@ SPRINGLS__FN springls_status springls__find_edges(springls_context *ctx)
 
 /* Turns springls at a crease into their sides. */
 SPRINGLS__FN springls_status springls__keep_edges(springls_context *ctx) { return springls__sort_sides(ctx, false); }
-
-/* ---- initial springls ---- */
-
-/* Returns the unit gradient of phi at a voxel: of central differences where those are as long as a distance's, else of the
-   one-sided differences that are; 0 where none are. */
-SPRINGLS__FN springls__v3 springls__unkinked_gradient(const springls__grid *g, int x, int y, int z)
-{
-    const float tolerance = 0.02f;
-    float c = springls__grid_phi(g, g->phi, x, y, z), beside[6], off, least = tolerance;
-    springls__v3 d, best = springls__v3_make(0.0f, 0.0f, 0.0f);
-    int k;
-    for (k = 0; k < 6; k++)
-        beside[k] = springls__grid_phi(g, g->phi, x + (k == 1) - (k == 0), y + (k == 3) - (k == 2), z + (k == 5) - (k == 4));
-    d = springls__scale(springls__v3_make(beside[1] - beside[0], beside[3] - beside[2], beside[5] - beside[4]), 0.5f);
-    if (springls__fabs(springls__length(d) - 1.0f) < tolerance) return springls__normalize(d);
-    for (k = 0; k < 8; k++) {
-        d.x = k & 1 ? beside[1] - c : c - beside[0];
-        d.y = k & 2 ? beside[3] - c : c - beside[2];
-        d.z = k & 4 ? beside[5] - c : c - beside[4];
-        off = springls__fabs(springls__length(d) - 1.0f);
-        if (off >= least) continue;
-        least = off;
-        best = springls__normalize(d);
-    }
-    return best;
-}
-
-/* Collects the foot points and normals, on the surface about x, of the voxels on one side of the zero level, and of those close
-   to it on the other. Distances inside a convex edge are exact, and those outside a concave one. */
-SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x, float radius, bool inside,
-                                        springls__sample_set *samples)
-{
-    const float depth = 1.8f, on_surface = 0.25f; /* voxels; on the other side distances are exact so far */
-    int lo[3], hi[3], i, j, k;
-    lo[0] = (int)springls__floor(x.x - radius);
-    lo[1] = (int)springls__floor(x.y - radius);
-    lo[2] = (int)springls__floor(x.z - radius);
-    for (i = 0; i < 3; i++) hi[i] = lo[i] + (int)(2.0f * radius) + 1;
-    samples->count = 0;
-    for (k = lo[2]; k <= hi[2]; k++)
-        for (j = lo[1]; j <= hi[1]; j++)
-            for (i = lo[0]; i <= hi[0]; i++) {
-                float phi = springls__grid_phi(g, g->phi, i, j, k), weight;
-                springls__v3 n, foot;
-                if (springls__fabs(phi) > ((phi < 0.0f) == inside ? depth : on_surface)) continue;
-                n = springls__unkinked_gradient(g, i, j, k);
-                foot = springls__mad(springls__v3_make((float)i, (float)j, (float)k), n, -phi);
-                weight = 1.0f - springls__length2(springls__sub(foot, x)) / (radius * radius);
-                if (weight > 0.0f && springls__length2(n) > 0.5f)
-                    springls__sample_set_add(samples, foot, n, foot, weight * weight, -2);
-            }
-}
-
-/* Draws a corner of a triangle that sticks out beyond an edge back towards the particle. */
-SPRINGLS__FN springls__v3 springls__draw_back(const springls__grid *g, springls__v3 p, springls__v3 q)
-{
-    const float out = 0.1f; /* voxel */
-    int i;
-    for (i = 0; i < 5 && springls__fabs(springls__grid_sample(g, g->phi, q)) > out; i++) q = springls__lerp(p, q, 0.6f);
-    return q;
-}
-
-/* Moves a springl that cuts across a crease to one side of it; false when there is no crease. */
-SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__springl *s, uint8_t *edge)
-{
-    const float radius = 2.5f, slack = 0.4f; /* voxels; marching cubes cuts off no more of a corner */
-    springls__v3 n = springls__springl_normal(*s);
-    springls__sample_set samples;
-    springls__sides sides;
-    springls__fit_result fit;
-    int outside, m;
-    for (outside = 0; outside < 2; outside++) {
-        springls__gather_feet(g, s->p, radius, !outside, &samples);
-        sides = springls__sample_set_sides(&samples, 0.0f, false);
-        if (sides.count < 1 || (outside && sides.count < 2)) continue;
-        fit = springls__side_at(&samples, sides, s->p, n, s->p, -1, outside ? SPRINGLS__CONCAVE : SPRINGLS__CONVEX, 1);
-        if (!fit.ok || springls__length2(springls__sub(fit.point, s->p)) > slack * slack) continue;
-        for (m = 0; m < 3; m++)
-            s->q[m] = springls__add(fit.point, springls__turn_to(springls__sub(s->q[m], s->p), n, fit.normal));
-        s->p = fit.point;
-        for (m = 0; m < 3; m++) s->q[m] = springls__draw_back(g, s->p, s->q[m]);
-        *s = springls__springl_finished(*s);
-        *edge = sides.count > 1;
-        return true;
-    }
-    return false;
-}
-
-/* Returns the gradient of phi at a voxel by central differences. */
-SPRINGLS__FN springls__v3 springls__voxel_gradient(const springls__grid *g, int x, int y, int z)
-{
-    return springls__v3_make(0.5f * (springls__grid_phi(g, g->phi, x + 1, y, z) - springls__grid_phi(g, g->phi, x - 1, y, z)),
-                             0.5f * (springls__grid_phi(g, g->phi, x, y + 1, z) - springls__grid_phi(g, g->phi, x, y - 1, z)),
-                             0.5f * (springls__grid_phi(g, g->phi, x, y, z + 1) - springls__grid_phi(g, g->phi, x, y, z - 1)));
-}
-
-/* Returns true where phi has a kink near one of the eight voxels about x: interpolation of third order is wrong there. The slope is
-   less than 1 by a tenth at a crease of 50 degrees, and by less where a smooth surface bends with a radius of three voxels. */
-SPRINGLS__FN bool springls__has_kink(const springls__grid *g, springls__v3 x)
-{
-    const float least = 0.06f;
-    int i = (int)springls__floor(x.x), j = (int)springls__floor(x.y), k = (int)springls__floor(x.z), c;
-    for (c = 0; c < 8; c++) {
-        springls__v3 gradient = springls__voxel_gradient(g, i + (c & 1), j + (c >> 1 & 1), k + (c >> 2));
-        if (springls__fabs(springls__length(gradient) - 1.0f) > least) return true;
-    }
-    return false;
-}
-
-SPRINGLS__FN void springls__initial_edges_task(void *arg, int begin, int end)
-{
-    springls_context *ctx = (springls_context *)arg;
-    for (; begin < end; begin++) {
-        springls__springl *s = &ctx->model.set.s[begin];
-        if (springls__has_kink(&ctx->model.grid, s->p)
-            && springls__initial_side(&ctx->model.grid, s, &ctx->model.set.edge[begin])) {
-            ctx->model.set.a[begin] = s->p;
-            ctx->model.set.synced_position[begin] = s->p;
-        }
-    }
-}
-
-/* Moves the initial springls of a level set that cut across a crease to one side of it. */
-SPRINGLS__FN void springls__initial_edges(springls_context *ctx)
-{
-    springls__parallel(ctx, ctx->model.set.count, 64, springls__initial_edges_task, ctx);
-    ctx->model.set.at_edges = springls__count_of(ctx, SPRINGLS__ARRAY_EDGE, ctx->model.set.count, 1);
-}
 
 /* ======== >>project  (src/stages/project.h) ==================================================================== */
 /* project.h - sets phi near the springls to their oriented distance, which removes the chord error of flat triangles and the
@@ -17671,13 +17555,13 @@ SPRINGLS__FN void springls__sum_targets(springls__lock *lock)
 SPRINGLS__FN void springls__label_bodies(const springls__grid *g, springls__lock *lock)
 {
     const springls__labels *l = &lock->graph.labels;
-    int i, v, o[3];
+    int i, v, o[3], at[3];
     for (i = 0; i < g->active_count; i++) {
         springls__slot_origin(g, g->active[i], o);
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-            int x = o[0] + (v & 7), y = o[1] + (v >> 3 & 7), z = o[2] + (v >> 6);
+            springls__voxel_of_brick(o, v, at);
             lock->body[i * SPRINGLS__BRICK_VOXELS + v]
-                = springls__grid_contains(g, x, y, z) ? springls__body_of_voxel(g, l, x, y, z) : -1;
+                = springls__grid_contains(g, at[0], at[1], at[2]) ? springls__body_of_voxel(g, l, at) : -1;
         }
     }
 }
@@ -19440,6 +19324,131 @@ SPRINGLS_API void springls_implicit_notched_sphere(void *notched_sphere, const f
     }
 }
 
+/* ======== >>initial_edges  (src/input/initial_edges.h) ========================================================= */
+/* initial_edges.h - moves the initial springls of a level set that cut across a crease to one side of it: marching cubes cuts sharp
+   edges off. */
+
+/* Returns the unit gradient of phi at a voxel: of central differences where those are as long as a distance's, else of the
+   one-sided differences that are; 0 where none are. */
+SPRINGLS__FN springls__v3 springls__unkinked_gradient(const springls__grid *g, int x, int y, int z)
+{
+    const float tolerance = 0.02f;
+    const int at[3] = { x, y, z };
+    float c = springls__grid_phi(g, g->phi, x, y, z), beside[6], off, least = tolerance;
+    springls__v3 d, best = springls__v3_make(0.0f, 0.0f, 0.0f);
+    int k, to[3];
+    for (k = 0; k < 6; k++) {
+        springls__neighbor_voxel(at, k, to);
+        beside[k] = springls__grid_phi(g, g->phi, to[0], to[1], to[2]);
+    }
+    d = springls__scale(springls__v3_make(beside[1] - beside[0], beside[3] - beside[2], beside[5] - beside[4]), 0.5f);
+    if (springls__fabs(springls__length(d) - 1.0f) < tolerance) return springls__normalize(d);
+    for (k = 0; k < 8; k++) {
+        d.x = k & 1 ? beside[1] - c : c - beside[0];
+        d.y = k & 2 ? beside[3] - c : c - beside[2];
+        d.z = k & 4 ? beside[5] - c : c - beside[4];
+        off = springls__fabs(springls__length(d) - 1.0f);
+        if (off >= least) continue;
+        least = off;
+        best = springls__normalize(d);
+    }
+    return best;
+}
+
+/* Collects the foot points and normals, on the surface about x, of the voxels on one side of the zero level, and of those close
+   to it on the other. Distances inside a convex edge are exact, and those outside a concave one. */
+SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x, float radius, bool inside,
+                                        springls__sample_set *samples)
+{
+    const float depth = 1.8f, on_surface = 0.25f; /* voxels; on the other side distances are exact so far */
+    int lo[3], hi[3], i, j, k;
+    lo[0] = (int)springls__floor(x.x - radius);
+    lo[1] = (int)springls__floor(x.y - radius);
+    lo[2] = (int)springls__floor(x.z - radius);
+    for (i = 0; i < 3; i++) hi[i] = lo[i] + (int)(2.0f * radius) + 1;
+    samples->count = 0;
+    for (k = lo[2]; k <= hi[2]; k++)
+        for (j = lo[1]; j <= hi[1]; j++)
+            for (i = lo[0]; i <= hi[0]; i++) {
+                float phi = springls__grid_phi(g, g->phi, i, j, k), weight;
+                springls__v3 n, foot;
+                if (springls__fabs(phi) > ((phi < 0.0f) == inside ? depth : on_surface)) continue;
+                n = springls__unkinked_gradient(g, i, j, k);
+                foot = springls__mad(springls__v3_make((float)i, (float)j, (float)k), n, -phi);
+                weight = 1.0f - springls__length2(springls__sub(foot, x)) / (radius * radius);
+                if (weight > 0.0f && springls__length2(n) > 0.5f)
+                    springls__sample_set_add(samples, foot, n, foot, weight * weight, -2);
+            }
+}
+
+/* Draws a corner of a triangle that sticks out beyond an edge back towards the particle. */
+SPRINGLS__FN springls__v3 springls__draw_back(const springls__grid *g, springls__v3 p, springls__v3 q)
+{
+    const float out = 0.1f; /* voxel */
+    int i;
+    for (i = 0; i < 5 && springls__fabs(springls__grid_sample(g, g->phi, q)) > out; i++) q = springls__lerp(p, q, 0.6f);
+    return q;
+}
+
+/* Moves a springl that cuts across a crease to one side of it; false when there is no crease. */
+SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__springl *s, uint8_t *edge)
+{
+    const float radius = 2.5f, slack = 0.4f; /* voxels; marching cubes cuts off no more of a corner */
+    springls__v3 n = springls__springl_normal(*s);
+    springls__sample_set samples;
+    springls__sides sides;
+    springls__fit_result fit;
+    int outside, m;
+    for (outside = 0; outside < 2; outside++) {
+        springls__gather_feet(g, s->p, radius, !outside, &samples);
+        sides = springls__sample_set_sides(&samples, 0.0f, false);
+        if (sides.count < 1 || (outside && sides.count < 2)) continue;
+        fit = springls__side_at(&samples, sides, s->p, n, s->p, -1, outside ? SPRINGLS__CONCAVE : SPRINGLS__CONVEX, 1);
+        if (!fit.ok || springls__length2(springls__sub(fit.point, s->p)) > slack * slack) continue;
+        for (m = 0; m < 3; m++)
+            s->q[m] = springls__add(fit.point, springls__turn_to(springls__sub(s->q[m], s->p), n, fit.normal));
+        s->p = fit.point;
+        for (m = 0; m < 3; m++) s->q[m] = springls__draw_back(g, s->p, s->q[m]);
+        *s = springls__springl_finished(*s);
+        *edge = sides.count > 1;
+        return true;
+    }
+    return false;
+}
+
+/* Returns true where phi has a kink near one of the eight voxels about x: interpolation of third order is wrong there. The slope is
+   less than 1 by a tenth at a crease of 50 degrees, and by less where a smooth surface bends with a radius of three voxels. */
+SPRINGLS__FN bool springls__has_kink(const springls__grid *g, springls__v3 x)
+{
+    const float least = 0.06f;
+    int i = (int)springls__floor(x.x), j = (int)springls__floor(x.y), k = (int)springls__floor(x.z), c;
+    for (c = 0; c < 8; c++) {
+        springls__v3 gradient = springls__voxel_gradient(g, i + (c & 1), j + (c >> 1 & 1), k + (c >> 2));
+        if (springls__fabs(springls__length(gradient) - 1.0f) > least) return true;
+    }
+    return false;
+}
+
+SPRINGLS__FN void springls__initial_edges_task(void *arg, int begin, int end)
+{
+    springls_context *ctx = (springls_context *)arg;
+    for (; begin < end; begin++) {
+        springls__springl *s = &ctx->model.set.s[begin];
+        if (springls__has_kink(&ctx->model.grid, s->p)
+            && springls__initial_side(&ctx->model.grid, s, &ctx->model.set.edge[begin])) {
+            ctx->model.set.a[begin] = s->p;
+            ctx->model.set.synced_position[begin] = s->p;
+        }
+    }
+}
+
+/* Moves the initial springls of a level set that cut across a crease to one side of it. */
+SPRINGLS__FN void springls__initial_edges(springls_context *ctx)
+{
+    springls__parallel(ctx, ctx->model.set.count, 64, springls__initial_edges_task, ctx);
+    ctx->model.set.at_edges = springls__count_of(ctx, SPRINGLS__ARRAY_EDGE, ctx->model.set.count, 1);
+}
+
 /* ======== >>set_level_set  (src/input/set_level_set.h) ========================================================= */
 /* set_level_set.h - builds models from signed distances, level sets, labels and thresholds, and their initial springls. */
 
@@ -19532,8 +19541,7 @@ SPRINGLS__FN void springls__voxel_task(void *arg, int begin, int end)
         float *phi = g->phi + (size_t)job->active[begin] * SPRINGLS__BRICK_VOXELS;
         int o[3], v;
         springls__slot_origin(g, job->active[begin], o);
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
-            points[v] = springls__v3_make((float)(o[0] + (v & 7)), (float)(o[1] + (v >> 3 & 7)), (float)(o[2] + (v >> 6)));
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) points[v] = springls__voxel_place(o, v);
         springls__evaluate_distances(job, points, SPRINGLS__BRICK_VOXELS, phi);
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
             if (phi[v] == phi[v])
@@ -19768,11 +19776,11 @@ SPRINGLS__FN void springls__copy_voxels(const springls__grid *g, springls__voxel
     int i, v;
     for (i = 0; i < g->active_count; i++) {
         float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-        int o[3];
+        int o[3], at[3];
         springls__slot_origin(g, g->active[i], o);
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-            int x = o[0] + (v & 7), y = o[1] + (v >> 3 & 7), z = o[2] + (v >> 6);
-            if (springls__grid_contains(g, x, y, z)) phi[v] = value(arg, springls__voxel_index(g, x, y, z));
+            springls__voxel_of_brick(o, v, at);
+            if (springls__grid_contains(g, at[0], at[1], at[2])) phi[v] = value(arg, springls__voxel_index(g, at[0], at[1], at[2]));
         }
     }
 }
@@ -21507,7 +21515,7 @@ typedef struct springls__candidates {
 /* A few vertices, one a lane; nearest: the candidates nearest to them, or -1. */
 typedef struct springls__vertex_group {
     springls__vec3 x;
-    springls__v3 lower, upper; /* their box */
+    springls__box box;
     int nearest[SPRINGLS__LANES];
 } springls__vertex_group;
 
@@ -21517,27 +21525,18 @@ SPRINGLS__FN float springls__reach_of(float bounding_radius)
     return springls__max(SPRINGLS__CORRESPONDENCE_RADIUS, SPRINGLS__MATERIAL_RADIUS + bounding_radius);
 }
 
-/* Returns true when a place is within r of a box, by each coordinate. */
-SPRINGLS__FN bool springls__is_around_box(springls__v3 p, springls__v3 lower, springls__v3 upper, float r)
-{
-    return p.x >= lower.x - r && p.x <= upper.x + r && p.y >= lower.y - r && p.y <= upper.y + r && p.z >= lower.z - r
-        && p.z <= upper.z + r;
-}
-
 /* Lists the candidates of a box. Returns false where single vertices have to look for themselves: there are too many, some at a
    sharp edge, or of bodies that stay apart. */
-SPRINGLS__FN bool springls__find_candidates(const springls__model *model, springls__v3 lower, springls__v3 upper,
-                                            springls__candidates *c)
+SPRINGLS__FN bool springls__find_candidates(const springls__model *model, springls__box box, springls__candidates *c)
 {
-    const float r = springls__reach_of(model->cells.bounding_radius);
-    springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(lower.x - r, lower.y - r, lower.z - r),
-                                                         springls__v3_make(upper.x + r, upper.y + r, upper.z + r));
+    const springls__box around = springls__box_widened(box, springls__reach_of(model->cells.bounding_radius));
+    springls__cell_walk walk = springls__cell_walk_begin(model, around.lower, around.upper);
     int i;
     c->count = 0;
     if (model->params.contact == SPRINGLS_CONTACT_SEPARATE) return false;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
         const springls__springl *s = &model->set.s[i];
-        if (!springls__is_around_box(s->p, lower, upper, springls__reach_of(s->bounding_radius))) continue;
+        if (!springls__box_contains(springls__box_widened(box, springls__reach_of(s->bounding_radius)), s->p)) continue;
         if (c->count == SPRINGLS__CHUNK_CANDIDATES || springls__at_edge(model, i)) return false;
         c->x[c->count] = s->p.x;
         c->y[c->count] = s->p.y;
@@ -21571,11 +21570,10 @@ SPRINGLS__FN springls__vertex_group springls__vertex_group_of(const springls__v3
     springls__vertex_group group;
     springls__v3 v[SPRINGLS__LANES];
     int lane;
-    group.lower = group.upper = vertex[number[0]];
+    group.box = springls__box_empty();
     for (lane = 0; lane < SPRINGLS__LANES; lane++) {
         v[lane] = vertex[number[springls__imin(lane, count - 1)]];
-        group.lower = springls__min3(group.lower, v[lane]);
-        group.upper = springls__max3(group.upper, v[lane]);
+        group.box = springls__box_add(group.box, v[lane]);
         group.nearest[lane] = -1;
     }
     group.x = springls__vectors_of(v);
@@ -21610,7 +21608,7 @@ SPRINGLS__FN springls__vec springls__beyond2(springls__vec x, float lower, float
 SPRINGLS__FN void springls__list_candidates(const springls__vertex_group *group, springls__candidates *c)
 {
     const float slack = 1e-3f; /* more than all rounding errors */
-    const springls__v3 lo = group->lower, hi = group->upper;
+    const springls__v3 lo = group->box.lower, hi = group->box.upper;
     float within[SPRINGLS__LANES];
     int k, lane;
     c->listed = 0;
@@ -22146,7 +22144,7 @@ SPRINGLS__FN void springls__collect_signatures(const springls_context *ctx, cons
     for (i = 0; i < ctx->model.set.count; i++) {
         springls__v3 p = ctx->model.set.s[i].p;
         springls__brick_signature *sum = &signature[springls__slot_of_place(&c->published, p)];
-        sum->ids += springls__hash(14695981039346656037u, &ctx->model.set.id[i], sizeof(uint32_t));
+        sum->ids += springls__hash(SPRINGLS__HASH_BEGIN, &ctx->model.set.id[i], sizeof(uint32_t));
         sum->particles = springls__add(sum->particles, p);
         sum->correspondences = springls__add(sum->correspondences, ctx->model.set.a[i]);
         sum->count++;
@@ -22273,17 +22271,15 @@ SPRINGLS__FN void springls__fill_single_material(const springls_context *ctx, sp
 SPRINGLS__FN void springls__fill_chunk_material(const springls_context *ctx, springls_chunk *chunk, const springls__v3 *vertex,
                                                 springls__candidates *candidates)
 {
-    springls__v3 lower = vertex[0], upper = vertex[0], a[SPRINGLS__LANES];
+    springls__box box = springls__box_empty();
+    springls__v3 a[SPRINGLS__LANES];
     int i, k, count, springl[SPRINGLS__LANES];
-    for (i = 1; i < chunk->vertex_count; i++) {
-        lower = springls__min3(lower, vertex[i]);
-        upper = springls__max3(upper, vertex[i]);
-    }
-    if (!springls__find_candidates(&ctx->model, lower, upper, candidates)) {
+    for (i = 0; i < chunk->vertex_count; i++) box = springls__box_add(box, vertex[i]);
+    if (!springls__find_candidates(&ctx->model, box, candidates)) {
         springls__fill_single_material(ctx, chunk, vertex);
         return;
     }
-    springls__order_vertices(vertex, chunk->vertex_count, lower, candidates->order);
+    springls__order_vertices(vertex, chunk->vertex_count, box.lower, candidates->order);
     for (i = 0; i < chunk->vertex_count; i += count) {
         const uint16_t *number = candidates->order + i;
         count = springls__imin(SPRINGLS__LANES, chunk->vertex_count - i);
@@ -24697,7 +24693,7 @@ SPRINGLS_API springls_stats springls_get_stats(const springls_context *ctx)
 
 SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
 {
-    uint64_t hash = 14695981039346656037u;
+    uint64_t hash = SPRINGLS__HASH_BEGIN;
     int i, v;
     if (!ctx) return 0;
     springls__end_reading((springls_context *)ctx);
@@ -24708,13 +24704,15 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
     hash = springls__hash(hash, ctx->model.set.a, (size_t)ctx->model.set.count * sizeof *ctx->model.set.a);
     hash = springls__hash(hash, ctx->model.set.id, (size_t)ctx->model.set.count * sizeof *ctx->model.set.id);
     for (i = 0; i < ctx->model.grid.active_count; i++) { /* in brick order; voxels of the domain only */
-        int slot = ctx->model.grid.active[i], o[3];
+        int slot = ctx->model.grid.active[i], o[3], at[3];
         springls__slot_origin(&ctx->model.grid, slot, o);
         hash = springls__hash(hash, &ctx->model.grid.slot_brick[slot], sizeof(int));
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
-            if (springls__grid_contains(&ctx->model.grid, o[0] + (v & 7), o[1] + (v >> 3 & 7), o[2] + (v >> 6)))
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+            springls__voxel_of_brick(o, v, at);
+            if (springls__grid_contains(&ctx->model.grid, at[0], at[1], at[2]))
                 hash = springls__hash(hash, &ctx->model.grid.phi[(size_t)slot * SPRINGLS__BRICK_VOXELS + (size_t)v],
                                       sizeof(float));
+        }
     }
     return hash;
 }
@@ -26227,7 +26225,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 960 \"springls.h\"\n",
+    "#line 963 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -26335,7 +26333,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1983 \"springls.h\"\n",
+    "#line 1986 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -26428,7 +26426,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2077 \"springls.h\"\n",
+    "#line 2080 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -26450,7 +26448,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2100 \"springls.h\"\n",
+    "#line 2103 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26465,7 +26463,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2116 \"springls.h\"\n",
+    "#line 2119 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -26589,7 +26587,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2240 \"springls.h\"\n",
+    "#line 2243 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -26598,6 +26596,50 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS springls__v3 springls__lerp(springls__v3 a, springls__v3 b, float t)\n",
     "{\n",
     "    return springls__mad(a, springls__sub(b, a), t);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS springls__v3 springls__min3(springls__v3 a, springls__v3 b)\n",
+    "{\n",
+    "    return springls__v3_make(springls__min(a.x, b.x), springls__min(a.y, b.y), springls__min(a.z, b.z));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS springls__v3 springls__max3(springls__v3 a, springls__v3 b)\n",
+    "{\n",
+    "    return springls__v3_make(springls__max(a.x, b.x), springls__max(a.y, b.y), springls__max(a.z, b.z));\n",
+    "}\n",
+    "\n",
+    "/* A box along the axes. */\n",
+    "typedef struct springls__box { springls__v3 lower, upper; } springls__box;\n",
+    "\n",
+    "/* Returns the box that has no place: springls__box_add makes it that of places. */\n",
+    "SPRINGLS__MATHS springls__box springls__box_empty(void)\n",
+    "{\n",
+    "    springls__box box;\n",
+    "    box.lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX);\n",
+    "    box.upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);\n",
+    "    return box;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS springls__box springls__box_add(springls__box box, springls__v3 x)\n",
+    "{\n",
+    "    box.lower = springls__min3(box.lower, x);\n",
+    "    box.upper = springls__max3(box.upper, x);\n",
+    "    return box;\n",
+    "}\n",
+    "\n",
+    "/* Returns the box with `margin` more on every side. */\n",
+    "SPRINGLS__MATHS springls__box springls__box_widened(springls__box box, float margin)\n",
+    "{\n",
+    "    const springls__v3 by = springls__v3_make(margin, margin, margin);\n",
+    "    box.lower = springls__sub(box.lower, by);\n",
+    "    box.upper = springls__add(box.upper, by);\n",
+    "    return box;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS bool springls__box_contains(springls__box box, springls__v3 x)\n",
+    "{\n",
+    "    return x.x >= box.lower.x && x.y >= box.lower.y && x.z >= box.lower.z && x.x <= box.upper.x && x.y <= box.upper.y\n",
+    "        && x.z <= box.upper.z;\n",
     "}\n",
     "\n",
     "/* Returns a unit vector perpendicular to n. */\n",
@@ -26615,7 +26657,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2267 \"springls.h\"\n",
+    "#line 2314 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -26835,7 +26877,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2488 \"springls.h\"\n",
+    "#line 2535 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26850,7 +26892,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2503 \"springls.h\"\n",
+    "#line 2550 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -26974,14 +27016,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2627 \"springls.h\"\n",
+    "#line 2674 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2635 \"springls.h\"\n",
+    "#line 2682 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -27080,7 +27122,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 2735 \"springls.h\"\n",
+    "#line 2782 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -27174,7 +27216,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 2830 \"springls.h\"\n",
+    "#line 2877 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -27186,7 +27228,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2842 \"springls.h\"\n",
+    "#line 2889 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27201,7 +27243,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2858 \"springls.h\"\n",
+    "#line 2905 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -27245,7 +27287,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2902 \"springls.h\"\n",
+    "#line 2949 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27260,7 +27302,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2917 \"springls.h\"\n",
+    "#line 2964 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -27304,7 +27346,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2961 \"springls.h\"\n",
+    "#line 3008 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -27383,7 +27425,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3040 \"springls.h\"\n",
+    "#line 3087 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27398,7 +27440,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3056 \"springls.h\"\n",
+    "#line 3103 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -27465,7 +27507,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3123 \"springls.h\"\n",
+    "#line 3170 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27480,7 +27522,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3138 \"springls.h\"\n",
+    "#line 3185 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -27547,7 +27589,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3206 \"springls.h\"\n",
+    "#line 3253 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -27916,13 +27958,38 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3576 \"springls.h\"\n",
+    "#line 3623 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
     "   object ends half a voxel beyond the outermost voxel centers, and its surface is always closed. */\n",
     "\n",
+    "/* Returns which voxel of its brick a voxel is. */\n",
     "SPRINGLS__MATHS int springls__voxel_in_brick(int x, int y, int z) { return (x & 7) + 8 * (y & 7) + 64 * (z & 7); }\n",
+    "\n",
+    "/* Finds voxel v of the brick whose first voxel is `origin`. */\n",
+    "SPRINGLS__MATHS void springls__voxel_of_brick(const int origin[3], int v, int at[3])\n",
+    "{\n",
+    "    at[0] = origin[0] + (v & 7);\n",
+    "    at[1] = origin[1] + (v >> 3 & 7);\n",
+    "    at[2] = origin[2] + (v >> 6);\n",
+    "}\n",
+    "\n",
+    "/* Returns where that voxel is. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__voxel_place(const int origin[3], int v)\n",
+    "{\n",
+    "    int at[3];\n",
+    "    springls__voxel_of_brick(origin, v, at);\n",
+    "    return springls__v3_make((float)at[0], (float)at[1], (float)at[2]);\n",
+    "}\n",
+    "\n",
+    "/* Finds the voxel next to `at` in direction d: -x +x -y +y -z +z. */\n",
+    "SPRINGLS__MATHS void springls__neighbor_voxel(const int at[3], int d, int to[3])\n",
+    "{\n",
+    "    to[0] = at[0] + (d == 1) - (d == 0);\n",
+    "    to[1] = at[1] + (d == 3) - (d == 2);\n",
+    "    to[2] = at[2] + (d == 5) - (d == 4);\n",
+    "}\n",
     "\n",
     "/* Returns the brick of a voxel of the domain. */\n",
     "SPRINGLS__MATHS int springls__brick_at(const springls__grid *g, int x, int y, int z)\n",
@@ -28420,29 +28487,23 @@ static const char *const springls__kernel_lines[] = {
     "/* A walk over the bricks that a springl comes near. */\n",
     "typedef struct springls__brick_walk { int lo[3], hi[3], at[3]; } springls__brick_walk;\n",
     "\n",
-    "/* Finds the box within `margin` voxels of a triangle. */\n",
-    "SPRINGLS__MATHS void springls__box_around(springls__springl s, float margin, springls__v3 *lower, springls__v3 *upper)\n",
+    "/* Returns the box within `margin` voxels of a triangle. */\n",
+    "SPRINGLS__MATHS springls__box springls__box_around(springls__springl s, float margin)\n",
     "{\n",
-    "    springls__v3 lo = s.q[0], hi = s.q[0];\n",
+    "    springls__box box = springls__box_empty();\n",
     "    int m;\n",
-    "    for (m = 1; m < 3; m++) {\n",
-    "        springls__v3 q = s.q[m];\n",
-    "        lo = springls__v3_make(springls__min(lo.x, q.x), springls__min(lo.y, q.y), springls__min(lo.z, q.z));\n",
-    "        hi = springls__v3_make(springls__max(hi.x, q.x), springls__max(hi.y, q.y), springls__max(hi.z, q.z));\n",
-    "    }\n",
-    "    *lower = springls__v3_make(lo.x - margin, lo.y - margin, lo.z - margin);\n",
-    "    *upper = springls__v3_make(hi.x + margin, hi.y + margin, hi.z + margin);\n",
+    "    for (m = 0; m < 3; m++) box = springls__box_add(box, s.q[m]);\n",
+    "    return springls__box_widened(box, margin);\n",
     "}\n",
     "\n",
     "/* Begins at the bricks of the top table within `margin` voxels of the box around a triangle. */\n",
     "SPRINGLS__MATHS springls__brick_walk springls__brick_walk_begin(const springls__grid *g, springls__springl s, float margin)\n",
     "{\n",
+    "    const springls__box box = springls__box_around(s, margin);\n",
     "    springls__brick_walk walk;\n",
-    "    springls__v3 lower, upper;\n",
     "    int m;\n",
-    "    springls__box_around(s, margin, &lower, &upper);\n",
-    "    springls__voxel_of_place(g, lower, walk.lo);\n",
-    "    springls__voxel_of_place(g, upper, walk.hi);\n",
+    "    springls__voxel_of_place(g, box.lower, walk.lo);\n",
+    "    springls__voxel_of_place(g, box.upper, walk.hi);\n",
     "    for (m = 0; m < 3; m++) walk.at[m] = walk.lo[m] &= ~7;\n",
     "    return walk;\n",
     "}\n",
@@ -28576,7 +28637,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4237 \"springls.h\"\n",
+    "#line 4303 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -28837,7 +28898,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4499 \"springls.h\"\n",
+    "#line 4565 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -29026,51 +29087,20 @@ static const char *const springls__kernel_lines[] = {
     "    return result;\n",
     "}\n",
     "\n",
-    "/* The box of the correspondences that a fit has taken. */\n",
-    "typedef struct springls__fit_box { springls__v3 lower, upper; } springls__fit_box;\n",
-    "\n",
-    "SPRINGLS__MATHS springls__fit_box springls__fit_box_begin(void)\n",
+    "/* Ends a fit: clamps its correspondence to a voxel beyond the box of those of the neighbors. Not ok either where the fitted surface\n",
+    "   is further than a voxel from the origin, or turned away from n. */\n",
+    "SPRINGLS__MATHS springls__fit_result springls__fit_end_in_box(const springls__fit *fit, springls__box correspondences)\n",
     "{\n",
-    "    springls__fit_box box;\n",
-    "    box.lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX);\n",
-    "    box.upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);\n",
-    "    return box;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS springls__v3 springls__min3(springls__v3 a, springls__v3 b)\n",
-    "{\n",
-    "    return springls__v3_make(springls__min(a.x, b.x), springls__min(a.y, b.y), springls__min(a.z, b.z));\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS springls__v3 springls__max3(springls__v3 a, springls__v3 b)\n",
-    "{\n",
-    "    return springls__v3_make(springls__max(a.x, b.x), springls__max(a.y, b.y), springls__max(a.z, b.z));\n",
-    "}\n",
-    "\n",
-    "/* Adds a particle with its normal and correspondence to a fit and its box, where it counts. */\n",
-    "SPRINGLS__MATHS void springls__fit_add_in_box(springls__fit *fit, springls__fit_box *box, springls__v3 p, springls__v3 normal,\n",
-    "                                              springls__v3 a)\n",
-    "{\n",
-    "    if (!springls__fit_add(fit, p, normal, a)) return;\n",
-    "    box->lower = springls__min3(box->lower, a);\n",
-    "    box->upper = springls__max3(box->upper, a);\n",
-    "}\n",
-    "\n",
-    "/* Ends a fit: clamps its correspondence to a voxel beyond the range of the neighbors. Not ok either where the fitted surface is\n",
-    "   further than a voxel from the origin, or turned away from n. */\n",
-    "SPRINGLS__MATHS springls__fit_result springls__fit_end_in_box(const springls__fit *fit, const springls__fit_box *box)\n",
-    "{\n",
-    "    const springls__v3 margin = springls__v3_make(1.0f, 1.0f, 1.0f);\n",
+    "    const springls__box box = springls__box_widened(correspondences, 1.0f);\n",
     "    springls__fit_result result = springls__fit_end(fit);\n",
-    "    springls__v3 a = springls__max3(result.a, springls__sub(box->lower, margin));\n",
     "    float off2, facing;\n",
-    "    result.a = springls__min3(a, springls__add(box->upper, margin));\n",
+    "    result.a = springls__min3(springls__max3(result.a, box.lower), box.upper);\n",
     "    off2 = springls__length2(springls__sub(result.point, fit->origin));\n",
     "    facing = springls__dot(result.normal, fit->n);\n",
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 4733 \"springls.h\"\n",
+    "#line 4768 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -29187,7 +29217,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 4851 \"springls.h\"\n",
+    "#line 4886 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -29337,7 +29367,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;\n",
     "}\n",
     "\n",
-    "#line 5001 \"springls.h\"\n",
+    "#line 5036 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29352,7 +29382,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5017 \"springls.h\"\n",
+    "#line 5052 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -29533,7 +29563,8 @@ static const char *const springls__kernel_lines[] = {
     "    return at;\n",
     "}\n",
     "\n",
-    "/* Returns simpson_residual at a particle that moves from x by d. flow: at the stages; what pushes is taken to be as it was there. */\n",
+    "/* Returns simpson_residual at a particle that moves from x by d. flow: at the stages; what pushes is taken to be as it was\n",
+    "   there. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(path_residual)(const springls__model *model, const springls__force_rule *rule,\n",
     "                                                            SPRINGLS__NUM3 x, SPRINGLS__NUM3 d, SPRINGLS__NUM3 k1,\n",
     "                                                            SPRINGLS__NUM3 k4, const SPRINGLS__NUM3 *flow)\n",
@@ -29698,7 +29729,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5363 \"springls.h\"\n",
+    "#line 5399 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29713,7 +29744,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5378 \"springls.h\"\n",
+    "#line 5414 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -29894,7 +29925,8 @@ static const char *const springls__kernel_lines[] = {
     "    return at;\n",
     "}\n",
     "\n",
-    "/* Returns simpson_residual at a particle that moves from x by d. flow: at the stages; what pushes is taken to be as it was there. */\n",
+    "/* Returns simpson_residual at a particle that moves from x by d. flow: at the stages; what pushes is taken to be as it was\n",
+    "   there. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(path_residual)(const springls__model *model, const springls__force_rule *rule,\n",
     "                                                            SPRINGLS__NUM3 x, SPRINGLS__NUM3 d, SPRINGLS__NUM3 k1,\n",
     "                                                            SPRINGLS__NUM3 k4, const SPRINGLS__NUM3 *flow)\n",
@@ -30059,7 +30091,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5724 \"springls.h\"\n",
+    "#line 5761 \"springls.h\"\n",
     "\n",
     "/* Finds what becomes of springl i by the forces of the rule. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -30076,7 +30108,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 6330 \"springls.h\"\n",
+    "#line 6367 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -30102,7 +30134,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6357 \"springls.h\"\n",
+    "#line 6394 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -30191,7 +30223,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6447 \"springls.h\"\n",
+    "#line 6484 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -30331,7 +30363,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6588 \"springls.h\"\n",
+    "#line 6625 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -30424,7 +30456,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6682 \"springls.h\"\n",
+    "#line 6719 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -30645,7 +30677,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6904 \"springls.h\"\n",
+    "#line 6941 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -30675,7 +30707,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6934 \"springls.h\"\n",
+    "#line 6971 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30690,7 +30722,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 6950 \"springls.h\"\n",
+    "#line 6987 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -30859,7 +30891,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7119 \"springls.h\"\n",
+    "#line 7156 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30874,7 +30906,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7134 \"springls.h\"\n",
+    "#line 7171 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -31043,7 +31075,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7303 \"springls.h\"\n",
+    "#line 7340 \"springls.h\"\n",
     "\n",
     "/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -31097,7 +31129,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7358 \"springls.h\"\n",
+    "#line 7395 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -31123,7 +31155,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7384 \"springls.h\"\n",
+    "#line 7421 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31138,7 +31170,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7400 \"springls.h\"\n",
+    "#line 7437 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -31221,7 +31253,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7483 \"springls.h\"\n",
+    "#line 7520 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31236,7 +31268,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7498 \"springls.h\"\n",
+    "#line 7535 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -31319,7 +31351,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7581 \"springls.h\"\n",
+    "#line 7618 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -31393,7 +31425,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7656 \"springls.h\"\n",
+    "#line 7693 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -31944,7 +31976,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8208 \"springls.h\"\n",
+    "#line 8245 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -32021,7 +32053,7 @@ static const char *const springls__kernel_lines[] = {
     "                                                      springls__v3 a0, int known)\n",
     "{\n",
     "    springls__fit fit = springls__fit_begin(x, n, a0);\n",
-    "    springls__fit_box box = springls__fit_box_begin();\n",
+    "    springls__box correspondences = springls__box_empty();\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, x, SPRINGLS__FIT_RADIUS);\n",
     "    springls__fit_result result;\n",
     "    int other;\n",
@@ -32029,9 +32061,10 @@ static const char *const springls__kernel_lines[] = {
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
     "        if (other >= known || springls__of_two_contact_bodies(model, of, other)) continue;\n",
-    "        springls__fit_add_in_box(&fit, &box, o->p, springls__springl_normal(*o), model->set.a[other]);\n",
+    "        if (springls__fit_add(&fit, o->p, springls__springl_normal(*o), model->set.a[other]))\n",
+    "            correspondences = springls__box_add(correspondences, model->set.a[other]);\n",
     "    }\n",
-    "    return springls__fit_end_in_box(&fit, &box);\n",
+    "    return springls__fit_end_in_box(&fit, correspondences);\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__track_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -32039,7 +32072,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8304 \"springls.h\"\n",
+    "#line 8342 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -32163,7 +32196,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8429 \"springls.h\"\n",
+    "#line 8467 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -32433,7 +32466,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8700 \"springls.h\"\n",
+    "#line 8738 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -32509,7 +32542,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8777 \"springls.h\"\n",
+    "#line 8815 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -32651,7 +32684,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 8920 \"springls.h\"\n",
+    "#line 8958 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -32840,7 +32873,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9110 \"springls.h\"\n",
+    "#line 9148 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -32967,7 +33000,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9238 \"springls.h\"\n",
+    "#line 9276 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -33000,7 +33033,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (others == 0) return 0;\n",
     "    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;\n",
     "}\n",
-    "#line 9272 \"springls.h\"\n",
+    "#line 9310 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -33233,32 +33266,17 @@ static const char *const springls__kernel_lines[] = {
     "                springls__take_into_rows(oriented[k], origin, model->group, take, sums);\n",
     "}\n",
     "\n",
-    "/* The box of the places that springls at an edge may be near; empty where there are none. */\n",
-    "typedef struct springls__edge_box { springls__v3 lower, upper; } springls__edge_box;\n",
-    "\n",
-    "SPRINGLS__MATHS springls__edge_box springls__edge_box_of(const springls__model *model, const springls__near_ranges *near_by)\n",
+    "/* Returns the box of the places that springls at an edge may be near; empty where there are none. */\n",
+    "SPRINGLS__MATHS springls__box springls__edge_box_of(const springls__model *model, const springls__near_ranges *near_by)\n",
     "{\n",
-    "    const float radius = SPRINGLS__PROJECT_RADIUS;\n",
     "    SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);\n",
-    "    springls__edge_box box;\n",
+    "    springls__box box = springls__box_empty();\n",
     "    int r, k;\n",
-    "    box.lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX);\n",
-    "    box.upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);\n",
     "    if (!model->params.keep_edges || model->set.at_edges == 0) return box;\n",
     "    for (r = 0; r < near_by->count; r++)\n",
-    "        for (k = near_by->first[r]; k < near_by->end[r]; k++) {\n",
-    "            springls__v3 p = oriented[k].p;\n",
-    "            if (!oriented[k].edge) continue;\n",
-    "            box.lower = springls__min3(box.lower, springls__v3_make(p.x - radius, p.y - radius, p.z - radius));\n",
-    "            box.upper = springls__max3(box.upper, springls__v3_make(p.x + radius, p.y + radius, p.z + radius));\n",
-    "        }\n",
-    "    return box;\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__MATHS bool springls__in_edge_box(springls__edge_box box, springls__v3 x)\n",
-    "{\n",
-    "    return x.x >= box.lower.x && x.y >= box.lower.y && x.z >= box.lower.z && x.x <= box.upper.x && x.y <= box.upper.y\n",
-    "           && x.z <= box.upper.z;\n",
+    "        for (k = near_by->first[r]; k < near_by->end[r]; k++)\n",
+    "            if (oriented[k].edge) box = springls__box_add(box, oriented[k].p);\n",
+    "    return springls__box_widened(box, SPRINGLS__PROJECT_RADIUS);\n",
     "}\n",
     "\n",
     "/* Returns a weight that falls from 1 at x to 0 at PROJECT_RADIUS and on to less. */\n",
@@ -33323,24 +33341,19 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS springls__v3 springls__voxel_place(const int origin[3], int v)\n",
-    "{\n",
-    "    return springls__v3_make((float)(origin[0] + (v & 7)), (float)(origin[1] + (v >> 3 & 7)), (float)(origin[2] + (v >> 6)));\n",
-    "}\n",
-    "\n",
     "#define SPRINGLS__BESIDE_ZERO 1.2f /* voxels: none beyond it is next to the zero level */\n",
     "\n",
     "/* Returns phi at a voxel v that springls are near and have carried `phi` to: made exact by them, and put on the other side where\n",
     "   phi has lost a sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */\n",
     "SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,\n",
     "                                              const int origin[3], int v, springls__moments sum, springls__arguments args,\n",
-    "                                              springls__edge_box edges, float phi)\n",
+    "                                              springls__box edges, float phi)\n",
     "{\n",
     "    springls__v3 x = springls__voxel_place(origin, v);\n",
     "    springls__projection f = springls__moments_distance(sum);\n",
     "    springls__estimate edge;\n",
     "    edge.weight = edge.distance = 0.0f;\n",
-    "    if (springls__fabs(phi) < SPRINGLS__BESIDE_ZERO && springls__in_edge_box(edges, x))\n",
+    "    if (springls__fabs(phi) < SPRINGLS__BESIDE_ZERO && springls__box_contains(edges, x))\n",
     "        edge = springls__height_at_edge(model, near_by, v, x);\n",
     "    if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance))\n",
     "        return springls__on_known_side(edge.distance, phi);\n",
@@ -33358,7 +33371,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Returns where voxels, SPRINGLS__LANES of a row from number `first` on, may need springls__project_voxel: elsewhere only the sums\n",
     "   count. */\n",
     "SPRINGLS__VEC_MATHS springls__vmask springls__needs_project_voxel(const springls__model *model, const int origin[3], int first,\n",
-    "                                                                  springls__edge_box edges, springls__vec phi,\n",
+    "                                                                  springls__box edges, springls__vec phi,\n",
     "                                                                  springls__vec_projection f)\n",
     "{\n",
     "    springls__v3 x = springls__voxel_place(origin, first);\n",
@@ -33393,7 +33406,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Makes phi of a row's voxels exact where springls are near. */\n",
     "SPRINGLS__MATHS void springls__correct_row(const springls__model *model, const springls__near_ranges *near_by, const int origin[3],\n",
     "                                           int row, SPRINGLS__LOCAL const float *sums, springls__arguments args,\n",
-    "                                           springls__edge_box edges, float phi[8])\n",
+    "                                           springls__box edges, float phi[8])\n",
     "{\n",
     "    float needed[8];\n",
     "    bool some_needed = false;\n",
@@ -33466,7 +33479,7 @@ static const char *const springls__kernel_lines[] = {
     "   unknown. */\n",
     "SPRINGLS__MATHS bool springls__project_row(const springls__model *model, const springls__near_ranges *near_by,\n",
     "                                           const springls__wide_tile *tile, const int origin[3], int row, bool reached,\n",
-    "                                           SPRINGLS__LOCAL const float *sums, springls__arguments args, springls__edge_box edges,\n",
+    "                                           SPRINGLS__LOCAL const float *sums, springls__arguments args, springls__box edges,\n",
     "                                           SPRINGLS__GLOBAL const float *phi, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    const bool carry = args.project.carry != 0;\n",
@@ -33503,7 +33516,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_sums sums;\n",
     "    springls__wide_tile tile;\n",
     "    springls__near_ranges near_by;\n",
-    "    springls__edge_box edges;\n",
+    "    springls__box edges;\n",
     "    int row, o[3];\n",
     "    sums.value = memory;\n",
     "    sums.opposed = springls__has_opposed(model) + i;\n",
@@ -33564,7 +33577,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9837 \"springls.h\"\n",
+    "#line 9855 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -33714,7 +33727,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 9988 \"springls.h\"\n",
+    "#line 10006 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -33818,7 +33831,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10093 \"springls.h\"\n",
+    "#line 10111 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -33915,7 +33928,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10191 \"springls.h\"\n",
+    "#line 10209 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -33945,14 +33958,6 @@ static const char *const springls__kernel_lines[] = {
     "    at[0] = o[0] + x;\n",
     "    at[1] = o[1] + (row & 7);\n",
     "    at[2] = o[2] + (row >> 3);\n",
-    "}\n",
-    "\n",
-    "/* Finds the voxel next to `at` in direction d: -x +x -y +y -z +z. */\n",
-    "SPRINGLS__MATHS void springls__neighbor_voxel(const int at[3], int d, int to[3])\n",
-    "{\n",
-    "    to[0] = at[0] + (d == 1) - (d == 0);\n",
-    "    to[1] = at[1] + (d == 3) - (d == 2);\n",
-    "    to[2] = at[2] + (d == 5) - (d == 4);\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS float springls__phi_of(const springls__grid *g, const int at[3])\n",
@@ -34461,7 +34466,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10738 \"springls.h\"\n",
+    "#line 10748 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -34537,7 +34542,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10815 \"springls.h\"\n",
+    "#line 10825 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -34773,7 +34778,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11052 \"springls.h\"\n",
+    "#line 11062 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -34806,7 +34811,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11086 \"springls.h\"\n",
+    "#line 11096 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -34831,14 +34836,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11112 \"springls.h\"\n",
+    "#line 11122 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11119 \"springls.h\"\n",
+    "#line 11129 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34853,7 +34858,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11135 \"springls.h\"\n",
+    "#line 11145 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -34983,7 +34988,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11265 \"springls.h\"\n",
+    "#line 11275 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34998,7 +35003,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11280 \"springls.h\"\n",
+    "#line 11290 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35128,7 +35133,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11411 \"springls.h\"\n",
+    "#line 11421 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -35419,7 +35424,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11703 \"springls.h\"\n",
+    "#line 11713 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -35520,7 +35525,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 35524 \"springls.h\"\n",
+    "#line 35529 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -35770,12 +35775,11 @@ static const char *const springls__kernel_lines[] = {
     "/* Marks the bricks within the band of springl i. */\n",
     "SPRINGLS__MATHS void springls__mark_near_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    springls__v3 lower, upper;\n",
+    "    const springls__box box = springls__box_around(model->set.s[i], model->params.band_half_width + 1.0f);\n",
     "    int lo[3], hi[3], at[3];\n",
     "    (void)args;\n",
-    "    springls__box_around(model->set.s[i], model->params.band_half_width + 1.0f, &lower, &upper);\n",
-    "    springls__origin_of_place(&model->grid, lower, lo);\n",
-    "    springls__origin_of_place(&model->grid, upper, hi);\n",
+    "    springls__origin_of_place(&model->grid, box.lower, lo);\n",
+    "    springls__origin_of_place(&model->grid, box.upper, hi);\n",
     "    for (at[2] = lo[2]; at[2] <= hi[2]; at[2] += SPRINGLS__BRICK)\n",
     "        for (at[1] = lo[1]; at[1] <= hi[1]; at[1] += SPRINGLS__BRICK)\n",
     "            for (at[0] = lo[0]; at[0] <= hi[0]; at[0] += SPRINGLS__BRICK) springls__mark(model, at);\n",
@@ -36228,23 +36232,16 @@ enum { SPRINGLS__OFF_SURFACE, SPRINGLS__FACING_SAME, SPRINGLS__FACING_OPPOSITE }
 #define SPRINGLS__PHI_ERROR 1.0f    /* voxel: of phi between voxels                 */
 #define SPRINGLS__PARALLEL 0.7f     /* cosine between normals that face alike       */
 
-/* A box in voxels. */
-typedef struct springls__box { springls__v3 lower, upper; } springls__box;
-
-/* Returns a box of all springls, with room for the gaps between triangles. */
+/* Returns a box of all springls, voxels, with room for the gaps between triangles. */
 SPRINGLS__FN springls__box springls__box_of_springls(const springls_context *ctx)
 {
-    springls__box box;
+    springls__box box = springls__box_empty();
     int i;
-    box.lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX);
-    box.upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
     for (i = 0; i < ctx->model.set.count; i++) {
         const springls__v3 p = ctx->model.set.s[i].p;
         const float r = ctx->model.set.s[i].bounding_radius + SPRINGLS__TRIANGLE_GAP;
-        box.lower = springls__v3_make(springls__min(box.lower.x, p.x - r), springls__min(box.lower.y, p.y - r),
-                                      springls__min(box.lower.z, p.z - r));
-        box.upper = springls__v3_make(springls__max(box.upper.x, p.x + r), springls__max(box.upper.y, p.y + r),
-                                      springls__max(box.upper.z, p.z + r));
+        box = springls__box_add(box, springls__v3_make(p.x - r, p.y - r, p.z - r));
+        box = springls__box_add(box, springls__v3_make(p.x + r, p.y + r, p.z + r));
     }
     return box;
 }
@@ -36384,9 +36381,7 @@ SPRINGLS__FN void springls__combine_brick(springls__grid *g, springls_operation 
     int o[3], at[3], v;
     springls__slot_origin(g, slot, o);
     for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-        at[0] = o[0] + (v & 7);
-        at[1] = o[1] + (v >> 3 & 7);
-        at[2] = o[2] + (v >> 6);
+        springls__voxel_of_brick(o, v, at);
         out[v] = springls__surfaces_cancel(operation, g, other, phi[v], other_phi[v], at)
                ? between : springls__combined_phi(operation, phi[v], other_phi[v]);
         if (out[v] != phi[v]) springls__end_calm(g, slot);

@@ -247,12 +247,11 @@ SPRINGLS__MATHS void springls__mark_band_element(const springls__model *model, s
 /* Marks the bricks within the band of springl i. */
 SPRINGLS__MATHS void springls__mark_near_element(const springls__model *model, springls__arguments args, int i)
 {
-    springls__v3 lower, upper;
+    const springls__box box = springls__box_around(model->set.s[i], model->params.band_half_width + 1.0f);
     int lo[3], hi[3], at[3];
     (void)args;
-    springls__box_around(model->set.s[i], model->params.band_half_width + 1.0f, &lower, &upper);
-    springls__origin_of_place(&model->grid, lower, lo);
-    springls__origin_of_place(&model->grid, upper, hi);
+    springls__origin_of_place(&model->grid, box.lower, lo);
+    springls__origin_of_place(&model->grid, box.upper, hi);
     for (at[2] = lo[2]; at[2] <= hi[2]; at[2] += SPRINGLS__BRICK)
         for (at[1] = lo[1]; at[1] <= hi[1]; at[1] += SPRINGLS__BRICK)
             for (at[0] = lo[0]; at[0] <= hi[0]; at[0] += SPRINGLS__BRICK) springls__mark(model, at);

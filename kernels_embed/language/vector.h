@@ -35,6 +35,50 @@ SPRINGLS__MATHS springls__v3 springls__lerp(springls__v3 a, springls__v3 b, floa
     return springls__mad(a, springls__sub(b, a), t);
 }
 
+SPRINGLS__MATHS springls__v3 springls__min3(springls__v3 a, springls__v3 b)
+{
+    return springls__v3_make(springls__min(a.x, b.x), springls__min(a.y, b.y), springls__min(a.z, b.z));
+}
+
+SPRINGLS__MATHS springls__v3 springls__max3(springls__v3 a, springls__v3 b)
+{
+    return springls__v3_make(springls__max(a.x, b.x), springls__max(a.y, b.y), springls__max(a.z, b.z));
+}
+
+/* A box along the axes. */
+typedef struct springls__box { springls__v3 lower, upper; } springls__box;
+
+/* Returns the box that has no place: springls__box_add makes it that of places. */
+SPRINGLS__MATHS springls__box springls__box_empty(void)
+{
+    springls__box box;
+    box.lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX);
+    box.upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
+    return box;
+}
+
+SPRINGLS__MATHS springls__box springls__box_add(springls__box box, springls__v3 x)
+{
+    box.lower = springls__min3(box.lower, x);
+    box.upper = springls__max3(box.upper, x);
+    return box;
+}
+
+/* Returns the box with `margin` more on every side. */
+SPRINGLS__MATHS springls__box springls__box_widened(springls__box box, float margin)
+{
+    const springls__v3 by = springls__v3_make(margin, margin, margin);
+    box.lower = springls__sub(box.lower, by);
+    box.upper = springls__add(box.upper, by);
+    return box;
+}
+
+SPRINGLS__MATHS bool springls__box_contains(springls__box box, springls__v3 x)
+{
+    return x.x >= box.lower.x && x.y >= box.lower.y && x.z >= box.lower.z && x.x <= box.upper.x && x.y <= box.upper.y
+        && x.z <= box.upper.z;
+}
+
 /* Returns a unit vector perpendicular to n. */
 SPRINGLS__MATHS springls__v3 springls__any_tangent(springls__v3 n)
 {

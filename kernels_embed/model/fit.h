@@ -190,45 +190,14 @@ SPRINGLS__MATHS springls__fit_result springls__fit_end(const springls__fit *fit)
     return result;
 }
 
-/* The box of the correspondences that a fit has taken. */
-typedef struct springls__fit_box { springls__v3 lower, upper; } springls__fit_box;
-
-SPRINGLS__MATHS springls__fit_box springls__fit_box_begin(void)
+/* Ends a fit: clamps its correspondence to a voxel beyond the box of those of the neighbors. Not ok either where the fitted surface
+   is further than a voxel from the origin, or turned away from n. */
+SPRINGLS__MATHS springls__fit_result springls__fit_end_in_box(const springls__fit *fit, springls__box correspondences)
 {
-    springls__fit_box box;
-    box.lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX);
-    box.upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
-    return box;
-}
-
-SPRINGLS__MATHS springls__v3 springls__min3(springls__v3 a, springls__v3 b)
-{
-    return springls__v3_make(springls__min(a.x, b.x), springls__min(a.y, b.y), springls__min(a.z, b.z));
-}
-
-SPRINGLS__MATHS springls__v3 springls__max3(springls__v3 a, springls__v3 b)
-{
-    return springls__v3_make(springls__max(a.x, b.x), springls__max(a.y, b.y), springls__max(a.z, b.z));
-}
-
-/* Adds a particle with its normal and correspondence to a fit and its box, where it counts. */
-SPRINGLS__MATHS void springls__fit_add_in_box(springls__fit *fit, springls__fit_box *box, springls__v3 p, springls__v3 normal,
-                                              springls__v3 a)
-{
-    if (!springls__fit_add(fit, p, normal, a)) return;
-    box->lower = springls__min3(box->lower, a);
-    box->upper = springls__max3(box->upper, a);
-}
-
-/* Ends a fit: clamps its correspondence to a voxel beyond the range of the neighbors. Not ok either where the fitted surface is
-   further than a voxel from the origin, or turned away from n. */
-SPRINGLS__MATHS springls__fit_result springls__fit_end_in_box(const springls__fit *fit, const springls__fit_box *box)
-{
-    const springls__v3 margin = springls__v3_make(1.0f, 1.0f, 1.0f);
+    const springls__box box = springls__box_widened(correspondences, 1.0f);
     springls__fit_result result = springls__fit_end(fit);
-    springls__v3 a = springls__max3(result.a, springls__sub(box->lower, margin));
     float off2, facing;
-    result.a = springls__min3(a, springls__add(box->upper, margin));
+    result.a = springls__min3(springls__max3(result.a, box.lower), box.upper);
     off2 = springls__length2(springls__sub(result.point, fit->origin));
     facing = springls__dot(result.normal, fit->n);
     result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;

@@ -7,7 +7,32 @@
 
 #include "model.h"
 
+/* Returns which voxel of its brick a voxel is. */
 SPRINGLS__MATHS int springls__voxel_in_brick(int x, int y, int z) { return (x & 7) + 8 * (y & 7) + 64 * (z & 7); }
+
+/* Finds voxel v of the brick whose first voxel is `origin`. */
+SPRINGLS__MATHS void springls__voxel_of_brick(const int origin[3], int v, int at[3])
+{
+    at[0] = origin[0] + (v & 7);
+    at[1] = origin[1] + (v >> 3 & 7);
+    at[2] = origin[2] + (v >> 6);
+}
+
+/* Returns where that voxel is. */
+SPRINGLS__MATHS springls__v3 springls__voxel_place(const int origin[3], int v)
+{
+    int at[3];
+    springls__voxel_of_brick(origin, v, at);
+    return springls__v3_make((float)at[0], (float)at[1], (float)at[2]);
+}
+
+/* Finds the voxel next to `at` in direction d: -x +x -y +y -z +z. */
+SPRINGLS__MATHS void springls__neighbor_voxel(const int at[3], int d, int to[3])
+{
+    to[0] = at[0] + (d == 1) - (d == 0);
+    to[1] = at[1] + (d == 3) - (d == 2);
+    to[2] = at[2] + (d == 5) - (d == 4);
+}
 
 /* Returns the brick of a voxel of the domain. */
 SPRINGLS__MATHS int springls__brick_at(const springls__grid *g, int x, int y, int z)
@@ -505,29 +530,23 @@ SPRINGLS__MATHS void springls__voxel_at_face(const int at[3], int size, int d, i
 /* A walk over the bricks that a springl comes near. */
 typedef struct springls__brick_walk { int lo[3], hi[3], at[3]; } springls__brick_walk;
 
-/* Finds the box within `margin` voxels of a triangle. */
-SPRINGLS__MATHS void springls__box_around(springls__springl s, float margin, springls__v3 *lower, springls__v3 *upper)
+/* Returns the box within `margin` voxels of a triangle. */
+SPRINGLS__MATHS springls__box springls__box_around(springls__springl s, float margin)
 {
-    springls__v3 lo = s.q[0], hi = s.q[0];
+    springls__box box = springls__box_empty();
     int m;
-    for (m = 1; m < 3; m++) {
-        springls__v3 q = s.q[m];
-        lo = springls__v3_make(springls__min(lo.x, q.x), springls__min(lo.y, q.y), springls__min(lo.z, q.z));
-        hi = springls__v3_make(springls__max(hi.x, q.x), springls__max(hi.y, q.y), springls__max(hi.z, q.z));
-    }
-    *lower = springls__v3_make(lo.x - margin, lo.y - margin, lo.z - margin);
-    *upper = springls__v3_make(hi.x + margin, hi.y + margin, hi.z + margin);
+    for (m = 0; m < 3; m++) box = springls__box_add(box, s.q[m]);
+    return springls__box_widened(box, margin);
 }
 
 /* Begins at the bricks of the top table within `margin` voxels of the box around a triangle. */
 SPRINGLS__MATHS springls__brick_walk springls__brick_walk_begin(const springls__grid *g, springls__springl s, float margin)
 {
+    const springls__box box = springls__box_around(s, margin);
     springls__brick_walk walk;
-    springls__v3 lower, upper;
     int m;
-    springls__box_around(s, margin, &lower, &upper);
-    springls__voxel_of_place(g, lower, walk.lo);
-    springls__voxel_of_place(g, upper, walk.hi);
+    springls__voxel_of_place(g, box.lower, walk.lo);
+    springls__voxel_of_place(g, box.upper, walk.hi);
     for (m = 0; m < 3; m++) walk.at[m] = walk.lo[m] &= ~7;
     return walk;
 }

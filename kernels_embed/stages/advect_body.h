@@ -178,7 +178,8 @@ SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(moved_by)(SPRINGLS__W(movers) 
     return at;
 }
 
-/* Returns simpson_residual at a particle that moves from x by d. flow: at the stages; what pushes is taken to be as it was there. */
+/* Returns simpson_residual at a particle that moves from x by d. flow: at the stages; what pushes is taken to be as it was
+   there. */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(path_residual)(const springls__model *model, const springls__force_rule *rule,
                                                             SPRINGLS__NUM3 x, SPRINGLS__NUM3 d, SPRINGLS__NUM3 k1,
                                                             SPRINGLS__NUM3 k4, const SPRINGLS__NUM3 *flow)

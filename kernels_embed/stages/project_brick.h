@@ -241,32 +241,17 @@ SPRINGLS__MATHS void springls__brick_sums_take(const springls__model *model, con
                 springls__take_into_rows(oriented[k], origin, model->group, take, sums);
 }
 
-/* The box of the places that springls at an edge may be near; empty where there are none. */
-typedef struct springls__edge_box { springls__v3 lower, upper; } springls__edge_box;
-
-SPRINGLS__MATHS springls__edge_box springls__edge_box_of(const springls__model *model, const springls__near_ranges *near_by)
+/* Returns the box of the places that springls at an edge may be near; empty where there are none. */
+SPRINGLS__MATHS springls__box springls__edge_box_of(const springls__model *model, const springls__near_ranges *near_by)
 {
-    const float radius = SPRINGLS__PROJECT_RADIUS;
     SPRINGLS__GLOBAL const springls__oriented *oriented = springls__all_oriented(model);
-    springls__edge_box box;
+    springls__box box = springls__box_empty();
     int r, k;
-    box.lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX);
-    box.upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
     if (!model->params.keep_edges || model->set.at_edges == 0) return box;
     for (r = 0; r < near_by->count; r++)
-        for (k = near_by->first[r]; k < near_by->end[r]; k++) {
-            springls__v3 p = oriented[k].p;
-            if (!oriented[k].edge) continue;
-            box.lower = springls__min3(box.lower, springls__v3_make(p.x - radius, p.y - radius, p.z - radius));
-            box.upper = springls__max3(box.upper, springls__v3_make(p.x + radius, p.y + radius, p.z + radius));
-        }
-    return box;
-}
-
-SPRINGLS__MATHS bool springls__in_edge_box(springls__edge_box box, springls__v3 x)
-{
-    return x.x >= box.lower.x && x.y >= box.lower.y && x.z >= box.lower.z && x.x <= box.upper.x && x.y <= box.upper.y
-           && x.z <= box.upper.z;
+        for (k = near_by->first[r]; k < near_by->end[r]; k++)
+            if (oriented[k].edge) box = springls__box_add(box, oriented[k].p);
+    return springls__box_widened(box, SPRINGLS__PROJECT_RADIUS);
 }
 
 /* Returns a weight that falls from 1 at x to 0 at PROJECT_RADIUS and on to less. */
@@ -331,24 +316,19 @@ SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const
     return false;
 }
 
-SPRINGLS__MATHS springls__v3 springls__voxel_place(const int origin[3], int v)
-{
-    return springls__v3_make((float)(origin[0] + (v & 7)), (float)(origin[1] + (v >> 3 & 7)), (float)(origin[2] + (v >> 6)));
-}
-
 #define SPRINGLS__BESIDE_ZERO 1.2f /* voxels: none beyond it is next to the zero level */
 
 /* Returns phi at a voxel v that springls are near and have carried `phi` to: made exact by them, and put on the other side where
    phi has lost a sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */
 SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,
                                               const int origin[3], int v, springls__moments sum, springls__arguments args,
-                                              springls__edge_box edges, float phi)
+                                              springls__box edges, float phi)
 {
     springls__v3 x = springls__voxel_place(origin, v);
     springls__projection f = springls__moments_distance(sum);
     springls__estimate edge;
     edge.weight = edge.distance = 0.0f;
-    if (springls__fabs(phi) < SPRINGLS__BESIDE_ZERO && springls__in_edge_box(edges, x))
+    if (springls__fabs(phi) < SPRINGLS__BESIDE_ZERO && springls__box_contains(edges, x))
         edge = springls__height_at_edge(model, near_by, v, x);
     if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance))
         return springls__on_known_side(edge.distance, phi);
@@ -366,7 +346,7 @@ SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, cons
 /* Returns where voxels, SPRINGLS__LANES of a row from number `first` on, may need springls__project_voxel: elsewhere only the sums
    count. */
 SPRINGLS__VEC_MATHS springls__vmask springls__needs_project_voxel(const springls__model *model, const int origin[3], int first,
-                                                                  springls__edge_box edges, springls__vec phi,
+                                                                  springls__box edges, springls__vec phi,
                                                                   springls__vec_projection f)
 {
     springls__v3 x = springls__voxel_place(origin, first);
@@ -401,7 +381,7 @@ SPRINGLS__MATHS void springls__carry_row(const springls__wide_tile *tile, int ro
 /* Makes phi of a row's voxels exact where springls are near. */
 SPRINGLS__MATHS void springls__correct_row(const springls__model *model, const springls__near_ranges *near_by, const int origin[3],
                                            int row, SPRINGLS__LOCAL const float *sums, springls__arguments args,
-                                           springls__edge_box edges, float phi[8])
+                                           springls__box edges, float phi[8])
 {
     float needed[8];
     bool some_needed = false;
@@ -474,7 +454,7 @@ SPRINGLS__MATHS bool springls__mark_passed(const springls__model *model, const i
    unknown. */
 SPRINGLS__MATHS bool springls__project_row(const springls__model *model, const springls__near_ranges *near_by,
                                            const springls__wide_tile *tile, const int origin[3], int row, bool reached,
-                                           SPRINGLS__LOCAL const float *sums, springls__arguments args, springls__edge_box edges,
+                                           SPRINGLS__LOCAL const float *sums, springls__arguments args, springls__box edges,
                                            SPRINGLS__GLOBAL const float *phi, SPRINGLS__GLOBAL float *out)
 {
     const bool carry = args.project.carry != 0;
@@ -511,7 +491,7 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     springls__brick_sums sums;
     springls__wide_tile tile;
     springls__near_ranges near_by;
-    springls__edge_box edges;
+    springls__box edges;
     int row, o[3];
     sums.value = memory;
     sums.opposed = springls__has_opposed(model) + i;

@@ -38,14 +38,6 @@ SPRINGLS__MATHS void springls__row_voxel(const int o[3], int row, int x, int at[
     at[2] = o[2] + (row >> 3);
 }
 
-/* Finds the voxel next to `at` in direction d: -x +x -y +y -z +z. */
-SPRINGLS__MATHS void springls__neighbor_voxel(const int at[3], int d, int to[3])
-{
-    to[0] = at[0] + (d == 1) - (d == 0);
-    to[1] = at[1] + (d == 3) - (d == 2);
-    to[2] = at[2] + (d == 5) - (d == 4);
-}
-
 SPRINGLS__MATHS float springls__phi_of(const springls__grid *g, const int at[3])
 {
     return springls__grid_phi(g, g->phi, at[0], at[1], at[2]);

@@ -82,7 +82,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *mod
                                                       springls__v3 a0, int known)
 {
     springls__fit fit = springls__fit_begin(x, n, a0);
-    springls__fit_box box = springls__fit_box_begin();
+    springls__box correspondences = springls__box_empty();
     springls__cell_walk walk = springls__cell_walk_near(model, x, SPRINGLS__FIT_RADIUS);
     springls__fit_result result;
     int other;
@@ -90,9 +90,10 @@ SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *mod
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         if (other >= known || springls__of_two_contact_bodies(model, of, other)) continue;
-        springls__fit_add_in_box(&fit, &box, o->p, springls__springl_normal(*o), model->set.a[other]);
+        if (springls__fit_add(&fit, o->p, springls__springl_normal(*o), model->set.a[other]))
+            correspondences = springls__box_add(correspondences, model->set.a[other]);
     }
-    return springls__fit_end_in_box(&fit, &box);
+    return springls__fit_end_in_box(&fit, correspondences);
 }
 
 SPRINGLS__MATHS void springls__track_element(const springls__model *model, springls__arguments args, int i)

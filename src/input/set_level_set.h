@@ -13,8 +13,8 @@
 #include "../model/grid.h"
 #include "../model/host_access.h"
 #include "../model/transform.h"
-#include "../stages/keep_edges.h"
 #include "../stages/rebuild.h"
+#include "initial_edges.h"
 
 /* Returns the distance from x to the border of the domain, voxels, positive inside. The border is half a voxel beyond the
    outermost centers. */
@@ -105,8 +105,7 @@ SPRINGLS__FN void springls__voxel_task(void *arg, int begin, int end)
         float *phi = g->phi + (size_t)job->active[begin] * SPRINGLS__BRICK_VOXELS;
         int o[3], v;
         springls__slot_origin(g, job->active[begin], o);
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
-            points[v] = springls__v3_make((float)(o[0] + (v & 7)), (float)(o[1] + (v >> 3 & 7)), (float)(o[2] + (v >> 6)));
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) points[v] = springls__voxel_place(o, v);
         springls__evaluate_distances(job, points, SPRINGLS__BRICK_VOXELS, phi);
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
             if (phi[v] == phi[v])
@@ -341,11 +340,11 @@ SPRINGLS__FN void springls__copy_voxels(const springls__grid *g, springls__voxel
     int i, v;
     for (i = 0; i < g->active_count; i++) {
         float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-        int o[3];
+        int o[3], at[3];
         springls__slot_origin(g, g->active[i], o);
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-            int x = o[0] + (v & 7), y = o[1] + (v >> 3 & 7), z = o[2] + (v >> 6);
-            if (springls__grid_contains(g, x, y, z)) phi[v] = value(arg, springls__voxel_index(g, x, y, z));
+            springls__voxel_of_brick(o, v, at);
+            if (springls__grid_contains(g, at[0], at[1], at[2])) phi[v] = value(arg, springls__voxel_index(g, at[0], at[1], at[2]));
         }
     }
 }

@@ -177,6 +177,14 @@ SPRINGLS__FN springls_status springls__reference_copy(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* Returns the gradient of phi at a voxel by central differences. */
+SPRINGLS__FN springls__v3 springls__voxel_gradient(const springls__grid *g, int x, int y, int z)
+{
+    return springls__v3_make(0.5f * (springls__grid_phi(g, g->phi, x + 1, y, z) - springls__grid_phi(g, g->phi, x - 1, y, z)),
+                             0.5f * (springls__grid_phi(g, g->phi, x, y + 1, z) - springls__grid_phi(g, g->phi, x, y - 1, z)),
+                             0.5f * (springls__grid_phi(g, g->phi, x, y, z + 1) - springls__grid_phi(g, g->phi, x, y, z - 1)));
+}
+
 /* Returns whether any voxel is inside. */
 SPRINGLS__FN bool springls__has_inside(const springls__grid *g)
 {

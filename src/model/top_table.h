@@ -193,13 +193,11 @@ SPRINGLS__FN springls__brick_groups springls__groups_of_model(const springls__mo
     const springls__grid *g = &model->grid;
     const float margin = model->params.band_half_width + 1.0f;
     springls__brick_groups groups = springls__no_groups();
-    springls__v3 p, lower, upper;
     int i, axis, first[3], last[3];
     for (i = 0; i < model->set.count; i++) {
-        p = model->set.s[i].p;
-        springls__box_around(model->set.s[i], margin, &lower, &upper);
-        springls__origin_of_place(g, springls__min3(p, lower), first);
-        springls__origin_of_place(g, springls__max3(p, upper), last);
+        const springls__box box = springls__box_add(springls__box_around(model->set.s[i], margin), model->set.s[i].p);
+        springls__origin_of_place(g, box.lower, first);
+        springls__origin_of_place(g, box.upper, last);
         for (axis = 0; axis < 3; axis++) {
             first[axis] /= SPRINGLS__BRICK;
             last[axis] /= SPRINGLS__BRICK;

@@ -24,7 +24,7 @@ typedef struct springls__candidates {
 /* A few vertices, one a lane; nearest: the candidates nearest to them, or -1. */
 typedef struct springls__vertex_group {
     springls__vec3 x;
-    springls__v3 lower, upper; /* their box */
+    springls__box box;
     int nearest[SPRINGLS__LANES];
 } springls__vertex_group;
 
@@ -34,27 +34,18 @@ SPRINGLS__FN float springls__reach_of(float bounding_radius)
     return springls__max(SPRINGLS__CORRESPONDENCE_RADIUS, SPRINGLS__MATERIAL_RADIUS + bounding_radius);
 }
 
-/* Returns true when a place is within r of a box, by each coordinate. */
-SPRINGLS__FN bool springls__is_around_box(springls__v3 p, springls__v3 lower, springls__v3 upper, float r)
-{
-    return p.x >= lower.x - r && p.x <= upper.x + r && p.y >= lower.y - r && p.y <= upper.y + r && p.z >= lower.z - r
-        && p.z <= upper.z + r;
-}
-
 /* Lists the candidates of a box. Returns false where single vertices have to look for themselves: there are too many, some at a
    sharp edge, or of bodies that stay apart. */
-SPRINGLS__FN bool springls__find_candidates(const springls__model *model, springls__v3 lower, springls__v3 upper,
-                                            springls__candidates *c)
+SPRINGLS__FN bool springls__find_candidates(const springls__model *model, springls__box box, springls__candidates *c)
 {
-    const float r = springls__reach_of(model->cells.bounding_radius);
-    springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(lower.x - r, lower.y - r, lower.z - r),
-                                                         springls__v3_make(upper.x + r, upper.y + r, upper.z + r));
+    const springls__box around = springls__box_widened(box, springls__reach_of(model->cells.bounding_radius));
+    springls__cell_walk walk = springls__cell_walk_begin(model, around.lower, around.upper);
     int i;
     c->count = 0;
     if (model->params.contact == SPRINGLS_CONTACT_SEPARATE) return false;
     while ((i = springls__cell_walk_next(&walk)) >= 0) {
         const springls__springl *s = &model->set.s[i];
-        if (!springls__is_around_box(s->p, lower, upper, springls__reach_of(s->bounding_radius))) continue;
+        if (!springls__box_contains(springls__box_widened(box, springls__reach_of(s->bounding_radius)), s->p)) continue;
         if (c->count == SPRINGLS__CHUNK_CANDIDATES || springls__at_edge(model, i)) return false;
         c->x[c->count] = s->p.x;
         c->y[c->count] = s->p.y;
@@ -88,11 +79,10 @@ SPRINGLS__FN springls__vertex_group springls__vertex_group_of(const springls__v3
     springls__vertex_group group;
     springls__v3 v[SPRINGLS__LANES];
     int lane;
-    group.lower = group.upper = vertex[number[0]];
+    group.box = springls__box_empty();
     for (lane = 0; lane < SPRINGLS__LANES; lane++) {
         v[lane] = vertex[number[springls__imin(lane, count - 1)]];
-        group.lower = springls__min3(group.lower, v[lane]);
-        group.upper = springls__max3(group.upper, v[lane]);
+        group.box = springls__box_add(group.box, v[lane]);
         group.nearest[lane] = -1;
     }
     group.x = springls__vectors_of(v);
@@ -127,7 +117,7 @@ SPRINGLS__FN springls__vec springls__beyond2(springls__vec x, float lower, float
 SPRINGLS__FN void springls__list_candidates(const springls__vertex_group *group, springls__candidates *c)
 {
     const float slack = 1e-3f; /* more than all rounding errors */
-    const springls__v3 lo = group->lower, hi = group->upper;
+    const springls__v3 lo = group->box.lower, hi = group->box.upper;
     float within[SPRINGLS__LANES];
     int k, lane;
     c->listed = 0;

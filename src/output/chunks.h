@@ -372,7 +372,7 @@ SPRINGLS__FN void springls__collect_signatures(const springls_context *ctx, cons
     for (i = 0; i < ctx->model.set.count; i++) {
         springls__v3 p = ctx->model.set.s[i].p;
         springls__brick_signature *sum = &signature[springls__slot_of_place(&c->published, p)];
-        sum->ids += springls__hash(14695981039346656037u, &ctx->model.set.id[i], sizeof(uint32_t));
+        sum->ids += springls__hash(SPRINGLS__HASH_BEGIN, &ctx->model.set.id[i], sizeof(uint32_t));
         sum->particles = springls__add(sum->particles, p);
         sum->correspondences = springls__add(sum->correspondences, ctx->model.set.a[i]);
         sum->count++;
@@ -499,17 +499,15 @@ SPRINGLS__FN void springls__fill_single_material(const springls_context *ctx, sp
 SPRINGLS__FN void springls__fill_chunk_material(const springls_context *ctx, springls_chunk *chunk, const springls__v3 *vertex,
                                                 springls__candidates *candidates)
 {
-    springls__v3 lower = vertex[0], upper = vertex[0], a[SPRINGLS__LANES];
+    springls__box box = springls__box_empty();
+    springls__v3 a[SPRINGLS__LANES];
     int i, k, count, springl[SPRINGLS__LANES];
-    for (i = 1; i < chunk->vertex_count; i++) {
-        lower = springls__min3(lower, vertex[i]);
-        upper = springls__max3(upper, vertex[i]);
-    }
-    if (!springls__find_candidates(&ctx->model, lower, upper, candidates)) {
+    for (i = 0; i < chunk->vertex_count; i++) box = springls__box_add(box, vertex[i]);
+    if (!springls__find_candidates(&ctx->model, box, candidates)) {
         springls__fill_single_material(ctx, chunk, vertex);
         return;
     }
-    springls__order_vertices(vertex, chunk->vertex_count, lower, candidates->order);
+    springls__order_vertices(vertex, chunk->vertex_count, box.lower, candidates->order);
     for (i = 0; i < chunk->vertex_count; i += count) {
         const uint16_t *number = candidates->order + i;
         count = springls__imin(SPRINGLS__LANES, chunk->vertex_count - i);

@@ -85,7 +85,7 @@ SPRINGLS_API springls_stats springls_get_stats(const springls_context *ctx)
 
 SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
 {
-    uint64_t hash = 14695981039346656037u;
+    uint64_t hash = SPRINGLS__HASH_BEGIN;
     int i, v;
     if (!ctx) return 0;
     springls__end_reading((springls_context *)ctx);
@@ -96,13 +96,15 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
     hash = springls__hash(hash, ctx->model.set.a, (size_t)ctx->model.set.count * sizeof *ctx->model.set.a);
     hash = springls__hash(hash, ctx->model.set.id, (size_t)ctx->model.set.count * sizeof *ctx->model.set.id);
     for (i = 0; i < ctx->model.grid.active_count; i++) { /* in brick order; voxels of the domain only */
-        int slot = ctx->model.grid.active[i], o[3];
+        int slot = ctx->model.grid.active[i], o[3], at[3];
         springls__slot_origin(&ctx->model.grid, slot, o);
         hash = springls__hash(hash, &ctx->model.grid.slot_brick[slot], sizeof(int));
-        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
-            if (springls__grid_contains(&ctx->model.grid, o[0] + (v & 7), o[1] + (v >> 3 & 7), o[2] + (v >> 6)))
+        for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
+            springls__voxel_of_brick(o, v, at);
+            if (springls__grid_contains(&ctx->model.grid, at[0], at[1], at[2]))
                 hash = springls__hash(hash, &ctx->model.grid.phi[(size_t)slot * SPRINGLS__BRICK_VOXELS + (size_t)v],
                                       sizeof(float));
+        }
     }
     return hash;
 }

@@ -57,6 +57,8 @@ SPRINGLS__FN int32_t springls__find_root(int32_t *parent, int32_t i)
     return i;
 }
 
+#define SPRINGLS__HASH_BEGIN 14695981039346656037u /* a hash of nothing (FNV-1a, 64 bits) */
+
 /* Continues a hash over an array of 32-bit words (FNV-1a). */
 SPRINGLS__FN uint64_t springls__hash(uint64_t hash, const void *data, size_t bytes)
 {

@@ -66,11 +66,9 @@ SPRINGLS__FN int32_t springls__label_node(const springls__grid *g, const springl
 /* Finds the coordinates of voxel i of active bricks. */
 SPRINGLS__FN void springls__labelled_voxel(const springls__grid *g, int32_t i, int32_t voxel[3])
 {
-    int v = i % SPRINGLS__BRICK_VOXELS, origin[3];
+    int origin[3];
     springls__slot_origin(g, g->active[i / SPRINGLS__BRICK_VOXELS], origin);
-    voxel[0] = origin[0] + (v & 7);
-    voxel[1] = origin[1] + (v >> 3 & 7);
-    voxel[2] = origin[2] + (v >> 6);
+    springls__voxel_of_brick(origin, i % SPRINGLS__BRICK_VOXELS, voxel);
 }
 
 /* Returns the component of a voxel of the domain; -1: the exterior. */
@@ -323,15 +321,6 @@ SPRINGLS__FN void springls__visit_cube(const springls__grid *g, springls__labels
     }
 }
 
-/* Finds which voxels of a row of a tile are inside, a bit each. */
-SPRINGLS__FN uint32_t springls__row_bits(const float *row)
-{
-    uint32_t bits = 0;
-    int x;
-    for (x = 0; x < SPRINGLS__TILE; x++) bits |= (uint32_t)(row[x] < 0.0f) << x;
-    return bits;
-}
-
 /* Visits all triangles of the zero level. */
 SPRINGLS__FN void springls__visit_triangles(const springls__grid *g, springls__labels *l, springls__triangle_visit visit)
 {
@@ -342,7 +331,7 @@ SPRINGLS__FN void springls__visit_triangles(const springls__grid *g, springls__l
     for (walk.rank = 0; walk.rank < g->active_count; walk.rank++) {
         walk.range = springls__brick_cubes(g, g->active[walk.rank]);
         springls__load_tile(g, g->phi, g->active[walk.rank], springls__alone(), walk.tile);
-        for (row = 0; row < across * across; row++) inside[row] = springls__row_bits(walk.tile + across * row);
+        for (row = 0; row < across * across; row++) inside[row] = springls__signs_of_row(walk.tile + across * row);
         for (z = walk.range.lo[2]; z <= walk.range.hi[2]; z++)
             for (y = walk.range.lo[1]; y <= walk.range.hi[1]; y++) {
                 const uint32_t *bits = inside + (y + 1) + across * (z + 1);
@@ -524,21 +513,13 @@ SPRINGLS__FN springls_status springls__find_components(springls_context *ctx, sp
 
 /* ---- places ---- */
 
-/* Finds the voxel next to (x, y, z) in direction d: -x +x -y +y -z +z. */
-SPRINGLS__FN void springls__voxel_beside(int x, int y, int z, int d, int out[3])
-{
-    out[0] = x + (d == 1) - (d == 0);
-    out[1] = y + (d == 3) - (d == 2);
-    out[2] = z + (d == 5) - (d == 4);
-}
-
 /* Returns the direction of the neighbor with the lowest phi, if that is less than `least`; -1 if none is. */
-SPRINGLS__FN int springls__steepest_descent(const springls__grid *g, int x, int y, int z, float least)
+SPRINGLS__FN int springls__steepest_descent(const springls__grid *g, const int at[3], float least)
 {
     float phi;
     int d, best = -1, to[3];
     for (d = 0; d < 6; d++) {
-        springls__voxel_beside(x, y, z, d, to);
+        springls__neighbor_voxel(at, d, to);
         if (!springls__table_contains(g, to[0], to[1], to[2])) continue;
         phi = springls__grid_voxel(g, g->phi, to[0], to[1], to[2]);
         if (phi >= least) continue;
@@ -549,19 +530,16 @@ SPRINGLS__FN int springls__steepest_descent(const springls__grid *g, int x, int 
 }
 
 /* Returns the body of a voxel: its own, or outside the one that steepest descent of phi leads to; -1 where phi is flat. */
-SPRINGLS__FN int32_t springls__body_of_voxel(const springls__grid *g, const springls__labels *l, int x, int y, int z)
+SPRINGLS__FN int32_t springls__body_of_voxel(const springls__grid *g, const springls__labels *l, const int voxel[3])
 {
     const int longest = 32; /* voxels: more than any band is wide */
-    int step, d, to[3];
+    int at[3] = { voxel[0], voxel[1], voxel[2] }, step, d;
     for (step = 0; step < longest; step++) {
-        float phi = springls__grid_voxel(g, g->phi, x, y, z);
-        if (phi < 0.0f) return springls__component_of_voxel(g, l, x, y, z);
-        d = springls__steepest_descent(g, x, y, z, phi);
+        float phi = springls__grid_voxel(g, g->phi, at[0], at[1], at[2]);
+        if (phi < 0.0f) return springls__component_of_voxel(g, l, at[0], at[1], at[2]);
+        d = springls__steepest_descent(g, at, phi);
         if (d < 0) return -1;
-        springls__voxel_beside(x, y, z, d, to);
-        x = to[0];
-        y = to[1];
-        z = to[2];
+        springls__neighbor_voxel(at, d, at);
     }
     return -1;
 }
@@ -589,7 +567,7 @@ SPRINGLS__FN void springls__components_at(const springls__grid *g, const springl
         most = phi;
         high = springls__label_node(g, l, at[0], at[1], at[2]);
     }
-    if (lowest[0] >= 0) *body = springls__body_of_voxel(g, l, lowest[0], lowest[1], lowest[2]);
+    if (lowest[0] >= 0) *body = springls__body_of_voxel(g, l, lowest);
     if (high >= 0) *cavity = l->node[high];
 }
 

@@ -143,12 +143,10 @@ SPRINGLS__FN void springls__region_step(springls__region *r, int64_t member)
 {
     const springls__grid *g = &r->ctx->model.grid;
     int v = member < 0 ? 0 : (int)(member % SPRINGLS__BRICK_VOXELS), n = member < 0 ? 8 : 1, d, i, j;
-    int at[3], to[3];
-    if (member < 0) springls__entry_origin(g, (int)(-1 - member), at);
-    else springls__slot_origin(g, (int)(member / SPRINGLS__BRICK_VOXELS), at);
-    at[0] += v & 7;
-    at[1] += v >> 3 & 7;
-    at[2] += v >> 6;
+    int origin[3], at[3], to[3];
+    if (member < 0) springls__entry_origin(g, (int)(-1 - member), origin);
+    else springls__slot_origin(g, (int)(member / SPRINGLS__BRICK_VOXELS), origin);
+    springls__voxel_of_brick(origin, v, at);
     for (d = 0; d < 6; d++)
         for (j = 0; j < n; j++)
             for (i = 0; i < n; i++) {

@@ -107,13 +107,13 @@ SPRINGLS__FN void springls__sum_targets(springls__lock *lock)
 SPRINGLS__FN void springls__label_bodies(const springls__grid *g, springls__lock *lock)
 {
     const springls__labels *l = &lock->graph.labels;
-    int i, v, o[3];
+    int i, v, o[3], at[3];
     for (i = 0; i < g->active_count; i++) {
         springls__slot_origin(g, g->active[i], o);
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-            int x = o[0] + (v & 7), y = o[1] + (v >> 3 & 7), z = o[2] + (v >> 6);
+            springls__voxel_of_brick(o, v, at);
             lock->body[i * SPRINGLS__BRICK_VOXELS + v]
-                = springls__grid_contains(g, x, y, z) ? springls__body_of_voxel(g, l, x, y, z) : -1;
+                = springls__grid_contains(g, at[0], at[1], at[2]) ? springls__body_of_voxel(g, l, at) : -1;
         }
     }
 }

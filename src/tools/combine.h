@@ -57,23 +57,16 @@ enum { SPRINGLS__OFF_SURFACE, SPRINGLS__FACING_SAME, SPRINGLS__FACING_OPPOSITE }
 #define SPRINGLS__PHI_ERROR 1.0f    /* voxel: of phi between voxels                 */
 #define SPRINGLS__PARALLEL 0.7f     /* cosine between normals that face alike       */
 
-/* A box in voxels. */
-typedef struct springls__box { springls__v3 lower, upper; } springls__box;
-
-/* Returns a box of all springls, with room for the gaps between triangles. */
+/* Returns a box of all springls, voxels, with room for the gaps between triangles. */
 SPRINGLS__FN springls__box springls__box_of_springls(const springls_context *ctx)
 {
-    springls__box box;
+    springls__box box = springls__box_empty();
     int i;
-    box.lower = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX);
-    box.upper = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
     for (i = 0; i < ctx->model.set.count; i++) {
         const springls__v3 p = ctx->model.set.s[i].p;
         const float r = ctx->model.set.s[i].bounding_radius + SPRINGLS__TRIANGLE_GAP;
-        box.lower = springls__v3_make(springls__min(box.lower.x, p.x - r), springls__min(box.lower.y, p.y - r),
-                                      springls__min(box.lower.z, p.z - r));
-        box.upper = springls__v3_make(springls__max(box.upper.x, p.x + r), springls__max(box.upper.y, p.y + r),
-                                      springls__max(box.upper.z, p.z + r));
+        box = springls__box_add(box, springls__v3_make(p.x - r, p.y - r, p.z - r));
+        box = springls__box_add(box, springls__v3_make(p.x + r, p.y + r, p.z + r));
     }
     return box;
 }
@@ -213,9 +206,7 @@ SPRINGLS__FN void springls__combine_brick(springls__grid *g, springls_operation 
     int o[3], at[3], v;
     springls__slot_origin(g, slot, o);
     for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
-        at[0] = o[0] + (v & 7);
-        at[1] = o[1] + (v >> 3 & 7);
-        at[2] = o[2] + (v >> 6);
+        springls__voxel_of_brick(o, v, at);
         out[v] = springls__surfaces_cancel(operation, g, other, phi[v], other_phi[v], at)
                ? between : springls__combined_phi(operation, phi[v], other_phi[v]);
         if (out[v] != phi[v]) springls__end_calm(g, slot);
