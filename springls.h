@@ -1689,9 +1689,8 @@ SPRINGLS_API springls_status springls_closest(springls_context *ctx, springls_su
                                               springls_hit *out);
 
 /* Finds the first place of the surface along each ray, from either side, within max_distance (world units; 0: any).
-   directions: 3 floats a ray, of any length; a direction of length 0 finds nothing. No digit is lost
-   however far a ray begins. A ray from outside to a place inside the
-   watertight surface always finds it. */
+   directions: 3 floats a ray, of any length; a direction of length 0 finds nothing. No digit is lost however far a ray begins. A
+   ray from outside to a place inside the watertight surface always finds it. */
 SPRINGLS_API springls_status springls_raycast(springls_context *ctx, springls_surface surface, const float *origins,
                                               const float *directions, int count, float max_distance, springls_hit *out);
 
@@ -4891,11 +4890,11 @@ SPRINGLS__MATHS float springls__deformation_amplitude(float n, float period, flo
     return n * springls__cospi(time / period);
 }
 
-/* Returns 1 when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the
+/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the
    displacement. phi must grow when the springl moves along its normal, and fall when it moves against it; else it has run into
    the sheet on the far side of voxels that may not change. A springl that moves along its surface is free, because there phi
    hardly changes, and the error of the normal would decide. */
-SPRINGLS__MATHS int springls__held_by_topology(float phi_before, float phi_after, springls__v3 displacement, springls__v3 normal)
+SPRINGLS__MATHS bool springls__held_by_topology(float phi_before, float phi_after, springls__v3 displacement, springls__v3 normal)
 {
     float along = springls__dot(displacement, normal), normally = springls__fabs(along);
     return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;
@@ -4906,7 +4905,7 @@ SPRINGLS__MATHS bool springls__is_held(const springls__grid *g, springls__v3 p, 
 {
     float before = springls__grid_sample(g, g->phi, p);
     float after = springls__grid_sample(g, g->phi, springls__add(p, displacement));
-    return springls__held_by_topology(before, after, displacement, n) != 0;
+    return springls__held_by_topology(before, after, displacement, n);
 }
 
 /* A sampled field: from the model's voxels to its own samples. */
@@ -6472,9 +6471,9 @@ SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__ang
     return widest;
 }
 
-/* Returns 1 when the neighbors lie around the place as in a sheet: on all sides, or on all but one at its rim. A thread leaves
+/* Returns true when the neighbors lie around the place as in a sheet: on all sides, or on all but one at its rim. A thread leaves
    two wide gaps; its end and a drop leave nearly all open. */
-SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps gaps)
+SPRINGLS__MATHS bool springls__spans_sheet(springls__angular_gaps gaps)
 {
     springls__widest_gap widest = springls__angular_gaps_widest(gaps);
     return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;
@@ -6486,9 +6485,9 @@ SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps gaps)
 /* Two springls face against each other where the cosine of the angle between their normals is smaller. */
 #define SPRINGLS__FACING_AGAINST (-0.5f)
 
-/* Returns 1 when a springl with normal n and one at d from it, with normal m, face each other across a gap: each lies before the
+/* Returns true when a springl with normal n and one at d from it, with normal m, face each other across a gap: each lies before the
    other. Two sides of a sheet lie behind each other, and so do surfaces that have passed through each other. */
-SPRINGLS__MATHS int springls__across_gap(springls__v3 d, springls__v3 n, springls__v3 m)
+SPRINGLS__MATHS bool springls__across_gap(springls__v3 d, springls__v3 n, springls__v3 m)
 {
     const float touching = 0.1f; /* voxel: surfaces that have met lie deeper in each other */
     return springls__dot(n, m) < SPRINGLS__FACING_AGAINST && springls__dot(d, n) > -touching && springls__dot(d, m) < touching;
@@ -6592,7 +6591,7 @@ SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__
         if (springls__is_overlapped(model, other)) continue;
         if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) gaps = springls__angular_gaps_add(gaps, d);
     }
-    return springls__spans_sheet(gaps) != 0;
+    return springls__spans_sheet(gaps);
 }
 
 /* Returns on which side of the springls nearest to it x lies: 1 before, -1 behind, 0 when there are none within `radius`. At an
@@ -6729,8 +6728,8 @@ SPRINGLS__MATHS float springls__corner_cosine(springls__v3 a, springls__v3 b, sp
     return l2 > 1e-12f ? springls__dot(ab, ac) / springls__sqrt(l2) : 1.0f;
 }
 
-/* Returns 1 when an angle lies outside [min, max], given by their cosines, or the area (voxel^2) is too small. */
-SPRINGLS__MATHS int springls__bad_shape(springls__tri t, float cos_min_angle, float cos_max_angle, float min_area)
+/* Returns true when an angle lies outside [min, max], given by their cosines, or the area (voxel^2) is too small. */
+SPRINGLS__MATHS bool springls__bad_shape(springls__tri t, float cos_min_angle, float cos_max_angle, float min_area)
 {
     float a = springls__corner_cosine(t.a, t.b, t.c), b = springls__corner_cosine(t.b, t.c, t.a);
     float c = springls__corner_cosine(t.c, t.a, t.b);
@@ -6766,17 +6765,17 @@ SPRINGLS__MATHS springls__v3 springls__facing(const springls__model *model, spri
     return springls__length2(n) < 0.5f ? springls__v3_make(0.0f, 0.0f, 1.0f) : n;
 }
 
-/* Returns 1 when a neighbor at d from a springl, facing n_other, lies behind it on the other side of the same thin sheet: phi
+/* Returns true when a neighbor at d from a springl, facing n_other, lies behind it on the other side of the same thin sheet: phi
    cannot represent a sheet thinner than a voxel, so a springl there may be far from the zero level and yet be right. */
-SPRINGLS__MATHS int springls__is_far_side(springls__v3 d, springls__v3 n, springls__v3 n_other)
+SPRINGLS__MATHS bool springls__is_far_side(springls__v3 d, springls__v3 n, springls__v3 n_other)
 {
     const float range = 1.6f, aside = 1.0f; /* voxels */
     float depth = -springls__dot(d, n), d2 = springls__length2(d);
     return springls__dot(n, n_other) < -0.5f && depth > -0.1f && d2 < range * range && d2 - depth * depth < aside * aside;
 }
 
-/* Returns 1 when a neighbor at d from a springl, facing n_other, lies beside it, on the same side or round the sheet's rim. */
-SPRINGLS__MATHS int springls__is_beside(springls__v3 d, springls__v3 n, springls__v3 n_other)
+/* Returns true when a neighbor at d from a springl, facing n_other, lies beside it, on the same side or round the sheet's rim. */
+SPRINGLS__MATHS bool springls__is_beside(springls__v3 d, springls__v3 n, springls__v3 n_other)
 {
     const float range = 1.5f; /* voxels */
     return springls__dot(n, n_other) > -0.2f && springls__length2(d) < range * range;
@@ -6825,8 +6824,8 @@ SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i
 }
 
 /* Returns true when springl i, of a sheet, faces others across a gap narrower than phi can represent: phi may be inside in front
-   of both, but the bodies have not met, and part again as they were. Where they have
-   met, most springls that oppose it are behind it. */
+   of both, but the bodies have not met, and part again as they were. Where they have met, most springls that oppose it are behind
+   it. */
 SPRINGLS__MATHS bool springls__at_gap(const springls__model *model, int i)
 {
     const float r = 2.0f, aside = 1.3f; /* voxels */
@@ -7683,7 +7682,7 @@ SPRINGLS__VEC_MATHS springls__vec springls__resolved_side(springls__cross7 v, fl
 
 /* Returns whether the springl at a particle with normal n votes the voxel at d from it inside: behind it by less than `depth`,
    and not far aside. */
-SPRINGLS__MATHS int springls__votes_inside(springls__v3 d, springls__v3 n, float depth, float aside2)
+SPRINGLS__MATHS bool springls__votes_inside(springls__v3 d, springls__v3 n, float depth, float aside2)
 {
     float h = springls__dot(d, n);
     return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;
@@ -7896,7 +7895,7 @@ SPRINGLS__MATHS bool springls__faces_away(const springls__sides *sides, springls
 /* Finds the sides of the springls about a place, given their weights; 0 unless almost all springls are on one of them: at most a
    sixth of the weight on none, other sheets left out, or half of that, judged by a smaller distance, with `certain`. */
 SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight,
-                                                     int count, float narrow, int certain)
+                                                     int count, float narrow, bool certain)
 {
     const float distance = certain ? 0.06f : 0.15f; /* voxel */
     springls__sides sides = springls__heaviest_sides(p, n, weight, count, narrow);
@@ -7910,19 +7909,19 @@ SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, cons
     return sides;
 }
 
-/* Returns 1 when two sides, each given by a place on it and its normal there, meet in a convex edge. */
-SPRINGLS__MATHS int springls__is_convex(springls__v3 p, springls__v3 n, springls__v3 q, springls__v3 m)
+/* Returns true when two sides, each given by a place on it and its normal there, meet in a convex edge. */
+SPRINGLS__MATHS bool springls__is_convex(springls__v3 p, springls__v3 n, springls__v3 q, springls__v3 m)
 {
     springls__v3 d = springls__sub(q, p);
     return springls__dot(d, n) - springls__dot(d, m) < 0.0f;
 }
 
 /* Combines the heights over two sides that meet: the larger where the edge between them is convex, else the smaller. */
-SPRINGLS__MATHS float springls__meet(float a, float b, int convex) { return convex ? springls__max(a, b) : springls__min(a, b); }
+SPRINGLS__MATHS float springls__meet(float a, float b, bool convex) { return convex ? springls__max(a, b) : springls__min(a, b); }
 
 /* Combines the heights over 1 to 3 sides; convex: of the edge between sides 0 and 1, 0 and 2, 1 and 2. Of three the two come
    first whose edge is of another kind than the others. */
-SPRINGLS__MATHS float springls__height_over_sides(const float h[SPRINGLS__SIDES], int count, const int convex[SPRINGLS__SIDES])
+SPRINGLS__MATHS float springls__height_over_sides(const float h[SPRINGLS__SIDES], int count, const bool convex[SPRINGLS__SIDES])
 {
     if (count < 3) return count == 2 ? springls__meet(h[0], h[1], convex[0]) : h[0];
     if (convex[1] == convex[2]) return springls__meet(springls__meet(h[0], h[1], convex[0]), h[2], convex[1]);
@@ -8053,13 +8052,13 @@ SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__sample_se
     best = springls__nearest_side(fit, sides.count, x, n);
     result = fit[best];
     for (side = 0; side < sides.count; side++) {
-        int convex;
+        bool convex;
         float beyond;
         if (side == best || !fit[side].ok) continue;
         convex = springls__is_convex(sides.middle[best], sides.normal[best], sides.middle[side], sides.normal[side]);
         if (!(kinds & (convex ? SPRINGLS__CONVEX : SPRINGLS__CONCAVE))) result.ok = false;
         beyond = springls__dot(springls__sub(result.point, fit[side].point), fit[side].normal);
-        if ((beyond > 0.0f) == (convex != 0)) result.point = springls__mad(result.point, fit[side].normal, -beyond);
+        if ((beyond > 0.0f) == convex) result.point = springls__mad(result.point, fit[side].normal, -beyond);
     }
     return result;
 }
@@ -8110,7 +8109,8 @@ SPRINGLS__MATHS springls__estimate springls__edge_distance(const springls__sampl
     float height[SPRINGLS__SIDES];
     springls__estimate all, one;
     springls__v3 p[SPRINGLS__SIDES];
-    int convex[SPRINGLS__SIDES] = { 0, 0, 0 }, side;
+    bool convex[SPRINGLS__SIDES] = { false, false, false };
+    int side;
     all.weight = all.distance = 0.0f;
     known.count = 0;
     for (side = 0; side < sides.count; side++) {
@@ -8590,8 +8590,8 @@ SPRINGLS__VEC_MATHS float springls__sum_directions(springls__cell_power power, i
     return ((product[0] + product[1]) + (product[2] + product[3])) + (product[4] + product[5]);
 }
 
-/* Returns the moments of a cell, about its centroid. With z = x + i y, the mean of z^k is the
-   sum of width^(k + 2) e^(i k a) over the directions a, times 30 degrees / (k + 2) / area. */
+/* Returns the moments of a cell, about its centroid. With z = x + i y, the mean of z^k is the sum of width^(k + 2) e^(i k a) over the
+   directions a, times 30 degrees / (k + 2) / area. */
 SPRINGLS__VEC_MATHS springls__share springls__share_of_cell(springls__cell_sides sides)
 {
     const float angle = 0.523598776f;
@@ -8670,28 +8670,28 @@ SPRINGLS__MATHS springls__v3 springls__turn_by_third(springls__v3 u, springls__v
     return springls__mad(springls__scale(u, springls__sqrt(along * along + s * s * (4.0f / 27.0f))), v, s * (2.0f / 3.0f));
 }
 
-/* Returns q, stretched about the centre as the share is, at the same area. */
-SPRINGLS__INNER springls__v3 springls__stretched(springls__v3 q, springls__v3 centre, springls__v3 u, springls__v3 v,
+/* Returns q, stretched about the center as the share is, at the same area. */
+SPRINGLS__INNER springls__v3 springls__stretched(springls__v3 q, springls__v3 center, springls__v3 u, springls__v3 v,
                                                  springls__share share)
 {
     float c = 0.5f * share.longer, s = 0.5f * share.askew, scale = 1.0f / springls__sqrt(1.0f - (c * c + s * s));
-    springls__v3 e = springls__scale(springls__sub(q, centre), scale);
+    springls__v3 e = springls__scale(springls__sub(q, center), scale);
     float x = springls__dot(e, u), y = springls__dot(e, v);
-    return springls__mad(springls__mad(centre, u, x + c * x + s * y), v, y + s * x - c * y);
+    return springls__mad(springls__mad(center, u, x + c * x + s * y), v, y + s * x - c * y);
 }
 
-/* Returns t, shrunk about its centre until its edges are no longer than `longest`. */
-SPRINGLS__MATHS springls__tri springls__with_edges_below(springls__tri t, springls__v3 centre, float longest)
+/* Returns t, shrunk about its center until its edges are no longer than `longest`. */
+SPRINGLS__MATHS springls__tri springls__with_edges_below(springls__tri t, springls__v3 center, float longest)
 {
     float l2 = springls__longest_edge2(t), size = longest / springls__sqrt(springls__max(l2, 1e-12f));
     if (l2 <= longest * longest) return t;
-    t.a = springls__lerp(centre, t.a, size);
-    t.b = springls__lerp(centre, t.b, size);
-    t.c = springls__lerp(centre, t.c, size);
+    t.a = springls__lerp(center, t.a, size);
+    t.b = springls__lerp(center, t.b, size);
+    t.c = springls__lerp(center, t.c, size);
     return t;
 }
 
-/* Returns the triangle of a share, with tangents u and v, that faces n and is most like one whose first arm is u. Its centre is
+/* Returns the triangle of a share, with tangents u and v, that faces n and is most like one whose first arm is u. Its center is
    as far below the surface's corners as above its particle. */
 SPRINGLS__MATHS springls__tri springls__triangle_of_share(springls__v3 p, springls__v3 n, springls__v3 u, springls__v3 v,
                                                           springls__share share, float bend, float longest_edge)
@@ -8701,12 +8701,12 @@ SPRINGLS__MATHS springls__tri springls__triangle_of_share(springls__v3 p, spring
     const float highest = 0.1f;  /* voxel */
     float area = overlap * share.area, corner2 = SPRINGLS__RADIUS2_BY_AREA * area;
     float height = springls__clamp(0.5f * bend * corner2, -highest, highest);
-    springls__v3 centre = springls__mad(springls__mad(springls__mad(p, u, share.x), v, share.y), n, height);
-    springls__tri t = springls__equilateral(centre, n, springls__turn_by_third(u, v, share.cosine + steady, share.sine), area);
-    t.a = springls__stretched(t.a, centre, u, v, share);
-    t.b = springls__stretched(t.b, centre, u, v, share);
-    t.c = springls__stretched(t.c, centre, u, v, share);
-    return springls__with_edges_below(t, centre, longest_edge);
+    springls__v3 center = springls__mad(springls__mad(springls__mad(p, u, share.x), v, share.y), n, height);
+    springls__tri t = springls__equilateral(center, n, springls__turn_by_third(u, v, share.cosine + steady, share.sine), area);
+    t.a = springls__stretched(t.a, center, u, v, share);
+    t.b = springls__stretched(t.b, center, u, v, share);
+    t.c = springls__stretched(t.c, center, u, v, share);
+    return springls__with_edges_below(t, center, longest_edge);
 }
 
 /* Gives springl i, from S to relaxed_springls, the triangle of its share. A masked one stays as it is. */
@@ -9045,13 +9045,13 @@ SPRINGLS__CONST unsigned char springls__mc_triangles[256][18] = {
     {0,8,4}, {0}
 };
 
-SPRINGLS__MATHS int springls__mc_inside(float phi) { return phi < 0.0f; }
+SPRINGLS__MATHS bool springls__mc_inside(float phi) { return phi < 0.0f; }
 
 /* Returns the case of a cube: bit c is set when corner c is inside. */
 SPRINGLS__MATHS int springls__mc_case(springls__mc_cell cell)
 {
     int mask = 0, c;
-    for (c = 0; c < 8; ++c) mask |= springls__mc_inside(cell.phi[c]) << c;
+    for (c = 0; c < 8; ++c) mask |= (int)springls__mc_inside(cell.phi[c]) << c;
     return mask;
 }
 
@@ -10131,10 +10131,10 @@ SPRINGLS__MATHS unsigned int springls__mask27_spread_z(unsigned int m)
     return m | (m & 0x003ffffu) << 9 | m >> 9;
 }
 
-/* Returns 1 when the center is next to exactly one component of the inside (topological number T6 = 1). Components are
+/* Returns true when the center is next to exactly one component of the inside (topological number T6 = 1). Components are
    6-connected through the 18 neighbors that share a face or an edge with the center; only those with one of the 6 face
    neighbors count. */
-SPRINGLS__INNER int springls__touches_one_inside(unsigned int mask27)
+SPRINGLS__INNER bool springls__touches_one_inside(unsigned int mask27)
 {
     unsigned int faces = mask27 & 0x0415410u;
     unsigned int near18 = mask27 & 0x2ebdebau;
@@ -10147,8 +10147,8 @@ SPRINGLS__INNER int springls__touches_one_inside(unsigned int mask27)
     return faces != 0u && (faces & ~component) == 0u;
 }
 
-/* Returns 1 when the center is next to exactly one component of the outside, 26-connected through its 26 neighbors (T26 = 1). */
-SPRINGLS__INNER int springls__touches_one_outside(unsigned int mask27)
+/* Returns true when the center is next to exactly one component of the outside, 26-connected through its 26 neighbors (T26 = 1). */
+SPRINGLS__INNER bool springls__touches_one_outside(unsigned int mask27)
 {
     unsigned int outside = ~mask27 & 0x7ffdfffu;
     unsigned int component = outside & (~outside + 1u), before = 0u;
@@ -10159,8 +10159,8 @@ SPRINGLS__INNER int springls__touches_one_outside(unsigned int mask27)
     return outside != 0u && component == outside;
 }
 
-/* Returns 1 when the center may change sides: no component, hole or cavity of the object would appear, merge or vanish. */
-SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)
+/* Returns true when the center may change sides: no component, hole or cavity of the object would appear, merge or vanish. */
+SPRINGLS__MATHS bool springls__is_simple(unsigned int mask27)
 {
     return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);
 }
@@ -12416,7 +12416,7 @@ SPRINGLS__FN void springls__surface_forget(springls__surface *surface)
 }
 
 /* Returns whether item a comes before b along an axis. */
-SPRINGLS__FN int springls__bvh_before(springls__bvh_item a, springls__bvh_item b, int axis)
+SPRINGLS__FN bool springls__bvh_before(springls__bvh_item a, springls__bvh_item b, int axis)
 {
     if (a.center[axis] != b.center[axis]) return a.center[axis] < b.center[axis];
     return a.triangle < b.triangle;
@@ -13224,10 +13224,9 @@ SPRINGLS__FN void springls__grid_drop_bricks(springls__grid *g, const uint8_t *k
     g->active_count = n;
 }
 
-/* Copies phi to phi_ref, in the same slots. */
-SPRINGLS__FN springls_status springls__reference_copy(springls_context *ctx)
+/* Copies phi of a grid to phi_ref, in the same slots. Without memory phi_ref stays as it was. */
+SPRINGLS__FN springls_status springls__copy_to_reference(springls_context *ctx, const springls__grid *g)
 {
-    const springls__grid *g = &ctx->model.grid;
     springls__grid *reference = &ctx->model.reference;
     const size_t kept = springls__entry_count(reference);
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_TOP, springls__entry_count(g), kept));
@@ -15610,7 +15609,7 @@ SPRINGLS__FN void springls__visit_cube(const springls__grid *g, springls__labels
         for (m = 0; m < 3; m++) {
             int edge = springls__mc_edge(mask, k, m), corner = springls__mc_edge_corner(edge);
             int other = corner | 1 << springls__mc_edge_axis(edge);
-            bool inside = springls__mc_inside(cell.phi[corner]) != 0;
+            bool inside = springls__mc_inside(cell.phi[corner]);
             triangle.inner[m] = springls__corner_node(g, l, walk, x, y, z, inside ? corner : other);
             triangle.outer[m] = springls__corner_node(g, l, walk, x, y, z, inside ? other : corner);
         }
@@ -19198,14 +19197,14 @@ SPRINGLS_API void springls_implicit_torus(void *torus, const float *points, int 
     }
 }
 
-/* Returns 1 when x is deeper than eps inside a sphere other than i and j. */
-SPRINGLS__FN int springls__in_other_sphere(const springls_metasphere *m, springls__v3 x, int i, int j, float eps)
+/* Returns true when x is deeper than eps inside a sphere other than i and j. */
+SPRINGLS__FN bool springls__in_other_sphere(const springls_metasphere *m, springls__v3 x, int i, int j, float eps)
 {
     int k;
     for (k = 0; k < m->count; k++)
         if (k != i && k != j
-            && springls__length(springls__sub(x, springls__load3(m->spheres[k].center))) < m->spheres[k].radius - eps) return 1;
-    return 0;
+            && springls__length(springls__sub(x, springls__load3(m->spheres[k].center))) < m->spheres[k].radius - eps) return true;
+    return false;
 }
 
 /* Returns the distance from x to sphere i, or `best` when it is not smaller, x is outside, or the nearest place of the sphere
@@ -19468,7 +19467,7 @@ SPRINGLS__FN springls_status springls__make_reference(springls_context *ctx)
     SPRINGLS__TRY(springls__use_host(ctx, true));
     ctx->reference_stamp = 0;
     springls__place_window(ctx, &ctx->original_window, ctx->window.offset);
-    return springls__reference_copy(ctx);
+    return springls__copy_to_reference(ctx, &ctx->model.grid);
 }
 
 /* Makes the model the original surface: phi_ref = phi, and the triangles of the springls. The correspondences stay. */
@@ -20026,6 +20025,14 @@ SPRINGLS__FN const float *springls__mesh_position(const float *positions, size_t
 
 /* Returns the next half-edge of the triangle; half-edge h begins at corner h % 3 of triangle h / 3. */
 SPRINGLS__FN int springls__mesh_next(int half) { return half % 3 == 2 ? half - 2 : half + 1; }
+
+/* Refuses a mesh that is NULL, and `out` that is NULL while the mesh has vertices. */
+SPRINGLS__FN springls_status springls__check_mesh(springls_context *ctx, const springls_mesh *mesh, const void *out,
+                                                  const char *call)
+{
+    if (!mesh || (mesh->vertex_count > 0 && !out)) return springls__fail_null(ctx, call, mesh ? "out" : "mesh");
+    return SPRINGLS_OK;
+}
 
 /* ======== >>winding_number  (src/model/winding_number.h) ======================================================= */
 /* winding_number.h - computes the generalised winding number of a surface, by directed areas where it is far away. */
@@ -21112,17 +21119,9 @@ SPRINGLS_API springls_status springls_set_reference(springls_context *ctx)
    models have the same grid and allocator. */
 SPRINGLS__FN springls_status springls__take_reference(springls_context *ctx, springls_context *other)
 {
-    const springls__grid *from = &other->model.reference;
-    springls__grid *to = &ctx->model.reference;
     springls__surface original = ctx->original;
     size_t own = springls__surface_bytes(&ctx->original), taken = springls__surface_bytes(&other->original);
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_TOP, springls__entry_count(from), springls__entry_count(to)));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, (size_t)from->slot_count, (size_t)to->slot_count));
-    springls__take_table(to, &from->table);
-    memcpy(to->top, from->top, springls__entry_count(from) * sizeof *from->top);
-    memcpy(to->phi, from->phi, (size_t)from->slot_count * SPRINGLS__BRICK_VOXELS * sizeof *from->phi);
-    to->slot_count = from->slot_count;
-    to->far_value = from->far_value;
+    SPRINGLS__TRY(springls__copy_to_reference(ctx, &other->model.reference));
     ctx->original = other->original;
     other->original = original;
     ctx->memory_used = ctx->memory_used - own + taken;
@@ -22724,7 +22723,7 @@ SPRINGLS__FN springls__ray springls__ray_make(springls__v3 origin, springls__v3 
 
 /* Returns whether the ray enters a node's bounds before t_max, and where; the bounds are widened by the slack, so that no hit is
    missed by rounding. */
-SPRINGLS__FN int springls__ray_box(const springls__ray *r, const springls__bvh_node *node, float slack, float t_max, float *t)
+SPRINGLS__FN bool springls__ray_box(const springls__ray *r, const springls__bvh_node *node, float slack, float t_max, float *t)
 {
     float t_in = 0.0f, t_out = t_max;
     int k;
@@ -22740,15 +22739,15 @@ SPRINGLS__FN int springls__ray_box(const springls__ray *r, const springls__bvh_n
 }
 
 /* Returns whether the ray meets a triangle within t_max, and where. */
-SPRINGLS__FN int springls__ray_triangle(const springls__ray *r, springls__tri tri, float t_max, springls__surface_hit *out)
+SPRINGLS__FN bool springls__ray_triangle(const springls__ray *r, springls__tri tri, float t_max, springls__surface_hit *out)
 {
     double t;
     float b[3];
-    if (!springls__ray_meets(&r->frame, tri, (double)t_max, &t, b)) return 0;
+    if (!springls__ray_meets(&r->frame, tri, (double)t_max, &t, b)) return false;
     out->t = (float)t;
     memcpy(out->hit.bary, b, sizeof b);
     out->hit.point = springls__tri_point(tri, b);
-    return 1;
+    return true;
 }
 
 /* A search for the first triangle that a ray meets, in [0, best.t]. */
@@ -22766,8 +22765,8 @@ SPRINGLS__FN void springls__ray_descend(springls__ray_search *search, const spri
 {
     const springls__bvh_node *child = &search->surface->nodes[node->first];
     float t0 = 0.0f, t1 = 0.0f;
-    int hit0 = springls__ray_box(&search->ray, &child[0], search->slack, search->best.t, &t0);
-    int hit1 = springls__ray_box(&search->ray, &child[1], search->slack, search->best.t, &t1);
+    bool hit0 = springls__ray_box(&search->ray, &child[0], search->slack, search->best.t, &t0);
+    bool hit1 = springls__ray_box(&search->ray, &child[1], search->slack, search->best.t, &t1);
     int nearer = hit1 && (!hit0 || t1 < t0);
     if (hit0 && hit1) {
         search->stack[search->top].t = nearer ? t0 : t1;
@@ -23994,8 +23993,7 @@ SPRINGLS_API springls_status springls_mesh_errors(springls_context *ctx, const s
 {
     springls__error_job job;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!mesh || (mesh->vertex_count > 0 && !out))
-        return springls__fail_null(ctx, "mesh_errors", mesh ? "out" : "mesh");
+    SPRINGLS__TRY(springls__check_mesh(ctx, mesh, out, "mesh_errors"));
     SPRINGLS__TRY(springls__begin_reading(ctx));
     job.mesh = mesh;
     job.out = out;
@@ -24018,23 +24016,11 @@ SPRINGLS__FN springls_material springls__material_of(const springls_context *ctx
 
 typedef struct springls__material_job {
     const springls_context *ctx;
-    const springls_mesh *mesh;
+    const springls_mesh *mesh; /* NULL: the springls */
     const int *neighbors;  /* [3 * caller's triangle] the triangle across each edge; -1: a seam      */
     const int *inner;      /* [caller's triangle] its number in ctx->original; -1: dropped; NULL: the same numbers */
     springls_material *out;
 } springls__material_job;
-
-SPRINGLS__FN void springls__springl_materials_task(void *arg, int begin, int end)
-{
-    const springls__material_job *job = (const springls__material_job *)arg;
-    int guess = -1;
-    for (; begin < end; begin++) {
-        springls__surface_hit h = springls__surface_closest_from(&job->ctx->original, job->ctx->model.set.a[begin], FLT_MAX,
-                                                                 guess);
-        job->out[begin] = springls__material_of(job->ctx, &h);
-        guess = h.triangle;
-    }
-}
 
 /* Returns the correspondence of a vertex of the mesh, voxels. */
 SPRINGLS__FN springls__v3 springls__mesh_correspondence(const springls__material_job *job, int vertex)
@@ -24042,13 +24028,14 @@ SPRINGLS__FN springls__v3 springls__mesh_correspondence(const springls__material
     return springls__world_to_original(job->ctx, job->mesh->correspondences + 3 * (size_t)vertex);
 }
 
-SPRINGLS__FN void springls__mesh_materials_task(void *arg, int begin, int end)
+/* Finds the places of springls, or of vertices. Neighbors in number are often neighbors in space: each starts from the last hit. */
+SPRINGLS__FN void springls__materials_task(void *arg, int begin, int end)
 {
     const springls__material_job *job = (const springls__material_job *)arg;
     int guess = -1;
     for (; begin < end; begin++) {
-        springls__surface_hit h = springls__surface_closest_from(&job->ctx->original, springls__mesh_correspondence(job, begin),
-                                                                 FLT_MAX, guess);
+        springls__v3 a = job->mesh ? springls__mesh_correspondence(job, begin) : job->ctx->model.set.a[begin];
+        springls__surface_hit h = springls__surface_closest_from(&job->ctx->original, a, FLT_MAX, guess);
         job->out[begin] = springls__material_of(job->ctx, &h);
         guess = h.triangle;
     }
@@ -24063,15 +24050,7 @@ SPRINGLS_API springls_status springls_springl_materials(springls_context *ctx, s
     memset(&job, 0, sizeof job);
     job.ctx = ctx;
     job.out = out;
-    springls__parallel(ctx, ctx->model.set.count, 64, springls__springl_materials_task, &job);
-    return SPRINGLS_OK;
-}
-
-SPRINGLS__FN springls_status springls__check_mesh(springls_context *ctx, const springls_mesh *mesh, const void *out,
-                                                  const char *call)
-{
-    if (!mesh || (mesh->vertex_count > 0 && !out))
-        return springls__fail_null(ctx, call, mesh ? "out" : "mesh");
+    springls__parallel(ctx, ctx->model.set.count, 64, springls__materials_task, &job);
     return SPRINGLS_OK;
 }
 
@@ -24084,7 +24063,7 @@ SPRINGLS_API springls_status springls_mesh_materials(springls_context *ctx, cons
     job.ctx = ctx;
     job.mesh = mesh;
     job.out = out;
-    springls__parallel(ctx, mesh->vertex_count, 64, springls__mesh_materials_task, &job);
+    springls__parallel(ctx, mesh->vertex_count, 64, springls__materials_task, &job);
     return SPRINGLS_OK;
 }
 
@@ -24260,7 +24239,7 @@ SPRINGLS__FN springls_status springls__find_seams(springls_context *ctx, springl
 
 SPRINGLS_API springls_status springls_find_seams(springls_context *ctx, const float *positions, int position_count, size_t stride,
                                                  const int *triangles, int triangle_count, const float *values, int channels,
-                                                     int *neighbors)
+                                                 int *neighbors)
 {
     springls__seam_search search;
     springls_status status;
@@ -26333,7 +26312,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1986 \"springls.h\"\n",
+    "#line 1985 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -26426,7 +26405,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2080 \"springls.h\"\n",
+    "#line 2079 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -26448,7 +26427,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2103 \"springls.h\"\n",
+    "#line 2102 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26463,7 +26442,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2119 \"springls.h\"\n",
+    "#line 2118 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -26587,7 +26566,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2243 \"springls.h\"\n",
+    "#line 2242 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -26657,7 +26636,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2314 \"springls.h\"\n",
+    "#line 2313 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -26877,7 +26856,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2535 \"springls.h\"\n",
+    "#line 2534 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26892,7 +26871,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2550 \"springls.h\"\n",
+    "#line 2549 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -27016,14 +26995,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2674 \"springls.h\"\n",
+    "#line 2673 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2682 \"springls.h\"\n",
+    "#line 2681 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -27122,7 +27101,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 2782 \"springls.h\"\n",
+    "#line 2781 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -27216,7 +27195,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 2877 \"springls.h\"\n",
+    "#line 2876 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -27228,7 +27207,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2889 \"springls.h\"\n",
+    "#line 2888 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27243,7 +27222,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2905 \"springls.h\"\n",
+    "#line 2904 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -27287,7 +27266,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2949 \"springls.h\"\n",
+    "#line 2948 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27302,7 +27281,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2964 \"springls.h\"\n",
+    "#line 2963 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -27346,7 +27325,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3008 \"springls.h\"\n",
+    "#line 3007 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -27425,7 +27404,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3087 \"springls.h\"\n",
+    "#line 3086 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27440,7 +27419,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3103 \"springls.h\"\n",
+    "#line 3102 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -27507,7 +27486,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3170 \"springls.h\"\n",
+    "#line 3169 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27522,7 +27501,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3185 \"springls.h\"\n",
+    "#line 3184 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -27589,7 +27568,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3253 \"springls.h\"\n",
+    "#line 3252 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -27958,7 +27937,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3623 \"springls.h\"\n",
+    "#line 3622 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -28637,7 +28616,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4303 \"springls.h\"\n",
+    "#line 4302 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -28898,7 +28877,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4565 \"springls.h\"\n",
+    "#line 4564 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -29100,7 +29079,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 4768 \"springls.h\"\n",
+    "#line 4767 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -29217,7 +29196,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 4886 \"springls.h\"\n",
+    "#line 4885 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -29226,11 +29205,11 @@ static const char *const springls__kernel_lines[] = {
     "    return n * springls__cospi(time / period);\n",
     "}\n",
     "\n",
-    "/* Returns 1 when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
+    "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
     "   displacement. phi must grow when the springl moves along its normal, and fall when it moves against it; else it has run into\n",
     "   the sheet on the far side of voxels that may not change. A springl that moves along its surface is free, because there phi\n",
     "   hardly changes, and the error of the normal would decide. */\n",
-    "SPRINGLS__MATHS int springls__held_by_topology(float phi_before, float phi_after, springls__v3 displacement, springls__v3 normal)\n",
+    "SPRINGLS__MATHS bool springls__held_by_topology(float phi_before, float phi_after, springls__v3 displacement, springls__v3 normal)\n",
     "{\n",
     "    float along = springls__dot(displacement, normal), normally = springls__fabs(along);\n",
     "    return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;\n",
@@ -29241,7 +29220,7 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    float before = springls__grid_sample(g, g->phi, p);\n",
     "    float after = springls__grid_sample(g, g->phi, springls__add(p, displacement));\n",
-    "    return springls__held_by_topology(before, after, displacement, n) != 0;\n",
+    "    return springls__held_by_topology(before, after, displacement, n);\n",
     "}\n",
     "\n",
     "/* A sampled field: from the model's voxels to its own samples. */\n",
@@ -29367,7 +29346,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;\n",
     "}\n",
     "\n",
-    "#line 5036 \"springls.h\"\n",
+    "#line 5035 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29382,7 +29361,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5052 \"springls.h\"\n",
+    "#line 5051 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -29729,7 +29708,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5399 \"springls.h\"\n",
+    "#line 5398 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29744,7 +29723,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5414 \"springls.h\"\n",
+    "#line 5413 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -30091,7 +30070,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5761 \"springls.h\"\n",
+    "#line 5760 \"springls.h\"\n",
     "\n",
     "/* Finds what becomes of springl i by the forces of the rule. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -30108,7 +30087,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 6367 \"springls.h\"\n",
+    "#line 6366 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -30134,7 +30113,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6394 \"springls.h\"\n",
+    "#line 6393 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -30216,22 +30195,22 @@ static const char *const springls__kernel_lines[] = {
     "    return widest;\n",
     "}\n",
     "\n",
-    "/* Returns 1 when the neighbors lie around the place as in a sheet: on all sides, or on all but one at its rim. A thread leaves\n",
+    "/* Returns true when the neighbors lie around the place as in a sheet: on all sides, or on all but one at its rim. A thread leaves\n",
     "   two wide gaps; its end and a drop leave nearly all open. */\n",
-    "SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps gaps)\n",
+    "SPRINGLS__MATHS bool springls__spans_sheet(springls__angular_gaps gaps)\n",
     "{\n",
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6484 \"springls.h\"\n",
+    "#line 6483 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
     "#define SPRINGLS__FACING_AGAINST (-0.5f)\n",
     "\n",
-    "/* Returns 1 when a springl with normal n and one at d from it, with normal m, face each other across a gap: each lies before the\n",
+    "/* Returns true when a springl with normal n and one at d from it, with normal m, face each other across a gap: each lies before the\n",
     "   other. Two sides of a sheet lie behind each other, and so do surfaces that have passed through each other. */\n",
-    "SPRINGLS__MATHS int springls__across_gap(springls__v3 d, springls__v3 n, springls__v3 m)\n",
+    "SPRINGLS__MATHS bool springls__across_gap(springls__v3 d, springls__v3 n, springls__v3 m)\n",
     "{\n",
     "    const float touching = 0.1f; /* voxel: surfaces that have met lie deeper in each other */\n",
     "    return springls__dot(n, m) < SPRINGLS__FACING_AGAINST && springls__dot(d, n) > -touching && springls__dot(d, m) < touching;\n",
@@ -30335,7 +30314,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (springls__is_overlapped(model, other)) continue;\n",
     "        if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) gaps = springls__angular_gaps_add(gaps, d);\n",
     "    }\n",
-    "    return springls__spans_sheet(gaps) != 0;\n",
+    "    return springls__spans_sheet(gaps);\n",
     "}\n",
     "\n",
     "/* Returns on which side of the springls nearest to it x lies: 1 before, -1 behind, 0 when there are none within `radius`. At an\n",
@@ -30363,7 +30342,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6625 \"springls.h\"\n",
+    "#line 6624 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -30456,7 +30435,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6719 \"springls.h\"\n",
+    "#line 6718 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -30470,8 +30449,8 @@ static const char *const springls__kernel_lines[] = {
     "    return l2 > 1e-12f ? springls__dot(ab, ac) / springls__sqrt(l2) : 1.0f;\n",
     "}\n",
     "\n",
-    "/* Returns 1 when an angle lies outside [min, max], given by their cosines, or the area (voxel^2) is too small. */\n",
-    "SPRINGLS__MATHS int springls__bad_shape(springls__tri t, float cos_min_angle, float cos_max_angle, float min_area)\n",
+    "/* Returns true when an angle lies outside [min, max], given by their cosines, or the area (voxel^2) is too small. */\n",
+    "SPRINGLS__MATHS bool springls__bad_shape(springls__tri t, float cos_min_angle, float cos_max_angle, float min_area)\n",
     "{\n",
     "    float a = springls__corner_cosine(t.a, t.b, t.c), b = springls__corner_cosine(t.b, t.c, t.a);\n",
     "    float c = springls__corner_cosine(t.c, t.a, t.b);\n",
@@ -30507,17 +30486,17 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__length2(n) < 0.5f ? springls__v3_make(0.0f, 0.0f, 1.0f) : n;\n",
     "}\n",
     "\n",
-    "/* Returns 1 when a neighbor at d from a springl, facing n_other, lies behind it on the other side of the same thin sheet: phi\n",
+    "/* Returns true when a neighbor at d from a springl, facing n_other, lies behind it on the other side of the same thin sheet: phi\n",
     "   cannot represent a sheet thinner than a voxel, so a springl there may be far from the zero level and yet be right. */\n",
-    "SPRINGLS__MATHS int springls__is_far_side(springls__v3 d, springls__v3 n, springls__v3 n_other)\n",
+    "SPRINGLS__MATHS bool springls__is_far_side(springls__v3 d, springls__v3 n, springls__v3 n_other)\n",
     "{\n",
     "    const float range = 1.6f, aside = 1.0f; /* voxels */\n",
     "    float depth = -springls__dot(d, n), d2 = springls__length2(d);\n",
     "    return springls__dot(n, n_other) < -0.5f && depth > -0.1f && d2 < range * range && d2 - depth * depth < aside * aside;\n",
     "}\n",
     "\n",
-    "/* Returns 1 when a neighbor at d from a springl, facing n_other, lies beside it, on the same side or round the sheet's rim. */\n",
-    "SPRINGLS__MATHS int springls__is_beside(springls__v3 d, springls__v3 n, springls__v3 n_other)\n",
+    "/* Returns true when a neighbor at d from a springl, facing n_other, lies beside it, on the same side or round the sheet's rim. */\n",
+    "SPRINGLS__MATHS bool springls__is_beside(springls__v3 d, springls__v3 n, springls__v3 n_other)\n",
     "{\n",
     "    const float range = 1.5f; /* voxels */\n",
     "    return springls__dot(n, n_other) > -0.2f && springls__length2(d) < range * range;\n",
@@ -30566,8 +30545,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns true when springl i, of a sheet, faces others across a gap narrower than phi can represent: phi may be inside in front\n",
-    "   of both, but the bodies have not met, and part again as they were. Where they have\n",
-    "   met, most springls that oppose it are behind it. */\n",
+    "   of both, but the bodies have not met, and part again as they were. Where they have met, most springls that oppose it are behind\n",
+    "   it. */\n",
     "SPRINGLS__MATHS bool springls__at_gap(const springls__model *model, int i)\n",
     "{\n",
     "    const float r = 2.0f, aside = 1.3f; /* voxels */\n",
@@ -30677,7 +30656,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6941 \"springls.h\"\n",
+    "#line 6940 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -30707,7 +30686,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6971 \"springls.h\"\n",
+    "#line 6970 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30722,7 +30701,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 6987 \"springls.h\"\n",
+    "#line 6986 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -30891,7 +30870,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7156 \"springls.h\"\n",
+    "#line 7155 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30906,7 +30885,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7171 \"springls.h\"\n",
+    "#line 7170 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -31075,7 +31054,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7340 \"springls.h\"\n",
+    "#line 7339 \"springls.h\"\n",
     "\n",
     "/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -31129,7 +31108,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7395 \"springls.h\"\n",
+    "#line 7394 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -31155,7 +31134,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7421 \"springls.h\"\n",
+    "#line 7420 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31170,7 +31149,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7437 \"springls.h\"\n",
+    "#line 7436 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -31253,7 +31232,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7520 \"springls.h\"\n",
+    "#line 7519 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31268,7 +31247,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7535 \"springls.h\"\n",
+    "#line 7534 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -31351,7 +31330,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7618 \"springls.h\"\n",
+    "#line 7617 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -31420,12 +31399,12 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Returns whether the springl at a particle with normal n votes the voxel at d from it inside: behind it by less than `depth`,\n",
     "   and not far aside. */\n",
-    "SPRINGLS__MATHS int springls__votes_inside(springls__v3 d, springls__v3 n, float depth, float aside2)\n",
+    "SPRINGLS__MATHS bool springls__votes_inside(springls__v3 d, springls__v3 n, float depth, float aside2)\n",
     "{\n",
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7693 \"springls.h\"\n",
+    "#line 7692 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -31632,7 +31611,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Finds the sides of the springls about a place, given their weights; 0 unless almost all springls are on one of them: at most a\n",
     "   sixth of the weight on none, other sheets left out, or half of that, judged by a smaller distance, with `certain`. */\n",
     "SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight,\n",
-    "                                                     int count, float narrow, int certain)\n",
+    "                                                     int count, float narrow, bool certain)\n",
     "{\n",
     "    const float distance = certain ? 0.06f : 0.15f; /* voxel */\n",
     "    springls__sides sides = springls__heaviest_sides(p, n, weight, count, narrow);\n",
@@ -31646,19 +31625,19 @@ static const char *const springls__kernel_lines[] = {
     "    return sides;\n",
     "}\n",
     "\n",
-    "/* Returns 1 when two sides, each given by a place on it and its normal there, meet in a convex edge. */\n",
-    "SPRINGLS__MATHS int springls__is_convex(springls__v3 p, springls__v3 n, springls__v3 q, springls__v3 m)\n",
+    "/* Returns true when two sides, each given by a place on it and its normal there, meet in a convex edge. */\n",
+    "SPRINGLS__MATHS bool springls__is_convex(springls__v3 p, springls__v3 n, springls__v3 q, springls__v3 m)\n",
     "{\n",
     "    springls__v3 d = springls__sub(q, p);\n",
     "    return springls__dot(d, n) - springls__dot(d, m) < 0.0f;\n",
     "}\n",
     "\n",
     "/* Combines the heights over two sides that meet: the larger where the edge between them is convex, else the smaller. */\n",
-    "SPRINGLS__MATHS float springls__meet(float a, float b, int convex) { return convex ? springls__max(a, b) : springls__min(a, b); }\n",
+    "SPRINGLS__MATHS float springls__meet(float a, float b, bool convex) { return convex ? springls__max(a, b) : springls__min(a, b); }\n",
     "\n",
     "/* Combines the heights over 1 to 3 sides; convex: of the edge between sides 0 and 1, 0 and 2, 1 and 2. Of three the two come\n",
     "   first whose edge is of another kind than the others. */\n",
-    "SPRINGLS__MATHS float springls__height_over_sides(const float h[SPRINGLS__SIDES], int count, const int convex[SPRINGLS__SIDES])\n",
+    "SPRINGLS__MATHS float springls__height_over_sides(const float h[SPRINGLS__SIDES], int count, const bool convex[SPRINGLS__SIDES])\n",
     "{\n",
     "    if (count < 3) return count == 2 ? springls__meet(h[0], h[1], convex[0]) : h[0];\n",
     "    if (convex[1] == convex[2]) return springls__meet(springls__meet(h[0], h[1], convex[0]), h[2], convex[1]);\n",
@@ -31789,13 +31768,13 @@ static const char *const springls__kernel_lines[] = {
     "    best = springls__nearest_side(fit, sides.count, x, n);\n",
     "    result = fit[best];\n",
     "    for (side = 0; side < sides.count; side++) {\n",
-    "        int convex;\n",
+    "        bool convex;\n",
     "        float beyond;\n",
     "        if (side == best || !fit[side].ok) continue;\n",
     "        convex = springls__is_convex(sides.middle[best], sides.normal[best], sides.middle[side], sides.normal[side]);\n",
     "        if (!(kinds & (convex ? SPRINGLS__CONVEX : SPRINGLS__CONCAVE))) result.ok = false;\n",
     "        beyond = springls__dot(springls__sub(result.point, fit[side].point), fit[side].normal);\n",
-    "        if ((beyond > 0.0f) == (convex != 0)) result.point = springls__mad(result.point, fit[side].normal, -beyond);\n",
+    "        if ((beyond > 0.0f) == convex) result.point = springls__mad(result.point, fit[side].normal, -beyond);\n",
     "    }\n",
     "    return result;\n",
     "}\n",
@@ -31846,7 +31825,8 @@ static const char *const springls__kernel_lines[] = {
     "    float height[SPRINGLS__SIDES];\n",
     "    springls__estimate all, one;\n",
     "    springls__v3 p[SPRINGLS__SIDES];\n",
-    "    int convex[SPRINGLS__SIDES] = { 0, 0, 0 }, side;\n",
+    "    bool convex[SPRINGLS__SIDES] = { false, false, false };\n",
+    "    int side;\n",
     "    all.weight = all.distance = 0.0f;\n",
     "    known.count = 0;\n",
     "    for (side = 0; side < sides.count; side++) {\n",
@@ -32323,8 +32303,8 @@ static const char *const springls__kernel_lines[] = {
     "    return ((product[0] + product[1]) + (product[2] + product[3])) + (product[4] + product[5]);\n",
     "}\n",
     "\n",
-    "/* Returns the moments of a cell, about its centroid. With z = x + i y, the mean of z^k is the\n",
-    "   sum of width^(k + 2) e^(i k a) over the directions a, times 30 degrees / (k + 2) / area. */\n",
+    "/* Returns the moments of a cell, about its centroid. With z = x + i y, the mean of z^k is the sum of width^(k + 2) e^(i k a) over the\n",
+    "   directions a, times 30 degrees / (k + 2) / area. */\n",
     "SPRINGLS__VEC_MATHS springls__share springls__share_of_cell(springls__cell_sides sides)\n",
     "{\n",
     "    const float angle = 0.523598776f;\n",
@@ -32403,28 +32383,28 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__mad(springls__scale(u, springls__sqrt(along * along + s * s * (4.0f / 27.0f))), v, s * (2.0f / 3.0f));\n",
     "}\n",
     "\n",
-    "/* Returns q, stretched about the centre as the share is, at the same area. */\n",
-    "SPRINGLS__INNER springls__v3 springls__stretched(springls__v3 q, springls__v3 centre, springls__v3 u, springls__v3 v,\n",
+    "/* Returns q, stretched about the center as the share is, at the same area. */\n",
+    "SPRINGLS__INNER springls__v3 springls__stretched(springls__v3 q, springls__v3 center, springls__v3 u, springls__v3 v,\n",
     "                                                 springls__share share)\n",
     "{\n",
     "    float c = 0.5f * share.longer, s = 0.5f * share.askew, scale = 1.0f / springls__sqrt(1.0f - (c * c + s * s));\n",
-    "    springls__v3 e = springls__scale(springls__sub(q, centre), scale);\n",
+    "    springls__v3 e = springls__scale(springls__sub(q, center), scale);\n",
     "    float x = springls__dot(e, u), y = springls__dot(e, v);\n",
-    "    return springls__mad(springls__mad(centre, u, x + c * x + s * y), v, y + s * x - c * y);\n",
+    "    return springls__mad(springls__mad(center, u, x + c * x + s * y), v, y + s * x - c * y);\n",
     "}\n",
     "\n",
-    "/* Returns t, shrunk about its centre until its edges are no longer than `longest`. */\n",
-    "SPRINGLS__MATHS springls__tri springls__with_edges_below(springls__tri t, springls__v3 centre, float longest)\n",
+    "/* Returns t, shrunk about its center until its edges are no longer than `longest`. */\n",
+    "SPRINGLS__MATHS springls__tri springls__with_edges_below(springls__tri t, springls__v3 center, float longest)\n",
     "{\n",
     "    float l2 = springls__longest_edge2(t), size = longest / springls__sqrt(springls__max(l2, 1e-12f));\n",
     "    if (l2 <= longest * longest) return t;\n",
-    "    t.a = springls__lerp(centre, t.a, size);\n",
-    "    t.b = springls__lerp(centre, t.b, size);\n",
-    "    t.c = springls__lerp(centre, t.c, size);\n",
+    "    t.a = springls__lerp(center, t.a, size);\n",
+    "    t.b = springls__lerp(center, t.b, size);\n",
+    "    t.c = springls__lerp(center, t.c, size);\n",
     "    return t;\n",
     "}\n",
     "\n",
-    "/* Returns the triangle of a share, with tangents u and v, that faces n and is most like one whose first arm is u. Its centre is\n",
+    "/* Returns the triangle of a share, with tangents u and v, that faces n and is most like one whose first arm is u. Its center is\n",
     "   as far below the surface's corners as above its particle. */\n",
     "SPRINGLS__MATHS springls__tri springls__triangle_of_share(springls__v3 p, springls__v3 n, springls__v3 u, springls__v3 v,\n",
     "                                                          springls__share share, float bend, float longest_edge)\n",
@@ -32434,12 +32414,12 @@ static const char *const springls__kernel_lines[] = {
     "    const float highest = 0.1f;  /* voxel */\n",
     "    float area = overlap * share.area, corner2 = SPRINGLS__RADIUS2_BY_AREA * area;\n",
     "    float height = springls__clamp(0.5f * bend * corner2, -highest, highest);\n",
-    "    springls__v3 centre = springls__mad(springls__mad(springls__mad(p, u, share.x), v, share.y), n, height);\n",
-    "    springls__tri t = springls__equilateral(centre, n, springls__turn_by_third(u, v, share.cosine + steady, share.sine), area);\n",
-    "    t.a = springls__stretched(t.a, centre, u, v, share);\n",
-    "    t.b = springls__stretched(t.b, centre, u, v, share);\n",
-    "    t.c = springls__stretched(t.c, centre, u, v, share);\n",
-    "    return springls__with_edges_below(t, centre, longest_edge);\n",
+    "    springls__v3 center = springls__mad(springls__mad(springls__mad(p, u, share.x), v, share.y), n, height);\n",
+    "    springls__tri t = springls__equilateral(center, n, springls__turn_by_third(u, v, share.cosine + steady, share.sine), area);\n",
+    "    t.a = springls__stretched(t.a, center, u, v, share);\n",
+    "    t.b = springls__stretched(t.b, center, u, v, share);\n",
+    "    t.c = springls__stretched(t.c, center, u, v, share);\n",
+    "    return springls__with_edges_below(t, center, longest_edge);\n",
     "}\n",
     "\n",
     "/* Gives springl i, from S to relaxed_springls, the triangle of its share. A masked one stays as it is. */\n",
@@ -32775,13 +32755,13 @@ static const char *const springls__kernel_lines[] = {
     "    {0,8,4}, {0}\n",
     "};\n",
     "\n",
-    "SPRINGLS__MATHS int springls__mc_inside(float phi) { return phi < 0.0f; }\n",
+    "SPRINGLS__MATHS bool springls__mc_inside(float phi) { return phi < 0.0f; }\n",
     "\n",
     "/* Returns the case of a cube: bit c is set when corner c is inside. */\n",
     "SPRINGLS__MATHS int springls__mc_case(springls__mc_cell cell)\n",
     "{\n",
     "    int mask = 0, c;\n",
-    "    for (c = 0; c < 8; ++c) mask |= springls__mc_inside(cell.phi[c]) << c;\n",
+    "    for (c = 0; c < 8; ++c) mask |= (int)springls__mc_inside(cell.phi[c]) << c;\n",
     "    return mask;\n",
     "}\n",
     "\n",
@@ -33855,10 +33835,10 @@ static const char *const springls__kernel_lines[] = {
     "    return m | (m & 0x003ffffu) << 9 | m >> 9;\n",
     "}\n",
     "\n",
-    "/* Returns 1 when the center is next to exactly one component of the inside (topological number T6 = 1). Components are\n",
+    "/* Returns true when the center is next to exactly one component of the inside (topological number T6 = 1). Components are\n",
     "   6-connected through the 18 neighbors that share a face or an edge with the center; only those with one of the 6 face\n",
     "   neighbors count. */\n",
-    "SPRINGLS__INNER int springls__touches_one_inside(unsigned int mask27)\n",
+    "SPRINGLS__INNER bool springls__touches_one_inside(unsigned int mask27)\n",
     "{\n",
     "    unsigned int faces = mask27 & 0x0415410u;\n",
     "    unsigned int near18 = mask27 & 0x2ebdebau;\n",
@@ -33871,8 +33851,8 @@ static const char *const springls__kernel_lines[] = {
     "    return faces != 0u && (faces & ~component) == 0u;\n",
     "}\n",
     "\n",
-    "/* Returns 1 when the center is next to exactly one component of the outside, 26-connected through its 26 neighbors (T26 = 1). */\n",
-    "SPRINGLS__INNER int springls__touches_one_outside(unsigned int mask27)\n",
+    "/* Returns true when the center is next to exactly one component of the outside, 26-connected through its 26 neighbors (T26 = 1). */\n",
+    "SPRINGLS__INNER bool springls__touches_one_outside(unsigned int mask27)\n",
     "{\n",
     "    unsigned int outside = ~mask27 & 0x7ffdfffu;\n",
     "    unsigned int component = outside & (~outside + 1u), before = 0u;\n",
@@ -33883,8 +33863,8 @@ static const char *const springls__kernel_lines[] = {
     "    return outside != 0u && component == outside;\n",
     "}\n",
     "\n",
-    "/* Returns 1 when the center may change sides: no component, hole or cavity of the object would appear, merge or vanish. */\n",
-    "SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)\n",
+    "/* Returns true when the center may change sides: no component, hole or cavity of the object would appear, merge or vanish. */\n",
+    "SPRINGLS__MATHS bool springls__is_simple(unsigned int mask27)\n",
     "{\n",
     "    return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);\n",
     "}\n",
@@ -35525,7 +35505,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 35529 \"springls.h\"\n",
+    "#line 35509 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -35925,7 +35905,7 @@ static const char *const springls__kernel_lines[] = {
     "    __global int *label;\n",
     "    __global int *votes; /* of a root: voxels around its region that are outside less those inside (in the memory of phi_next) */\n",
     "    int voxels;          /* numbers of voxels; entries of the top table have those from here on                                */\n",
-    "    int rows;            /* of eight voxels, in all active bricks: elements are these rows and then the entries of the table */   \n",
+    "    int rows;            /* of eight voxels, in all active bricks: elements are these rows and then the entries of the table */\n",
     "} springls__regions;\n",
     "\n",
     "SPRINGLS__MATHS springls__regions springls__regions_of(const springls__model *model)\n",
@@ -36584,9 +36564,8 @@ SPRINGLS__FN springls_status springls__other_failed(springls_context *ctx, sprin
     return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
 }
 
-/* Keeps the springls of both models that bound the result. Both level sets must be as they were. surfaces: of
-   this model's springls that reach the other's box, and of the other's that reach this one's. Fails when none are left, or more than
-   max_springls. */
+/* Keeps the springls of both models that bound the result. Both level sets must be as they were. surfaces: of this model's springls
+   that reach the other's box, and of the other's that reach this one's. Fails when none are left, or more than max_springls. */
 SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, springls_operation operation,
                                                         springls_context *other, const springls__surface surfaces[2])
 {

@@ -184,7 +184,6 @@ typedef enum springls__collective {
     SPRINGLS__COLLECTIVE_COUNT
 } springls__collective;
 
-
 typedef struct springls__collective_info { const char *name; int grain; } springls__collective_info;
 
 static const springls__collective_info springls__collectives[] = {
@@ -798,6 +797,27 @@ SPRINGLS_API void springls_cl_destroy(springls_backend *backend)
     free(cl);
 }
 
+SPRINGLS__FN void springls__cl_set_functions(springls_backend *base)
+{
+    base->resize = springls__cl_resize;
+    base->release = springls__cl_release;
+    base->transfer = springls__cl_transfer;
+    base->upload = springls__cl_upload;
+    base->finish = springls__cl_finish;
+    base->run = springls__cl_run;
+    base->count_of = springls__cl_count_of;
+    base->largest = springls__cl_largest;
+    base->scan = springls__cl_scan;
+    base->read_counts = springls__cl_read_counts;
+    base->constellation_compact = springls__cl_constellation_compact;
+    base->cell_list_build = springls__cl_cell_list_build;
+    base->cell_list_cover_around = springls__cl_cell_list_cover_around;
+    base->band_move = springls__cl_band_move;
+    base->brick_lists_build = springls__cl_brick_lists_build;
+    base->bricks_around_springls = springls__cl_bricks_around_springls;
+    base->resolve_regions = springls__cl_resolve_regions;
+}
+
 SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, springls_backend **out)
 {
     springls_cl_desc none;
@@ -815,26 +835,10 @@ SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, sp
     if (!cl) return SPRINGLS_OUT_OF_MEMORY;
     cl->logger = desc->logger;
     cl->group = (size_t)desc->brick_items;
-    cl->base.resize = springls__cl_resize;
-    cl->base.release = springls__cl_release;
-    cl->base.transfer = springls__cl_transfer;
-    cl->base.upload = springls__cl_upload;
-    cl->base.finish = springls__cl_finish;
+    springls__cl_set_functions(&cl->base);
     cl->base.timed = desc->timed;
     cl->base.user_velocity = desc->velocity;
     cl->base.user_bytes = desc->velocity ? desc->velocity_user_bytes : 0;
-    cl->base.run = springls__cl_run;
-    cl->base.count_of = springls__cl_count_of;
-    cl->base.largest = springls__cl_largest;
-    cl->base.scan = springls__cl_scan;
-    cl->base.read_counts = springls__cl_read_counts;
-    cl->base.constellation_compact = springls__cl_constellation_compact;
-    cl->base.cell_list_build = springls__cl_cell_list_build;
-    cl->base.cell_list_cover_around = springls__cl_cell_list_cover_around;
-    cl->base.band_move = springls__cl_band_move;
-    cl->base.brick_lists_build = springls__cl_brick_lists_build;
-    cl->base.bricks_around_springls = springls__cl_bricks_around_springls;
-    cl->base.resolve_regions = springls__cl_resolve_regions;
     missing = springls__cl_load(cl, desc->library);
     if (missing) {
         springls__cl_log(&desc->logger, 2, "opencl: there is no %s: going on without", missing);

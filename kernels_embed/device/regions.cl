@@ -10,7 +10,7 @@ typedef struct springls__regions {
     __global int *label;
     __global int *votes; /* of a root: voxels around its region that are outside less those inside (in the memory of phi_next) */
     int voxels;          /* numbers of voxels; entries of the top table have those from here on                                */
-    int rows;            /* of eight voxels, in all active bricks: elements are these rows and then the entries of the table */   
+    int rows;            /* of eight voxels, in all active bricks: elements are these rows and then the entries of the table */
 } springls__regions;
 
 SPRINGLS__MATHS springls__regions springls__regions_of(const springls__model *model)

@@ -83,9 +83,9 @@ SPRINGLS__MATHS springls__widest_gap springls__angular_gaps_widest(springls__ang
     return widest;
 }
 
-/* Returns 1 when the neighbors lie around the place as in a sheet: on all sides, or on all but one at its rim. A thread leaves
+/* Returns true when the neighbors lie around the place as in a sheet: on all sides, or on all but one at its rim. A thread leaves
    two wide gaps; its end and a drop leave nearly all open. */
-SPRINGLS__MATHS int springls__spans_sheet(springls__angular_gaps gaps)
+SPRINGLS__MATHS bool springls__spans_sheet(springls__angular_gaps gaps)
 {
     springls__widest_gap widest = springls__angular_gaps_widest(gaps);
     return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;

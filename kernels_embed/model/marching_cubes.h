@@ -93,13 +93,13 @@ SPRINGLS__CONST unsigned char springls__mc_triangles[256][18] = {
     {0,8,4}, {0}
 };
 
-SPRINGLS__MATHS int springls__mc_inside(float phi) { return phi < 0.0f; }
+SPRINGLS__MATHS bool springls__mc_inside(float phi) { return phi < 0.0f; }
 
 /* Returns the case of a cube: bit c is set when corner c is inside. */
 SPRINGLS__MATHS int springls__mc_case(springls__mc_cell cell)
 {
     int mask = 0, c;
-    for (c = 0; c < 8; ++c) mask |= springls__mc_inside(cell.phi[c]) << c;
+    for (c = 0; c < 8; ++c) mask |= (int)springls__mc_inside(cell.phi[c]) << c;
     return mask;
 }
 

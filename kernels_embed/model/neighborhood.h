@@ -9,9 +9,9 @@
 /* Two springls face against each other where the cosine of the angle between their normals is smaller. */
 #define SPRINGLS__FACING_AGAINST (-0.5f)
 
-/* Returns 1 when a springl with normal n and one at d from it, with normal m, face each other across a gap: each lies before the
+/* Returns true when a springl with normal n and one at d from it, with normal m, face each other across a gap: each lies before the
    other. Two sides of a sheet lie behind each other, and so do surfaces that have passed through each other. */
-SPRINGLS__MATHS int springls__across_gap(springls__v3 d, springls__v3 n, springls__v3 m)
+SPRINGLS__MATHS bool springls__across_gap(springls__v3 d, springls__v3 n, springls__v3 m)
 {
     const float touching = 0.1f; /* voxel: surfaces that have met lie deeper in each other */
     return springls__dot(n, m) < SPRINGLS__FACING_AGAINST && springls__dot(d, n) > -touching && springls__dot(d, m) < touching;
@@ -115,7 +115,7 @@ SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__
         if (springls__is_overlapped(model, other)) continue;
         if (springls__fabs(h) <= high && aside2 >= aside * aside && aside2 <= r * r) gaps = springls__angular_gaps_add(gaps, d);
     }
-    return springls__spans_sheet(gaps) != 0;
+    return springls__spans_sheet(gaps);
 }
 
 /* Returns on which side of the springls nearest to it x lies: 1 before, -1 behind, 0 when there are none within `radius`. At an

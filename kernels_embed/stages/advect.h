@@ -12,11 +12,11 @@ SPRINGLS__MATHS float springls__deformation_amplitude(float n, float period, flo
     return n * springls__cospi(time / period);
 }
 
-/* Returns 1 when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the
+/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the
    displacement. phi must grow when the springl moves along its normal, and fall when it moves against it; else it has run into
    the sheet on the far side of voxels that may not change. A springl that moves along its surface is free, because there phi
    hardly changes, and the error of the normal would decide. */
-SPRINGLS__MATHS int springls__held_by_topology(float phi_before, float phi_after, springls__v3 displacement, springls__v3 normal)
+SPRINGLS__MATHS bool springls__held_by_topology(float phi_before, float phi_after, springls__v3 displacement, springls__v3 normal)
 {
     float along = springls__dot(displacement, normal), normally = springls__fabs(along);
     return normally > 0.05f && normally > 0.5f * springls__length(displacement) && (phi_after - phi_before) * along < 0.0f;
@@ -27,7 +27,7 @@ SPRINGLS__MATHS bool springls__is_held(const springls__grid *g, springls__v3 p, 
 {
     float before = springls__grid_sample(g, g->phi, p);
     float after = springls__grid_sample(g, g->phi, springls__add(p, displacement));
-    return springls__held_by_topology(before, after, displacement, n) != 0;
+    return springls__held_by_topology(before, after, displacement, n);
 }
 
 /* A sampled field: from the model's voxels to its own samples. */

@@ -18,8 +18,8 @@ SPRINGLS__MATHS float springls__corner_cosine(springls__v3 a, springls__v3 b, sp
     return l2 > 1e-12f ? springls__dot(ab, ac) / springls__sqrt(l2) : 1.0f;
 }
 
-/* Returns 1 when an angle lies outside [min, max], given by their cosines, or the area (voxel^2) is too small. */
-SPRINGLS__MATHS int springls__bad_shape(springls__tri t, float cos_min_angle, float cos_max_angle, float min_area)
+/* Returns true when an angle lies outside [min, max], given by their cosines, or the area (voxel^2) is too small. */
+SPRINGLS__MATHS bool springls__bad_shape(springls__tri t, float cos_min_angle, float cos_max_angle, float min_area)
 {
     float a = springls__corner_cosine(t.a, t.b, t.c), b = springls__corner_cosine(t.b, t.c, t.a);
     float c = springls__corner_cosine(t.c, t.a, t.b);
@@ -55,17 +55,17 @@ SPRINGLS__MATHS springls__v3 springls__facing(const springls__model *model, spri
     return springls__length2(n) < 0.5f ? springls__v3_make(0.0f, 0.0f, 1.0f) : n;
 }
 
-/* Returns 1 when a neighbor at d from a springl, facing n_other, lies behind it on the other side of the same thin sheet: phi
+/* Returns true when a neighbor at d from a springl, facing n_other, lies behind it on the other side of the same thin sheet: phi
    cannot represent a sheet thinner than a voxel, so a springl there may be far from the zero level and yet be right. */
-SPRINGLS__MATHS int springls__is_far_side(springls__v3 d, springls__v3 n, springls__v3 n_other)
+SPRINGLS__MATHS bool springls__is_far_side(springls__v3 d, springls__v3 n, springls__v3 n_other)
 {
     const float range = 1.6f, aside = 1.0f; /* voxels */
     float depth = -springls__dot(d, n), d2 = springls__length2(d);
     return springls__dot(n, n_other) < -0.5f && depth > -0.1f && d2 < range * range && d2 - depth * depth < aside * aside;
 }
 
-/* Returns 1 when a neighbor at d from a springl, facing n_other, lies beside it, on the same side or round the sheet's rim. */
-SPRINGLS__MATHS int springls__is_beside(springls__v3 d, springls__v3 n, springls__v3 n_other)
+/* Returns true when a neighbor at d from a springl, facing n_other, lies beside it, on the same side or round the sheet's rim. */
+SPRINGLS__MATHS bool springls__is_beside(springls__v3 d, springls__v3 n, springls__v3 n_other)
 {
     const float range = 1.5f; /* voxels */
     return springls__dot(n, n_other) > -0.2f && springls__length2(d) < range * range;
@@ -114,8 +114,8 @@ SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i
 }
 
 /* Returns true when springl i, of a sheet, faces others across a gap narrower than phi can represent: phi may be inside in front
-   of both, but the bodies have not met, and part again as they were. Where they have
-   met, most springls that oppose it are behind it. */
+   of both, but the bodies have not met, and part again as they were. Where they have met, most springls that oppose it are behind
+   it. */
 SPRINGLS__MATHS bool springls__at_gap(const springls__model *model, int i)
 {
     const float r = 2.0f, aside = 1.3f; /* voxels */

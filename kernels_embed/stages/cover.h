@@ -132,8 +132,8 @@ SPRINGLS__VEC_MATHS float springls__sum_directions(springls__cell_power power, i
     return ((product[0] + product[1]) + (product[2] + product[3])) + (product[4] + product[5]);
 }
 
-/* Returns the moments of a cell, about its centroid. With z = x + i y, the mean of z^k is the
-   sum of width^(k + 2) e^(i k a) over the directions a, times 30 degrees / (k + 2) / area. */
+/* Returns the moments of a cell, about its centroid. With z = x + i y, the mean of z^k is the sum of width^(k + 2) e^(i k a) over the
+   directions a, times 30 degrees / (k + 2) / area. */
 SPRINGLS__VEC_MATHS springls__share springls__share_of_cell(springls__cell_sides sides)
 {
     const float angle = 0.523598776f;
@@ -212,28 +212,28 @@ SPRINGLS__MATHS springls__v3 springls__turn_by_third(springls__v3 u, springls__v
     return springls__mad(springls__scale(u, springls__sqrt(along * along + s * s * (4.0f / 27.0f))), v, s * (2.0f / 3.0f));
 }
 
-/* Returns q, stretched about the centre as the share is, at the same area. */
-SPRINGLS__INNER springls__v3 springls__stretched(springls__v3 q, springls__v3 centre, springls__v3 u, springls__v3 v,
+/* Returns q, stretched about the center as the share is, at the same area. */
+SPRINGLS__INNER springls__v3 springls__stretched(springls__v3 q, springls__v3 center, springls__v3 u, springls__v3 v,
                                                  springls__share share)
 {
     float c = 0.5f * share.longer, s = 0.5f * share.askew, scale = 1.0f / springls__sqrt(1.0f - (c * c + s * s));
-    springls__v3 e = springls__scale(springls__sub(q, centre), scale);
+    springls__v3 e = springls__scale(springls__sub(q, center), scale);
     float x = springls__dot(e, u), y = springls__dot(e, v);
-    return springls__mad(springls__mad(centre, u, x + c * x + s * y), v, y + s * x - c * y);
+    return springls__mad(springls__mad(center, u, x + c * x + s * y), v, y + s * x - c * y);
 }
 
-/* Returns t, shrunk about its centre until its edges are no longer than `longest`. */
-SPRINGLS__MATHS springls__tri springls__with_edges_below(springls__tri t, springls__v3 centre, float longest)
+/* Returns t, shrunk about its center until its edges are no longer than `longest`. */
+SPRINGLS__MATHS springls__tri springls__with_edges_below(springls__tri t, springls__v3 center, float longest)
 {
     float l2 = springls__longest_edge2(t), size = longest / springls__sqrt(springls__max(l2, 1e-12f));
     if (l2 <= longest * longest) return t;
-    t.a = springls__lerp(centre, t.a, size);
-    t.b = springls__lerp(centre, t.b, size);
-    t.c = springls__lerp(centre, t.c, size);
+    t.a = springls__lerp(center, t.a, size);
+    t.b = springls__lerp(center, t.b, size);
+    t.c = springls__lerp(center, t.c, size);
     return t;
 }
 
-/* Returns the triangle of a share, with tangents u and v, that faces n and is most like one whose first arm is u. Its centre is
+/* Returns the triangle of a share, with tangents u and v, that faces n and is most like one whose first arm is u. Its center is
    as far below the surface's corners as above its particle. */
 SPRINGLS__MATHS springls__tri springls__triangle_of_share(springls__v3 p, springls__v3 n, springls__v3 u, springls__v3 v,
                                                           springls__share share, float bend, float longest_edge)
@@ -243,12 +243,12 @@ SPRINGLS__MATHS springls__tri springls__triangle_of_share(springls__v3 p, spring
     const float highest = 0.1f;  /* voxel */
     float area = overlap * share.area, corner2 = SPRINGLS__RADIUS2_BY_AREA * area;
     float height = springls__clamp(0.5f * bend * corner2, -highest, highest);
-    springls__v3 centre = springls__mad(springls__mad(springls__mad(p, u, share.x), v, share.y), n, height);
-    springls__tri t = springls__equilateral(centre, n, springls__turn_by_third(u, v, share.cosine + steady, share.sine), area);
-    t.a = springls__stretched(t.a, centre, u, v, share);
-    t.b = springls__stretched(t.b, centre, u, v, share);
-    t.c = springls__stretched(t.c, centre, u, v, share);
-    return springls__with_edges_below(t, centre, longest_edge);
+    springls__v3 center = springls__mad(springls__mad(springls__mad(p, u, share.x), v, share.y), n, height);
+    springls__tri t = springls__equilateral(center, n, springls__turn_by_third(u, v, share.cosine + steady, share.sine), area);
+    t.a = springls__stretched(t.a, center, u, v, share);
+    t.b = springls__stretched(t.b, center, u, v, share);
+    t.c = springls__stretched(t.c, center, u, v, share);
+    return springls__with_edges_below(t, center, longest_edge);
 }
 
 /* Gives springl i, from S to relaxed_springls, the triangle of its share. A masked one stays as it is. */

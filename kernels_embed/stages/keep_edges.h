@@ -211,7 +211,7 @@ SPRINGLS__MATHS bool springls__faces_away(const springls__sides *sides, springls
 /* Finds the sides of the springls about a place, given their weights; 0 unless almost all springls are on one of them: at most a
    sixth of the weight on none, other sheets left out, or half of that, judged by a smaller distance, with `certain`. */
 SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight,
-                                                     int count, float narrow, int certain)
+                                                     int count, float narrow, bool certain)
 {
     const float distance = certain ? 0.06f : 0.15f; /* voxel */
     springls__sides sides = springls__heaviest_sides(p, n, weight, count, narrow);
@@ -225,19 +225,19 @@ SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, cons
     return sides;
 }
 
-/* Returns 1 when two sides, each given by a place on it and its normal there, meet in a convex edge. */
-SPRINGLS__MATHS int springls__is_convex(springls__v3 p, springls__v3 n, springls__v3 q, springls__v3 m)
+/* Returns true when two sides, each given by a place on it and its normal there, meet in a convex edge. */
+SPRINGLS__MATHS bool springls__is_convex(springls__v3 p, springls__v3 n, springls__v3 q, springls__v3 m)
 {
     springls__v3 d = springls__sub(q, p);
     return springls__dot(d, n) - springls__dot(d, m) < 0.0f;
 }
 
 /* Combines the heights over two sides that meet: the larger where the edge between them is convex, else the smaller. */
-SPRINGLS__MATHS float springls__meet(float a, float b, int convex) { return convex ? springls__max(a, b) : springls__min(a, b); }
+SPRINGLS__MATHS float springls__meet(float a, float b, bool convex) { return convex ? springls__max(a, b) : springls__min(a, b); }
 
 /* Combines the heights over 1 to 3 sides; convex: of the edge between sides 0 and 1, 0 and 2, 1 and 2. Of three the two come
    first whose edge is of another kind than the others. */
-SPRINGLS__MATHS float springls__height_over_sides(const float h[SPRINGLS__SIDES], int count, const int convex[SPRINGLS__SIDES])
+SPRINGLS__MATHS float springls__height_over_sides(const float h[SPRINGLS__SIDES], int count, const bool convex[SPRINGLS__SIDES])
 {
     if (count < 3) return count == 2 ? springls__meet(h[0], h[1], convex[0]) : h[0];
     if (convex[1] == convex[2]) return springls__meet(springls__meet(h[0], h[1], convex[0]), h[2], convex[1]);
@@ -368,13 +368,13 @@ SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__sample_se
     best = springls__nearest_side(fit, sides.count, x, n);
     result = fit[best];
     for (side = 0; side < sides.count; side++) {
-        int convex;
+        bool convex;
         float beyond;
         if (side == best || !fit[side].ok) continue;
         convex = springls__is_convex(sides.middle[best], sides.normal[best], sides.middle[side], sides.normal[side]);
         if (!(kinds & (convex ? SPRINGLS__CONVEX : SPRINGLS__CONCAVE))) result.ok = false;
         beyond = springls__dot(springls__sub(result.point, fit[side].point), fit[side].normal);
-        if ((beyond > 0.0f) == (convex != 0)) result.point = springls__mad(result.point, fit[side].normal, -beyond);
+        if ((beyond > 0.0f) == convex) result.point = springls__mad(result.point, fit[side].normal, -beyond);
     }
     return result;
 }
@@ -425,7 +425,8 @@ SPRINGLS__MATHS springls__estimate springls__edge_distance(const springls__sampl
     float height[SPRINGLS__SIDES];
     springls__estimate all, one;
     springls__v3 p[SPRINGLS__SIDES];
-    int convex[SPRINGLS__SIDES] = { 0, 0, 0 }, side;
+    bool convex[SPRINGLS__SIDES] = { false, false, false };
+    int side;
     all.weight = all.distance = 0.0f;
     known.count = 0;
     for (side = 0; side < sides.count; side++) {

@@ -99,7 +99,7 @@ SPRINGLS__VEC_MATHS springls__vec springls__resolved_side(springls__cross7 v, fl
 
 /* Returns whether the springl at a particle with normal n votes the voxel at d from it inside: behind it by less than `depth`,
    and not far aside. */
-SPRINGLS__MATHS int springls__votes_inside(springls__v3 d, springls__v3 n, float depth, float aside2)
+SPRINGLS__MATHS bool springls__votes_inside(springls__v3 d, springls__v3 n, float depth, float aside2)
 {
     float h = springls__dot(d, n);
     return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;

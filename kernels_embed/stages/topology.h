@@ -26,10 +26,10 @@ SPRINGLS__MATHS unsigned int springls__mask27_spread_z(unsigned int m)
     return m | (m & 0x003ffffu) << 9 | m >> 9;
 }
 
-/* Returns 1 when the center is next to exactly one component of the inside (topological number T6 = 1). Components are
+/* Returns true when the center is next to exactly one component of the inside (topological number T6 = 1). Components are
    6-connected through the 18 neighbors that share a face or an edge with the center; only those with one of the 6 face
    neighbors count. */
-SPRINGLS__INNER int springls__touches_one_inside(unsigned int mask27)
+SPRINGLS__INNER bool springls__touches_one_inside(unsigned int mask27)
 {
     unsigned int faces = mask27 & 0x0415410u;
     unsigned int near18 = mask27 & 0x2ebdebau;
@@ -42,8 +42,8 @@ SPRINGLS__INNER int springls__touches_one_inside(unsigned int mask27)
     return faces != 0u && (faces & ~component) == 0u;
 }
 
-/* Returns 1 when the center is next to exactly one component of the outside, 26-connected through its 26 neighbors (T26 = 1). */
-SPRINGLS__INNER int springls__touches_one_outside(unsigned int mask27)
+/* Returns true when the center is next to exactly one component of the outside, 26-connected through its 26 neighbors (T26 = 1). */
+SPRINGLS__INNER bool springls__touches_one_outside(unsigned int mask27)
 {
     unsigned int outside = ~mask27 & 0x7ffdfffu;
     unsigned int component = outside & (~outside + 1u), before = 0u;
@@ -54,8 +54,8 @@ SPRINGLS__INNER int springls__touches_one_outside(unsigned int mask27)
     return outside != 0u && component == outside;
 }
 
-/* Returns 1 when the center may change sides: no component, hole or cavity of the object would appear, merge or vanish. */
-SPRINGLS__MATHS int springls__is_simple(unsigned int mask27)
+/* Returns true when the center may change sides: no component, hole or cavity of the object would appear, merge or vanish. */
+SPRINGLS__MATHS bool springls__is_simple(unsigned int mask27)
 {
     return springls__touches_one_inside(mask27) && springls__touches_one_outside(mask27);
 }

@@ -32,7 +32,7 @@ SPRINGLS__FN springls_status springls__make_reference(springls_context *ctx)
     SPRINGLS__TRY(springls__use_host(ctx, true));
     ctx->reference_stamp = 0;
     springls__place_window(ctx, &ctx->original_window, ctx->window.offset);
-    return springls__reference_copy(ctx);
+    return springls__copy_to_reference(ctx, &ctx->model.grid);
 }
 
 /* Makes the model the original surface: phi_ref = phi, and the triangles of the springls. The correspondences stay. */

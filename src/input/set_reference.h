@@ -27,17 +27,9 @@ SPRINGLS_API springls_status springls_set_reference(springls_context *ctx)
    models have the same grid and allocator. */
 SPRINGLS__FN springls_status springls__take_reference(springls_context *ctx, springls_context *other)
 {
-    const springls__grid *from = &other->model.reference;
-    springls__grid *to = &ctx->model.reference;
     springls__surface original = ctx->original;
     size_t own = springls__surface_bytes(&ctx->original), taken = springls__surface_bytes(&other->original);
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_TOP, springls__entry_count(from), springls__entry_count(to)));
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, (size_t)from->slot_count, (size_t)to->slot_count));
-    springls__take_table(to, &from->table);
-    memcpy(to->top, from->top, springls__entry_count(from) * sizeof *from->top);
-    memcpy(to->phi, from->phi, (size_t)from->slot_count * SPRINGLS__BRICK_VOXELS * sizeof *from->phi);
-    to->slot_count = from->slot_count;
-    to->far_value = from->far_value;
+    SPRINGLS__TRY(springls__copy_to_reference(ctx, &other->model.reference));
     ctx->original = other->original;
     other->original = original;
     ctx->memory_used = ctx->memory_used - own + taken;

@@ -43,14 +43,14 @@ SPRINGLS_API void springls_implicit_torus(void *torus, const float *points, int 
     }
 }
 
-/* Returns 1 when x is deeper than eps inside a sphere other than i and j. */
-SPRINGLS__FN int springls__in_other_sphere(const springls_metasphere *m, springls__v3 x, int i, int j, float eps)
+/* Returns true when x is deeper than eps inside a sphere other than i and j. */
+SPRINGLS__FN bool springls__in_other_sphere(const springls_metasphere *m, springls__v3 x, int i, int j, float eps)
 {
     int k;
     for (k = 0; k < m->count; k++)
         if (k != i && k != j
-            && springls__length(springls__sub(x, springls__load3(m->spheres[k].center))) < m->spheres[k].radius - eps) return 1;
-    return 0;
+            && springls__length(springls__sub(x, springls__load3(m->spheres[k].center))) < m->spheres[k].radius - eps) return true;
+    return false;
 }
 
 /* Returns the distance from x to sphere i, or `best` when it is not smaller, x is outside, or the nearest place of the sphere

@@ -751,9 +751,8 @@ SPRINGLS_API springls_status springls_closest(springls_context *ctx, springls_su
                                               springls_hit *out);
 
 /* Finds the first place of the surface along each ray, from either side, within max_distance (world units; 0: any).
-   directions: 3 floats a ray, of any length; a direction of length 0 finds nothing. No digit is lost
-   however far a ray begins. A ray from outside to a place inside the
-   watertight surface always finds it. */
+   directions: 3 floats a ray, of any length; a direction of length 0 finds nothing. No digit is lost however far a ray begins. A
+   ray from outside to a place inside the watertight surface always finds it. */
 SPRINGLS_API springls_status springls_raycast(springls_context *ctx, springls_surface surface, const float *origins,
                                               const float *directions, int count, float max_distance, springls_hit *out);
 

@@ -51,7 +51,7 @@ SPRINGLS__FN void springls__surface_forget(springls__surface *surface)
 }
 
 /* Returns whether item a comes before b along an axis. */
-SPRINGLS__FN int springls__bvh_before(springls__bvh_item a, springls__bvh_item b, int axis)
+SPRINGLS__FN bool springls__bvh_before(springls__bvh_item a, springls__bvh_item b, int axis)
 {
     if (a.center[axis] != b.center[axis]) return a.center[axis] < b.center[axis];
     return a.triangle < b.triangle;

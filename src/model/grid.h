@@ -161,10 +161,9 @@ SPRINGLS__FN void springls__grid_drop_bricks(springls__grid *g, const uint8_t *k
     g->active_count = n;
 }
 
-/* Copies phi to phi_ref, in the same slots. */
-SPRINGLS__FN springls_status springls__reference_copy(springls_context *ctx)
+/* Copies phi of a grid to phi_ref, in the same slots. Without memory phi_ref stays as it was. */
+SPRINGLS__FN springls_status springls__copy_to_reference(springls_context *ctx, const springls__grid *g)
 {
-    const springls__grid *g = &ctx->model.grid;
     springls__grid *reference = &ctx->model.reference;
     const size_t kept = springls__entry_count(reference);
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_REFERENCE_TOP, springls__entry_count(g), kept));

@@ -83,7 +83,7 @@ SPRINGLS__FN springls__ray springls__ray_make(springls__v3 origin, springls__v3 
 
 /* Returns whether the ray enters a node's bounds before t_max, and where; the bounds are widened by the slack, so that no hit is
    missed by rounding. */
-SPRINGLS__FN int springls__ray_box(const springls__ray *r, const springls__bvh_node *node, float slack, float t_max, float *t)
+SPRINGLS__FN bool springls__ray_box(const springls__ray *r, const springls__bvh_node *node, float slack, float t_max, float *t)
 {
     float t_in = 0.0f, t_out = t_max;
     int k;
@@ -99,15 +99,15 @@ SPRINGLS__FN int springls__ray_box(const springls__ray *r, const springls__bvh_n
 }
 
 /* Returns whether the ray meets a triangle within t_max, and where. */
-SPRINGLS__FN int springls__ray_triangle(const springls__ray *r, springls__tri tri, float t_max, springls__surface_hit *out)
+SPRINGLS__FN bool springls__ray_triangle(const springls__ray *r, springls__tri tri, float t_max, springls__surface_hit *out)
 {
     double t;
     float b[3];
-    if (!springls__ray_meets(&r->frame, tri, (double)t_max, &t, b)) return 0;
+    if (!springls__ray_meets(&r->frame, tri, (double)t_max, &t, b)) return false;
     out->t = (float)t;
     memcpy(out->hit.bary, b, sizeof b);
     out->hit.point = springls__tri_point(tri, b);
-    return 1;
+    return true;
 }
 
 /* A search for the first triangle that a ray meets, in [0, best.t]. */
@@ -125,8 +125,8 @@ SPRINGLS__FN void springls__ray_descend(springls__ray_search *search, const spri
 {
     const springls__bvh_node *child = &search->surface->nodes[node->first];
     float t0 = 0.0f, t1 = 0.0f;
-    int hit0 = springls__ray_box(&search->ray, &child[0], search->slack, search->best.t, &t0);
-    int hit1 = springls__ray_box(&search->ray, &child[1], search->slack, search->best.t, &t1);
+    bool hit0 = springls__ray_box(&search->ray, &child[0], search->slack, search->best.t, &t0);
+    bool hit1 = springls__ray_box(&search->ray, &child[1], search->slack, search->best.t, &t1);
     int nearer = hit1 && (!hit0 || t1 < t0);
     if (hit0 && hit1) {
         search->stack[search->top].t = nearer ? t0 : t1;

@@ -7,6 +7,7 @@
 #include "../runtime/parallel.h"
 #include "../model/cell_list.h"
 #include "../model/host_access.h"
+#include "../model/indexed_mesh.h"
 #include "../model/transform.h"
 #include "../solver/step.h"
 
@@ -80,8 +81,7 @@ SPRINGLS_API springls_status springls_mesh_errors(springls_context *ctx, const s
 {
     springls__error_job job;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!mesh || (mesh->vertex_count > 0 && !out))
-        return springls__fail_null(ctx, "mesh_errors", mesh ? "out" : "mesh");
+    SPRINGLS__TRY(springls__check_mesh(ctx, mesh, out, "mesh_errors"));
     SPRINGLS__TRY(springls__begin_reading(ctx));
     job.mesh = mesh;
     job.out = out;

@@ -26,23 +26,11 @@ SPRINGLS__FN springls_material springls__material_of(const springls_context *ctx
 
 typedef struct springls__material_job {
     const springls_context *ctx;
-    const springls_mesh *mesh;
+    const springls_mesh *mesh; /* NULL: the springls */
     const int *neighbors;  /* [3 * caller's triangle] the triangle across each edge; -1: a seam      */
     const int *inner;      /* [caller's triangle] its number in ctx->original; -1: dropped; NULL: the same numbers */
     springls_material *out;
 } springls__material_job;
-
-SPRINGLS__FN void springls__springl_materials_task(void *arg, int begin, int end)
-{
-    const springls__material_job *job = (const springls__material_job *)arg;
-    int guess = -1;
-    for (; begin < end; begin++) {
-        springls__surface_hit h = springls__surface_closest_from(&job->ctx->original, job->ctx->model.set.a[begin], FLT_MAX,
-                                                                 guess);
-        job->out[begin] = springls__material_of(job->ctx, &h);
-        guess = h.triangle;
-    }
-}
 
 /* Returns the correspondence of a vertex of the mesh, voxels. */
 SPRINGLS__FN springls__v3 springls__mesh_correspondence(const springls__material_job *job, int vertex)
@@ -50,13 +38,14 @@ SPRINGLS__FN springls__v3 springls__mesh_correspondence(const springls__material
     return springls__world_to_original(job->ctx, job->mesh->correspondences + 3 * (size_t)vertex);
 }
 
-SPRINGLS__FN void springls__mesh_materials_task(void *arg, int begin, int end)
+/* Finds the places of springls, or of vertices. Neighbors in number are often neighbors in space: each starts from the last hit. */
+SPRINGLS__FN void springls__materials_task(void *arg, int begin, int end)
 {
     const springls__material_job *job = (const springls__material_job *)arg;
     int guess = -1;
     for (; begin < end; begin++) {
-        springls__surface_hit h = springls__surface_closest_from(&job->ctx->original, springls__mesh_correspondence(job, begin),
-                                                                 FLT_MAX, guess);
+        springls__v3 a = job->mesh ? springls__mesh_correspondence(job, begin) : job->ctx->model.set.a[begin];
+        springls__surface_hit h = springls__surface_closest_from(&job->ctx->original, a, FLT_MAX, guess);
         job->out[begin] = springls__material_of(job->ctx, &h);
         guess = h.triangle;
     }
@@ -71,15 +60,7 @@ SPRINGLS_API springls_status springls_springl_materials(springls_context *ctx, s
     memset(&job, 0, sizeof job);
     job.ctx = ctx;
     job.out = out;
-    springls__parallel(ctx, ctx->model.set.count, 64, springls__springl_materials_task, &job);
-    return SPRINGLS_OK;
-}
-
-SPRINGLS__FN springls_status springls__check_mesh(springls_context *ctx, const springls_mesh *mesh, const void *out,
-                                                  const char *call)
-{
-    if (!mesh || (mesh->vertex_count > 0 && !out))
-        return springls__fail_null(ctx, call, mesh ? "out" : "mesh");
+    springls__parallel(ctx, ctx->model.set.count, 64, springls__materials_task, &job);
     return SPRINGLS_OK;
 }
 
@@ -92,7 +73,7 @@ SPRINGLS_API springls_status springls_mesh_materials(springls_context *ctx, cons
     job.ctx = ctx;
     job.mesh = mesh;
     job.out = out;
-    springls__parallel(ctx, mesh->vertex_count, 64, springls__mesh_materials_task, &job);
+    springls__parallel(ctx, mesh->vertex_count, 64, springls__materials_task, &job);
     return SPRINGLS_OK;
 }
 
@@ -268,7 +249,7 @@ SPRINGLS__FN springls_status springls__find_seams(springls_context *ctx, springl
 
 SPRINGLS_API springls_status springls_find_seams(springls_context *ctx, const float *positions, int position_count, size_t stride,
                                                  const int *triangles, int triangle_count, const float *values, int channels,
-                                                     int *neighbors)
+                                                 int *neighbors)
 {
     springls__seam_search search;
     springls_status status;

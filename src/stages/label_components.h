@@ -312,7 +312,7 @@ SPRINGLS__FN void springls__visit_cube(const springls__grid *g, springls__labels
         for (m = 0; m < 3; m++) {
             int edge = springls__mc_edge(mask, k, m), corner = springls__mc_edge_corner(edge);
             int other = corner | 1 << springls__mc_edge_axis(edge);
-            bool inside = springls__mc_inside(cell.phi[corner]) != 0;
+            bool inside = springls__mc_inside(cell.phi[corner]);
             triangle.inner[m] = springls__corner_node(g, l, walk, x, y, z, inside ? corner : other);
             triangle.outer[m] = springls__corner_node(g, l, walk, x, y, z, inside ? other : corner);
         }

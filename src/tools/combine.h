@@ -409,9 +409,8 @@ SPRINGLS__FN springls_status springls__other_failed(springls_context *ctx, sprin
     return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
 }
 
-/* Keeps the springls of both models that bound the result. Both level sets must be as they were. surfaces: of
-   this model's springls that reach the other's box, and of the other's that reach this one's. Fails when none are left, or more than
-   max_springls. */
+/* Keeps the springls of both models that bound the result. Both level sets must be as they were. surfaces: of this model's springls
+   that reach the other's box, and of the other's that reach this one's. Fails when none are left, or more than max_springls. */
 SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, springls_operation operation,
                                                         springls_context *other, const springls__surface surfaces[2])
 {
