@@ -201,7 +201,7 @@ TEST half_time_sampling_shows_the_defect(void)
 }
 
 /* Euler evaluates once, at t, and moves by dt times the velocity. */
-TEST euler_asks_once(void)
+TEST euler_evaluates_once(void)
 {
     springls_params p = vertices_move(0);
     springls_context *ctx = few(&p, 1);
@@ -350,7 +350,7 @@ static void home(void *user, const float *points, const float *correspondences, 
 }
 
 /* The affine force is given the correspondences: particles can be sent back to where they come from. */
-TEST affine_knows_correspondences(void)
+TEST affine_maps_are_given_correspondences(void)
 {
     springls_params p = vertices_move(0);
     springls_context *ctx = few(&p, 300);
@@ -714,12 +714,12 @@ SUITE(advect)
     RUN_TEST(flows_are_the_formulas);
     RUN_TEST(time_is_sampled_where_it_should_be);
     RUN_TEST(half_time_sampling_shows_the_defect);
-    RUN_TEST(euler_asks_once);
+    RUN_TEST(euler_evaluates_once);
     RUN_TEST(pressure_acts_along_the_normal);
     RUN_TESTp(affine_moves_each_vertex, 0);
     RUN_TESTp(affine_moves_each_vertex, 1);
     RUN_TEST(affine_rotation_is_rigid);
-    RUN_TEST(affine_knows_correspondences);
+    RUN_TEST(affine_maps_are_given_correspondences);
     RUN_TEST(vertex_velocity_turns_triangles);
     RUN_TESTp(sampled_fields_are_trilinear, 0);
     RUN_TESTp(sampled_fields_are_trilinear, 1);

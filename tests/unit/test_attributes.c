@@ -164,7 +164,7 @@ static springls_status blown(springls_context *ctx, float x, float y, float z, i
 /* ---- split, fill, merge, one at a time ---- */
 
 /* A mesh of large triangles that springls_resample splits: labels copied, shares halved, correspondences blended. */
-TEST splits(void)
+TEST halves_take_the_values_of_their_whole(void)
 {
     springls_params params = springls_default_params();
     springls_context *ctx;
@@ -205,7 +205,7 @@ TEST splits(void)
 }
 
 /* A cap is cut out of a sphere: fill_gaps closes it, nothing is shared there, and the rest keeps what it has. */
-TEST fills(void)
+TEST new_springls_take_values_from_nearby(void)
 {
     springls_context *ctx = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 8.0f);
     springls_view amount, place;
@@ -239,7 +239,7 @@ TEST fills(void)
 }
 
 /* Every springl of a sphere twice: contract leaves one of each pair, with the sum, the mean, or what it had. */
-TEST merges(void)
+TEST merged_springls_add_average_or_keep(void)
 {
     springls_context *ctx = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 8.0f);
     springls_attribute_desc sum = { "sum", 1, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_SHARE },
@@ -298,7 +298,7 @@ TEST confidence_ages(void)
 
 /* ---- the table ---- */
 
-TEST table(void)
+TEST the_table_is_checked_and_kept(void)
 {
     springls_context *ctx = fixture_sphere(24, NULL, 11.5f, 11.5f, 11.5f, 5.0f);
     springls_attribute_desc desc = { "a", 2, SPRINGLS_POLICY_COPY, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_SHARE }, out;
@@ -513,7 +513,7 @@ TEST textures_keep_their_seam(void)
 }
 
 /* On vertices: a blended attribute that is the correspondence is the vertex's correspondence, a label one of the labels. */
-TEST on_vertices(void)
+TEST vertices_have_the_values_of_springls(void)
 {
     springls_context *ctx = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 8.0f);
     springls_mesh mesh;
@@ -614,14 +614,14 @@ int main(int argc, char **argv)
     RUN_TEST(labels_stay_labels);
     RUN_TESTp(the_model_does_not_notice, 0);
     RUN_TESTp(the_model_does_not_notice, 1);
-    RUN_TEST(splits);
-    RUN_TEST(fills);
-    RUN_TEST(merges);
+    RUN_TEST(halves_take_the_values_of_their_whole);
+    RUN_TEST(new_springls_take_values_from_nearby);
+    RUN_TEST(merged_springls_add_average_or_keep);
     RUN_TEST(confidence_ages);
-    RUN_TEST(table);
+    RUN_TEST(the_table_is_checked_and_kept);
     RUN_TEST(seams_are_found);
     RUN_TEST(textures_keep_their_seam);
-    RUN_TEST(on_vertices);
+    RUN_TEST(vertices_have_the_values_of_springls);
     RUN_TEST(every_allocation_may_fail);
     GREATEST_MAIN_END();
 }

@@ -393,7 +393,7 @@ TEST strange_springls(int kind, int which)
 /* ---- forces ---- */
 
 /* Winds that blow a model out of the domain, one step or a thousand domains at a time. */
-TEST storms(float speed, springls_mode mode, int which)
+TEST storms_leave_a_sound_model(float speed, springls_mode mode, int which)
 {
     springls_params params = which ? springls_default_params() : springls_paper_params();
     springls_context *ctx = fixture_sphere(SIZE, &params, 9.5f, 9.5f, 9.5f, 5.0f);
@@ -426,7 +426,7 @@ static void burst(void *user, const float *points, const float *correspondences,
     }
 }
 
-TEST explosions(float scale, springls_mode mode)
+TEST explosions_leave_a_sound_model(float scale, springls_mode mode)
 {
     springls_context *ctx = fixture_sphere(SIZE, NULL, 9.5f, 9.5f, 9.5f, 5.0f);
     springls_forces forces = fixture_forces(NULL, &scale);
@@ -589,9 +589,9 @@ SUITE(bad_input)
     for (which = 0; which < 2; which++) {
         for (i = 0; i < 6; i++) RUN_TESTp(strange_springls, i, which);
         for (i = 0; i < 4; i++) {
-            RUN_TESTp(storms, speeds[i], SPRINGLS_MODE_FLUID, which);
-            RUN_TESTp(storms, speeds[i], SPRINGLS_MODE_ELASTIC, which);
-            RUN_TESTp(explosions, scales[i], which ? SPRINGLS_MODE_ELASTIC : SPRINGLS_MODE_FLUID);
+            RUN_TESTp(storms_leave_a_sound_model, speeds[i], SPRINGLS_MODE_FLUID, which);
+            RUN_TESTp(storms_leave_a_sound_model, speeds[i], SPRINGLS_MODE_ELASTIC, which);
+            RUN_TESTp(explosions_leave_a_sound_model, scales[i], which ? SPRINGLS_MODE_ELASTIC : SPRINGLS_MODE_FLUID);
         }
     }
     RUN_TEST(strange_fields);

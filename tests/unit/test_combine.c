@@ -36,7 +36,7 @@ static greatest_test_res check(springls_context *ctx, double volume, double tole
     PASS();
 }
 
-TEST balls(int operation)
+TEST balls_have_the_exact_volume(int operation)
 {
     const double exact[3] = { 2.0 * ball(8.0) - lens(8.0, 8.0), lens(8.0, 8.0), ball(8.0) - lens(8.0, 8.0) };
     springls_context *a = ball_at(15.3f, 8.0f), *b = ball_at(23.3f, 8.0f);
@@ -56,7 +56,7 @@ TEST balls(int operation)
     PASS();
 }
 
-TEST boxes(int operation)
+TEST boxes_have_the_exact_volume(int operation)
 {
     const double whole = pow(15.0, 3.0), part = 8.0 * 8.0 * 15.0, exact[3] = { 2.0 * whole - part, part, whole - part };
     springls_box x = box_at(16.2f, 16.3f, 7.5f), y = box_at(23.2f, 23.3f, 7.5f);
@@ -69,7 +69,7 @@ TEST boxes(int operation)
 }
 
 /* What does not touch: two parts, a hollow, nothing. Faces in common: one of them is left, or none. */
-TEST without_a_seam(void)
+TEST surfaces_may_not_meet_or_share_faces(void)
 {
     springls_context *a = ball_at(10.0f, 5.0f);
     springls_sphere far = fixture_ball(28.0f, 19.7f, 19.4f, 5.0f), inner = fixture_ball(10.0f, 19.7f, 19.4f, 3.0f),
@@ -235,7 +235,7 @@ static springls_status paint(springls_context *ctx, const char *name, float valu
 
 /* After many operations, whose original surfaces join one hierarchy, each springl has the place on them that a restored model finds,
    which builds its hierarchy at once. */
-TEST many_originals(void)
+TEST places_on_many_originals_survive_a_restore(void)
 {
     const int times = 60;
     springls_context *a = ball_at(19.5f, 9.0f), *restored = fixture_context(SIZE, NULL);
@@ -293,7 +293,7 @@ TEST originals_of_second_operands(void)
 }
 
 /* Every springl has the colour of the body it was on, and its material triangle is one of that body's. */
-TEST attributes_of_both(void)
+TEST springls_have_the_attributes_of_their_body(void)
 {
     springls_context *a = ball_at(15.3f, 8.0f), *b = ball_at(23.3f, 7.0f);
     springls_material *places;
@@ -333,7 +333,7 @@ TEST attributes_of_both(void)
 }
 
 /* The result moves on as any model does. */
-TEST goes_on(void)
+TEST the_result_can_move_on(void)
 {
     springls_context *a = ball_at(13.3f, 7.0f), *b = ball_at(20.3f, 7.0f);
     float wind[3] = { 0.7f, 0.1f, 0.0f };
@@ -349,7 +349,7 @@ TEST goes_on(void)
     PASS();
 }
 
-TEST offsets(void)
+TEST offsets_have_the_exact_volume(void)
 {
     const double s = 10.6, d = 4.0;
     springls_box box = box_at(19.7f, 19.8f, 5.3f);
@@ -396,7 +396,7 @@ TEST offsets_change_topology(void)
 }
 
 /* A box loses its edges; with its volume kept it is on its way to the ball of that volume. */
-TEST smooths(void)
+TEST smoothing_rounds_a_box(void)
 {
     springls_box box = box_at(19.7f, 19.8f, 6.3f);
     springls_context *a = fixture_context(SIZE, NULL);
@@ -480,7 +480,7 @@ TEST long_lengths_take_few_steps(void)
 }
 
 /* A cube of 12 triangles becomes a cube of springls about as large as a voxel, with what it carries, and its edges stay. */
-TEST remeshes(void)
+TEST remesh_makes_springls_of_a_voxel(void)
 {
     static const float corner[24] = { 0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0, 0, 0, 1, 1, 0, 1, 0, 1, 1, 1, 1, 1 };
     static const int triangles[36] = { 0, 2, 3, 0, 3, 1, 4, 5, 7, 4, 7, 6, 0, 1, 5, 0, 5, 4, 2, 6, 7, 2, 7, 3, 0, 4, 6, 0, 6, 2,
@@ -559,7 +559,7 @@ TEST remesh_keeps_the_volume(int depth)
     PASS();
 }
 
-TEST refusals(void)
+TEST wrong_calls_are_refused(void)
 {
     springls_context *a = ball_at(19.0f, 6.0f), *b = ball_at(19.0f, 6.0f),
         *small = fixture_sphere(32, NULL, 15.0f, 15.0f, 15.0f, 5.0f);
@@ -642,27 +642,27 @@ int main(int argc, char **argv)
     int i;
     GREATEST_MAIN_BEGIN();
     for (i = 0; i < 3; i++) {
-        RUN_TESTp(balls, i);
-        RUN_TESTp(boxes, i);
+        RUN_TESTp(balls_have_the_exact_volume, i);
+        RUN_TESTp(boxes_have_the_exact_volume, i);
     }
-    RUN_TEST(without_a_seam);
+    RUN_TEST(surfaces_may_not_meet_or_share_faces);
     for (i = 0; i < 3; i++) RUN_TESTp(box_less_itself, i);
     RUN_TEST(mesh_less_itself);
     for (i = 0; i < 4; i++) RUN_TESTp(boxes_that_share_a_face, i);
-    RUN_TEST(attributes_of_both);
-    RUN_TEST(many_originals);
+    RUN_TEST(springls_have_the_attributes_of_their_body);
+    RUN_TEST(places_on_many_originals_survive_a_restore);
     RUN_TEST(originals_of_second_operands);
-    RUN_TEST(goes_on);
-    RUN_TEST(offsets);
+    RUN_TEST(the_result_can_move_on);
+    RUN_TEST(offsets_have_the_exact_volume);
     RUN_TEST(offsets_change_topology);
-    RUN_TEST(smooths);
+    RUN_TEST(smoothing_rounds_a_box);
     RUN_TESTp(smoothing_has_its_length, 16.0f, 12.0f, 0.02);
     RUN_TESTp(smoothing_has_its_length, 10.0f, 1.5f, 0.002);
     RUN_TEST(small_features_vanish);
     RUN_TEST(long_lengths_take_few_steps);
-    RUN_TEST(remeshes);
+    RUN_TEST(remesh_makes_springls_of_a_voxel);
     for (i = 0; i < 6; i++) RUN_TESTp(remesh_keeps_the_volume, i);
-    RUN_TEST(refusals);
+    RUN_TEST(wrong_calls_are_refused);
     for (i = 0; i < 4; i++) RUN_TESTp(every_allocation_may_fail, i);
     GREATEST_MAIN_END();
 }

@@ -123,7 +123,7 @@ TEST border_is_closed(void)
 
 /* Each vertex has its nearest springl, as looking at all of them finds it, and its correspondence: at first, and after
    the model has moved away. Where there are no springls it has none and is its own correspondence. */
-TEST vertices_know_their_origin(void)
+TEST vertices_have_springl_and_correspondence(void)
 {
     springls_context *ctx = fixture_sphere(size, NULL, 12.5f, 15.5f, 15.5f, 8.0f);
     float wind[3] = { 3.0f, 1.0f, -0.5f };
@@ -364,7 +364,7 @@ SUITE(isosurface)
         if (shape != BOX) RUN_TESTp(mesh_is_the_shape, shape);
     }
     RUN_TEST(border_is_closed);
-    RUN_TEST(vertices_know_their_origin);
+    RUN_TEST(vertices_have_springl_and_correspondence);
     for (mirror = 0; mirror < 2; mirror++) {
         RUN_TESTp(mesh_is_in_the_world, 1, mirror);
         RUN_TESTp(mesh_is_in_the_world, 0, mirror);

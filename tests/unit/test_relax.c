@@ -543,7 +543,7 @@ TEST particles_and_masked_springls_stay(void)
 }
 
 /* With relax_same_side a neighbour that faces the other way does not pull; without, it does. */
-TEST other_side_pulls_only_when_asked(void)
+TEST relax_same_side_leaves_out_the_other_side(void)
 {
     int same_side;
     for (same_side = 0; same_side < 2; same_side++) {
@@ -622,7 +622,7 @@ SUITE(relax)
     RUN_TEST(torques_differ_by_the_arm);
     for (h = 0; h < 2; h++) RUN_TESTp(relax_follows_rigid_motion, h);
     RUN_TEST(particles_and_masked_springls_stay);
-    RUN_TEST(other_side_pulls_only_when_asked);
+    RUN_TEST(relax_same_side_leaves_out_the_other_side);
     RUN_TEST(new_parameters_count_at_once);
 }
 

@@ -203,7 +203,7 @@ TEST wrong_meshes_change_nothing(void)
 }
 
 /* A snapshot of all holds the mesh; one of a frame belongs to the original surface of its time. */
-TEST snapshots_know_the_mesh(void)
+TEST snapshots_hold_the_mesh(void)
 {
     springls_context *ctx = scaled_context(NULL, 1.0), *other = scaled_context(NULL, 1.0);
     moved_ball b = moved_ball_make(ctx);
@@ -238,7 +238,7 @@ SUITE(set_springls)
     RUN_TEST(new_springls_find_it);
     RUN_TEST(triangles_keep_their_numbers);
     RUN_TEST(wrong_meshes_change_nothing);
-    RUN_TEST(snapshots_know_the_mesh);
+    RUN_TEST(snapshots_hold_the_mesh);
 }
 
 GREATEST_MAIN_DEFS();

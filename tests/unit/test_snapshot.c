@@ -152,7 +152,7 @@ TEST it_goes_on_to_the_bit(int which)
 }
 
 /* Taking one changes nothing, and one of what has been restored is the same bytes. */
-TEST blocks_say_the_same_again(int which)
+TEST snapshots_change_nothing_and_are_repeatable(int which)
 {
     scene s, plain, other;
     block first, again;
@@ -241,7 +241,7 @@ TEST damage_is_refused(void)
 }
 
 /* Numbers that cannot be, under a good checksum: refused, or else harmless. */
-TEST lies_are_refused(int frame)
+TEST impossible_numbers_are_refused(int frame)
 {
     static const uint32_t words[] = { 0u, 1u, 0x7fffffffu, 0x80000000u, 0xffffffffu, 0x7fc00000u, 0x10000u };
     springls_snapshot_kind kind = frame ? SPRINGLS_SNAPSHOT_KIND_FRAME : SPRINGLS_SNAPSHOT_KIND_ALL;
@@ -770,12 +770,12 @@ int main(int argc, char **argv)
     GREATEST_MAIN_BEGIN();
     for (which = 0; which < SCENES; which++) {
         RUN_TESTp(it_goes_on_to_the_bit, which);
-        RUN_TESTp(blocks_say_the_same_again, which);
+        RUN_TESTp(snapshots_change_nothing_and_are_repeatable, which);
     }
     RUN_TEST(nothing_is_kept_as_nothing);
     RUN_TEST(damage_is_refused);
-    RUN_TESTp(lies_are_refused, 0);
-    RUN_TESTp(lies_are_refused, 1);
+    RUN_TESTp(impossible_numbers_are_refused, 0);
+    RUN_TESTp(impossible_numbers_are_refused, 1);
     RUN_TEST(runs_of_bricks_are_checked);
     RUN_TEST(strangers_are_refused);
     RUN_TEST(memory_may_run_out);

@@ -579,7 +579,7 @@ static void calendar(void *user, const float *points, int count, float time, flo
     for (i = 0; i < 3 * count; i++) out[i] = 0.1f;
 }
 
-TEST forces_know_the_time(void)
+TEST forces_are_given_the_time(void)
 {
     springls_context *ctx = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 8.0f);
     float seen[2] = { 1e9f, -1e9f };
@@ -803,7 +803,7 @@ SUITE(step)
     RUN_TESTp(plate_turns_in_elastic_steps, 1.2f);
     RUN_TEST(sub_steps_follow_the_force);
     RUN_TEST(still_model_takes_no_time);
-    RUN_TEST(forces_know_the_time);
+    RUN_TEST(forces_are_given_the_time);
     RUN_TEST(run_reports_and_can_be_cancelled);
     RUN_TEST(run_stops_when_nothing_moves);
     for (bad = 0; bad < 3; bad++) {

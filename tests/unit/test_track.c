@@ -93,7 +93,7 @@ static springls_context *field(const springls_params *p, int *fresh)
 
 /* A new springl takes the average of its neighbours' correspondences within R; the nearest neighbour's when that is
    further than nearest_rule from the average; and those of springls that are new as well count for nothing. */
-TEST new_springls_ask_their_neighbours(void)
+TEST new_springls_take_their_neighbours_average(void)
 {
     springls_params p = springls_paper_params();
     springls_context *ctx;
@@ -155,7 +155,7 @@ SUITE(track)
 {
     RUN_TEST(projection_converges);
     RUN_TEST(reference_is_what_was_set);
-    RUN_TEST(new_springls_ask_their_neighbours);
+    RUN_TEST(new_springls_take_their_neighbours_average);
     RUN_TEST(the_range_grows);
 }
 

@@ -93,7 +93,7 @@ TEST the_border_reaches_the_background(int shape, int missing_percent)
 
 /* The default: every voxel is on its side, in hollows, clefts and thin plates too. Flat springls stand off a radius of 5 by
    1.7^2 / (8 * 5) = 0.07 voxel; where a third of them are missing the rims of holes three voxels wide say what is between. */
-TEST springls_know_their_sides(int shape, int missing_percent, double tolerance)
+TEST voxels_are_on_their_side(int shape, int missing_percent, double tolerance)
 {
     springls_context *ctx = make(1, shape, missing_percent);
     float *phi;
@@ -249,8 +249,8 @@ SUITE(unsigned_to_signed)
         RUN_TESTp(the_border_reaches_the_background, shape, 5);
     }
     for (shape = 0; shape < SHAPES; shape++) {
-        RUN_TESTp(springls_know_their_sides, shape, 0, 0.1);
-        RUN_TESTp(springls_know_their_sides, shape, 30, 0.25);
+        RUN_TESTp(voxels_are_on_their_side, shape, 0, 0.1);
+        RUN_TESTp(voxels_are_on_their_side, shape, 30, 0.25);
     }
     RUN_TEST(turned_springls_do_little_harm);
     for (which = 0; which < 2; which++) {

@@ -174,7 +174,7 @@ TEST mergers_add_up_and_parts_share(void)
 }
 
 /* Algorithm 3, and a body that is cut by the border of the domain. */
-TEST in_either_mode(void)
+TEST volumes_are_kept_in_elastic_mode_and_at_the_border(void)
 {
     springls_params params = locked(1);
     springls_context *ctx = fixture_sphere(32, &params, 4.0f, 15.3f, 15.6f, 9.0f);
@@ -251,7 +251,7 @@ SUITE(volume_lock)
     RUN_TEST(a_ball_cannot_shrink);
     RUN_TEST(each_keeps_its_own);
     RUN_TEST(mergers_add_up_and_parts_share);
-    RUN_TEST(in_either_mode);
+    RUN_TEST(volumes_are_kept_in_elastic_mode_and_at_the_border);
     RUN_TEST(work_may_be_cut);
     RUN_TEST(refused_memory_is_reported);
 }
