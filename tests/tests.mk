@@ -36,7 +36,11 @@ $(TEST_DIR)/backend/opencl_stub.so: tests/backend/opencl_stub.c $(TEST_DIR)/sett
 # Tests of the examples are linked with the folders of examples/common that they use (examples/examples.mk), compiled with the
 # tests' flags. Where the libraries of these folders cannot be had, the tests skip themselves.
 test_atlas_USES     = $(atlas_USES)
+test_atlas_files_USES = $(atlas_USES)
+test_atlas_fusion_USES = $(atlas_USES)
 test_atlas_ragged_USES = $(atlas_USES)
+test_atlas_segment_USES = $(atlas_USES)
+test_atlas_shapes_USES = $(atlas_USES)
 test_bad_files_USES = surface imaging
 test_common_USES    = surface imaging
 test_contour_USES   = $(segment_USES)
@@ -59,7 +63,11 @@ test_viewer_tools_USES = $(viewer_USES)
 test_volume_USES    = imaging
 test_volume_raycast_USES = springls
 test_atlas_LIBS     = $(atlas_LIBS)
+test_atlas_files_LIBS = $(atlas_LIBS)
+test_atlas_fusion_LIBS = $(atlas_LIBS)
 test_atlas_ragged_LIBS = $(atlas_LIBS)
+test_atlas_segment_LIBS = $(atlas_LIBS)
+test_atlas_shapes_LIBS = $(atlas_LIBS)
 test_imaging_LIBS   = -lcjson
 test_viewer_LIBS    = $(viewer_LIBS)
 test_viewer_events_LIBS = $(viewer_LIBS)
@@ -68,7 +76,11 @@ test_viewer_tools_LIBS = $(viewer_LIBS)
 # tests of programs include all of them.
 sources_but = $(filter-out $(patsubst %,examples/$(1)/%.c,$(1) $(2)),$(wildcard examples/$(1)/*.c))
 test_atlas_SOURCES = $(call sources_but,atlas)
+test_atlas_files_SOURCES = $(call sources_but,atlas)
+test_atlas_fusion_SOURCES = $(call sources_but,atlas)
 test_atlas_ragged_SOURCES = $(call sources_but,atlas)
+test_atlas_segment_SOURCES = $(call sources_but,atlas)
+test_atlas_shapes_SOURCES = $(call sources_but,atlas)
 test_register_SOURCES = $(call sources_but,register)
 test_morph_SOURCES = $(call sources_but,morph)
 test_morph_files_SOURCES = $(call sources_but,morph)

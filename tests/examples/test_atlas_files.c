@@ -1,0 +1,250 @@
+/* What examples/atlas reads and writes: atlas files, subjects and their landmarks, reports, repeated arguments.
+ * Compiled like test_common.c, else skipped. */
+#define _POSIX_C_SOURCE 200809L
+
+#include "greatest.h"
+
+GREATEST_MAIN_DEFS();
+
+#ifndef TEST_EXAMPLES_COMMON
+
+TEST examples_atlas_files_built_without_its_libraries(void) { SKIP(); }
+
+int main(int argc, char **argv)
+{
+    GREATEST_MAIN_BEGIN();
+    RUN_TEST(examples_atlas_files_built_without_its_libraries);
+    GREATEST_MAIN_END();
+}
+
+#else
+
+#include "atlas_fixtures.h"
+
+#include <unistd.h>
+
+TEST a_run_without_atlas_is_read_from_its_report(void)
+{
+    const char *path = numbered(0, "without.json", 0);
+    struct atlas_stage without;
+    ASSERT(write_text(path, "{\"program\": \"segment\", \"seconds\": 3.5, \"against_reference\": {\"dice\": 0.75, "
+                            "\"mean_distance_mm\": 2, \"hd95_mm\": 8}}"));
+    ASSERT(atlas_read_without(path, &without));
+    ASSERT_EQ(3.5, without.seconds);
+    ASSERT(without.compared);
+    ASSERT_EQ(0.75, without.dice);
+    ASSERT_EQ(2.0, without.mean_distance);
+    ASSERT_EQ(8.0, without.hd95);
+    ASSERT(write_text(path, "{\"program\": \"segment\", \"seconds\": 3.5}")); /* no reference */
+    ASSERT(atlas_read_without(path, &without));
+    ASSERT_FALSE(without.compared);
+    ASSERT(write_text(path, "{\"program\": \"register\", \"seconds\": 3.5}"));
+    ASSERT_FALSE(atlas_read_without(path, &without));
+    ASSERT(write_text(path, "{\"program\": \"segment\", \"objects\": []}"));
+    ASSERT_FALSE(atlas_read_without(path, &without));
+    ASSERT(write_text(path, "{"));
+    ASSERT_FALSE(atlas_read_without(path, &without));
+    PASS();
+}
+
+TEST atlases_survive_their_files(void)
+{
+    struct atlas atlas, again;
+    ASSERT(make_atlas(&atlas));
+    ASSERT(atlas_write(folder, &atlas));
+    ASSERT(atlas_read(numbered(0, "atlas.json", 0), &again));
+    ASSERT_EQ(BALL, again.mean.vertex_count);
+    ASSERT_EQ(BALL_TRIANGLES, again.mean.triangle_count);
+    ASSERT_EQ(2, again.model.modes);
+    ASSERT_EQ(7, again.subjects);
+    ASSERT(again.oriented);
+    ASSERT_IN_RANGE(0.25, again.voxel, 1e-9);
+    ASSERT_IN_RANGE(0.125, again.generalization, 1e-9);
+    ASSERT_IN_RANGE(2.5, again.model.deviation[0], 1e-9);
+    ASSERT_EQ(0, memcmp(atlas.mean.positions, again.mean.positions, 3 * BALL * sizeof(float)));
+    ASSERT_EQ(0, memcmp(atlas.mean.triangles, again.mean.triangles, 3 * BALL_TRIANGLES * sizeof(int)));
+    ASSERT_EQ(0, memcmp(atlas.model.mode, again.model.mode, 6 * BALL * sizeof(float)));
+    ASSERT_EQ(0, memcmp(atlas.regions, again.regions, BALL * sizeof(int)));
+    atlas_free(&again);
+    atlas_free(&atlas);
+    PASS();
+}
+
+static bool write_bytes(const char *path, const char *bytes, size_t count)
+{
+    FILE *file = fopen(path, "wb");
+    const bool good = file && fwrite(bytes, 1, count, file) == count;
+    return file && fclose(file) == 0 && good;
+}
+
+/* Each copy of a good pair with one thing broken is refused, and leaves nothing behind. */
+TEST broken_atlas_files_are_refused(void)
+{
+    static const char *const broken[][2] = {
+        {"\"springls atlas\"", "\"something else\""},
+        {"\"version\": 2", "\"version\": 1"},
+        {"\"vertices\": 266", "\"vertices\": 267"},
+        {"\"vertices\": 266", "\"vertices\": -26"},
+        {"\"modes\": 2", "\"modes\": 3"},
+        {"\"triangles\": 528", "\"triangles\": 1e9"},
+        {"[2.5, 0.5]", "[2.5, 0.0]"},
+        {"[2.5, 0.5]", "[2.5,\"a\"]"},
+        {"\"atlas.raw\"", "\"../atlas.r\""},
+        {"\"voxel_mm\"", "\"voxel_xx\""},
+        {"{", "["},
+    };
+    struct atlas atlas;
+    char text[8192], changed[8192];
+    ASSERT(make_atlas(&atlas));
+    ASSERT(atlas_write(folder, &atlas));
+    FILE *file = fopen(numbered(0, "atlas.json", 0), "rb");
+    ASSERT(file);
+    const size_t length = fread(text, 1, sizeof text - 1, file);
+    fclose(file);
+    text[length] = '\0';
+    struct atlas again;
+    for (size_t b = 0; b < sizeof broken / sizeof *broken; ++b) {
+        char *at = strstr(text, broken[b][0]);
+        ASSERTm(broken[b][0], at != NULL);
+        snprintf(changed, sizeof changed, "%.*s%s%s", (int)(at - text), text, broken[b][1], at + strlen(broken[b][0]));
+        ASSERT(write_bytes(numbered(1, "broken.json", 0), changed, strlen(changed)));
+        ASSERT_FALSEm(broken[b][1], atlas_read(names[1], &again));
+        ASSERT_EQ(NULL, again.mean.positions);
+    }
+    ASSERT_FALSE(atlas_read(numbered(1, "missing.json", 0), &again));
+    ASSERT(truncate(numbered(1, "atlas.raw", 0), 1000) == 0);
+    ASSERT_FALSE(atlas_read(names[0], &again));
+    atlas.mean.positions[5] = NAN;
+    ASSERT(atlas_write(folder, &atlas));
+    ASSERT_FALSE(atlas_read(names[0], &again));
+    atlas.mean.positions[5] = 0.0f;
+    atlas.mean.triangles[7] = BALL;
+    ASSERT(atlas_write(folder, &atlas));
+    ASSERT_FALSE(atlas_read(names[0], &again));
+    atlas_free(&atlas);
+    PASS();
+}
+
+TEST bad_subjects_are_refused(void)
+{
+    struct atlas_subject subject;
+    ASSERT_FALSE(atlas_subject_read("/nowhere/mask.nii.gz", NULL, NULL, false, &subject));
+    atlas_subject_free(&subject);
+    ASSERT_FALSE(atlas_subject_read("mask.nii.gz:1+x", NULL, NULL, false, &subject));
+    atlas_subject_free(&subject);
+    ASSERT_FALSE(atlas_subject_read("shape.ply:3", NULL, NULL, false, &subject));
+    atlas_subject_free(&subject);
+    PASS();
+}
+
+/* An image of another place, and several in one file. */
+TEST images_have_to_show_their_subjects(void)
+{
+    const float none[3] = {0.0f, 0.0f, 0.0f}, center[3] = {6.0f, 28.0f, 26.0f}, half[3] = {13.0f, 9.0f, 8.0f};
+    char error[VOLUME_TEXT];
+    struct volume image, elsewhere;
+    struct atlas_subject subject;
+    ASSERT(write_subject(numbered(0, "labels%d.nii.gz", 0), numbered(3, "image%d.nii.gz", 0), center, half));
+    ASSERT(volume_read(names[3], 0, &image, error));
+    ASSERT(volume_create(image.dims, image.spacing, none, &elsewhere));
+    ASSERT(volume_write(numbered(4, "far.nii.gz", 0), &elsewhere, VOLUME_FLOAT32, image.data, error));
+    ASSERT(write_series(numbered(5, "many.nii", 0), &image));
+    volume_free(&image);
+    volume_free(&elsewhere);
+    const char *const labels = numbered(0, "labels%d.nii.gz", 0);
+    static const char *const images[] = {"image0.nii.gz", "far.nii.gz", "many.nii"};
+    for (int i = 0; i < 3; ++i) {
+        ASSERT_EQ(i == 0, atlas_subject_read(labels, numbered(3, images[i], 0), NULL, false, &subject));
+        atlas_subject_free(&subject);
+    }
+    ASSERT_FALSE(atlas_subject_read(numbered(5, "many.nii", 0), NULL, NULL, false, &subject));
+    atlas_subject_free(&subject);
+    PASS();
+}
+
+TEST mirrored_subjects_lie_on_the_other_side(void)
+{
+    const float center[3] = {3.0f, 28.0f, 26.0f}, half[3] = {9.0f, 9.0f, 8.0f}, middle = -20.0f + 0.5f * 55.0f;
+    struct atlas_subject plain, mirrored;
+    ASSERT(write_subject(numbered(0, "labels%d.nii.gz", 0), NULL, center, half));
+    ASSERT(atlas_subject_read(names[0], NULL, NULL, false, &plain));
+    ASSERT(atlas_subject_read(names[0], NULL, NULL, true, &mirrored));
+    ASSERT_IN_RANGE(3.0, plain.target.center[0], 0.1);
+    ASSERT_IN_RANGE(2.0 * (double)middle - 3.0, mirrored.target.center[0], 0.1);
+    ASSERT_EQ(1, atlas_label_at(&plain.labels, (const float[3]){center[0] - 4.0f, center[1], center[2]}));
+    ASSERT_EQ(1, atlas_label_at(&mirrored.labels, (const float[3]){2.0f * middle - center[0] + 4.0f, center[1], center[2]}));
+    struct target_hit hit; /* outward is outward still */
+    const struct similarity identity = similarity_identity();
+    target_nearest(&mirrored.target, &identity, (const float[3]){2.0f * middle - center[0], center[1], center[2]}, &hit);
+    ASSERT(hit.signed_distance < -5.0f);
+    atlas_subject_free(&plain);
+    atlas_subject_free(&mirrored);
+    char named[600]; /* one subject alone */
+    snprintf(named, sizeof named, "mirror:%s:1+2", names[0]);
+    ASSERT(atlas_subject_read(named, NULL, NULL, false, &mirrored));
+    ASSERT_IN_RANGE(2.0 * (double)middle - 3.0, mirrored.target.center[0], 0.1);
+    atlas_subject_free(&mirrored);
+    ASSERT(atlas_subject_read(named, NULL, NULL, true, &mirrored)); /* twice mirrored */
+    ASSERT_IN_RANGE(3.0, mirrored.target.center[0], 0.1);
+    atlas_subject_free(&mirrored);
+    PASS();
+}
+
+TEST landmarks_are_mirrored_with_their_subject(void)
+{
+    const float center[3] = {3.0f, 28.0f, 26.0f}, half[3] = {9.0f, 9.0f, 8.0f}, middle = -20.0f + 0.5f * 55.0f;
+    struct atlas_subject plain, mirrored;
+    ASSERT(write_subject(numbered(0, "labels%d.nii.gz", 0), NULL, center, half));
+    ASSERT(write_text(numbered(1, "labels%d.csv", 0), "12,28,26\n3,37,26\n3,28,34\n")); /* on the surface */
+    ASSERT(atlas_subject_read(names[0], NULL, folder, false, &plain));
+    ASSERT(atlas_subject_read(names[0], NULL, folder, true, &mirrored));
+    ASSERT_EQ(3, mirrored.landmark_count);
+    for (int l = 0; l < 3; ++l) {
+        ASSERT_IN_RANGE(2.0f * middle - plain.landmarks[3 * l], mirrored.landmarks[3 * l], 1e-4f);
+        ASSERT_EQ(plain.landmarks[3 * l + 1], mirrored.landmarks[3 * l + 1]);
+        ASSERT_EQ(plain.landmarks[3 * l + 2], mirrored.landmarks[3 * l + 2]);
+        struct target_hit hit; /* they lie on their surface still */
+        const struct similarity identity = similarity_identity();
+        target_nearest(&mirrored.target, &identity, mirrored.landmarks + 3 * l, &hit);
+        ASSERT_IN_RANGE(0.0f, hit.signed_distance, 1.0f);
+    }
+    atlas_subject_free(&plain);
+    atlas_subject_free(&mirrored);
+    PASS();
+}
+
+TEST repeated_arguments_are_collected(void)
+{
+    const char *list[3];
+    int count = 0;
+    const struct cli_positional rest = {"ITEM...", list, NULL, true};
+    const struct cli_program program = {
+        .name = "test", .positionals = &rest, .positional_count = 1, .repeated = &count, .max_repeated = 3};
+    char *three[] = {"test", "a", "b", "c"}, *four[] = {"test", "a", "b", "c", "d"}, *none[] = {"test"};
+    ASSERT_EQ(CLI_CONTINUE, cli_parse(&program, 4, three));
+    ASSERT_EQ(3, count);
+    ASSERT_STR_EQ("c", list[2]);
+    count = 0;
+    ASSERT_EQ(CLI_EXIT_USAGE, cli_parse(&program, 5, four));
+    count = 0;
+    ASSERT_EQ(CLI_EXIT_USAGE, cli_parse(&program, 1, none));
+    PASS();
+}
+
+int main(int argc, char **argv)
+{
+    if (!make_folder()) return 1;
+    GREATEST_MAIN_BEGIN();
+    RUN_TEST(a_run_without_atlas_is_read_from_its_report);
+    RUN_TEST(atlases_survive_their_files);
+    RUN_TEST(broken_atlas_files_are_refused);
+    RUN_TEST(bad_subjects_are_refused);
+    RUN_TEST(images_have_to_show_their_subjects);
+    RUN_TEST(mirrored_subjects_lie_on_the_other_side);
+    RUN_TEST(landmarks_are_mirrored_with_their_subject);
+    RUN_TEST(repeated_arguments_are_collected);
+    remove_folder();
+    GREATEST_MAIN_END();
+}
+
+#endif
