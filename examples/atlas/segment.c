@@ -477,6 +477,9 @@ bool atlas_segment_image(struct atlas_segment *run)
         return atlas_fail("%s", error);
     }
     volume_print_warning(&run->image, "atlas", NULL);
+    if (!(run->image.minimum < run->image.maximum)) {
+        return atlas_fail("%.200s: the image is constant: there is nothing to find", set->image);
+    }
     if (!sizes_fit(run) || (set->reference && !read_reference(run))) {
         return false;
     }
