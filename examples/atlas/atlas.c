@@ -136,7 +136,7 @@ static int add_main(int argc, char **argv)
 
 static int segment_main(int argc, char **argv)
 {
-    static struct atlas_segment run = {.settings = {.level = (double)NAN, .gvf = 0.2, .curvature = 0.05, .modes = 10,
+    static struct atlas_segment run = {.settings = {.level = (double)NAN, .gvf = (double)NAN, .curvature = 0.05, .modes = -1,
                                                     .steps = 100, .frame = -1, .fit = "auto"}};
     struct atlas_segment_settings *set = &run.settings;
     const char *overrides = NULL, *window = NULL;
@@ -150,14 +150,14 @@ static int segment_main(int argc, char **argv)
         {"window", CLI_STRING, &window, "LO,HI", "the object lies between LO and HI", 0, 0, NULL},
         {"ramp", CLI_DOUBLE, &set->ramp, "R", "full pressure this far from the level; 0: a tenth of the image's range", 0, 1e9,
          NULL},
-        {"modes", CLI_INT, &set->modes, "K", "modes of the atlas that are fitted", 0, ATLAS_MAX_MODES, NULL},
+        {"modes", CLI_INT, &set->modes, "K", "modes of the atlas that are fitted (default 10)", 0, ATLAS_MAX_MODES, NULL},
         {"fit", CLI_CHOICE, &set->fit, NULL,
          "by votes of the atlas's subjects, or by intensities along the normals; auto: votes where the atlas has images", 0, 0,
          "auto|profiles"},
         {"leash", CLI_DOUBLE, &set->leash, "MM",
          "how far springls may go from the fitted shape; 0: twice what the modes leave of a subject, or 0.05 of its size", 0,
          1e6, NULL},
-        {"gvf", CLI_DOUBLE, &set->gvf, "W", "weight of gradient vector flow against the pressure", 0, 10, NULL},
+        {"gvf", CLI_DOUBLE, &set->gvf, "W", "weight of gradient vector flow against the pressure (default 0.2)", 0, 10, NULL},
         {"curvature", CLI_DOUBLE, &set->curvature, "W", "weight of the curvature against the pressure", 0, 1, NULL},
         {"steps", CLI_INT, &set->steps, "K", "steps of the springls at most", 0, 1e6, NULL},
         {"frame", CLI_INT, &set->frame, "K", "which image of a 4-D file, from 0", -1, 1e9, NULL},
@@ -196,6 +196,9 @@ static int segment_main(int argc, char **argv)
         status = cli_fail("atlas segment", CLI_EXIT_USAGE, "--label wants whole numbers K+K2+...");
     }
     set->windowed = window != NULL;
+    set->of_profiles = !isnan(set->gvf) ? "--gvf" : set->modes >= 0 ? "--modes" : NULL;
+    set->gvf = isnan(set->gvf) ? 0.2 : set->gvf;
+    set->modes = set->modes < 0 ? 10 : set->modes;
     if (status == CLI_CONTINUE) {
         status = run_options("atlas segment", &set->common, overrides, &run.params);
     }
