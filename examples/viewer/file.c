@@ -36,7 +36,7 @@ static bool save_textured(struct viewer_model *model, const char *path, const st
     errno = 0; /* a failure that leaves it 0 is one of the texture's size */
     return textured_mesh_write(path, &surface, texture)
         || (errno ? write_error(model->error, sizeof model->error, path)
-                  : refuse(model, path, "the triangles have no room in an image of that --texture"));
+                  : refuse(model, path, "the image of that --texture is too small for the mesh"));
 }
 
 bool viewer_save(struct viewer_model *model, const char *path, int texture)

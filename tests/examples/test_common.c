@@ -24,6 +24,7 @@ int main(int argc, char **argv)
 #include "../../examples/common/base/bvh.h"
 #include "../../examples/common/base/cli.h"
 #include "../../examples/common/base/json.h"
+#include "../../examples/common/base/page.h"
 #include "../../examples/common/surface/mesh_io.h"
 #include "../../examples/common/surface/surface_distances.h"
 #include "../../examples/common/imaging/overlap.h"
@@ -37,9 +38,11 @@ int main(int argc, char **argv)
 
 #include <dirent.h>
 #include <math.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -337,6 +340,29 @@ TEST json_tells_misuse(void)
     json_number(&json, NULL, 1.0); /* no key */
     ASSERT_FALSE(json_close(&json));
     ASSERTm("no part of the file stays", access(scratch("b.json"), F_OK) != 0);
+    PASS();
+}
+
+/* A page that cannot be written whole, here for a limit on the size of files, leaves no part. */
+TEST failed_pages_leave_no_file(void)
+{
+    struct page page;
+    struct rlimit before, few;
+    char path[512];
+    snprintf(path, sizeof path, "%s", scratch("index.html"));
+    ASSERT_EQ(0, getrlimit(RLIMIT_FSIZE, &before));
+    few = before;
+    few.rlim_cur = 100;
+    void (*const handler)(int) = signal(SIGXFSZ, SIG_IGN);
+    ASSERT_EQ(0, setrlimit(RLIMIT_FSIZE, &few));
+    const bool opened = page_open(&page, path, "a & b");
+    const bool good = opened && page_close(&page);
+    ASSERT_EQ(0, setrlimit(RLIMIT_FSIZE, &before));
+    signal(SIGXFSZ, handler);
+    ASSERT(opened && !good);
+    ASSERT(access(path, F_OK) != 0);
+    ASSERT(page_open(&page, path, "a & b") && page_close(&page));
+    ASSERT_EQ(0, access(path, F_OK));
     PASS();
 }
 
@@ -895,6 +921,7 @@ int main(int argc, char **argv)
     RUN_TEST(a_full_disk_is_a_failure);
     RUN_TEST(json_is_exact_and_always_valid);
     RUN_TEST(json_tells_misuse);
+    RUN_TEST(failed_pages_leave_no_file);
     RUN_TEST(clock_and_memory_are_plausible);
     RUN_TEST(drawing_is_clipped_and_png_is_written);
     RUN_TEST(color_maps_rise_in_lightness);
