@@ -9,6 +9,7 @@
 #include "springls/run_options.h"
 #include "springls_cl.h"
 
+#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -461,9 +462,9 @@ static bool draw(const struct run *run, const struct surface_data *d, struct mom
 
 static bool write_picture(const struct run *run)
 {
-    char path[1024], captions[2 * TIMES][64];
+    char path[1024], name[64], captions[2 * TIMES][64];
     const char *texts[2 * TIMES];
-    struct image images[2 * TIMES], strip;
+    struct image images[2 * TIMES], strip = {0};
     for (int i = 0; i < 2 * TIMES; ++i) {
         const struct moment *m = &run->moments[i % TIMES];
         images[i] = i < TIMES ? m->texture : m->colors;
@@ -471,14 +472,13 @@ static bool write_picture(const struct run *run)
                  m->time);
         texts[i] = captions[i];
     }
-    if (!image_strip(images, texts, 2 * TIMES, TIMES, color_rgb(1.0f, 1.0f, 1.0f), &strip)) {
-        return false;
-    }
-    char name[64];
     snprintf(name, sizeof name, "attributes-%s.png", run->flow->name);
-    const bool fine = image_write_png(&strip, run_path(run->common.out, name, path, sizeof path));
+    run_path(run->common.out, name, path, sizeof path);
+    errno = 0; /* not every failure below sets it */
+    const bool fine =
+        image_strip(images, texts, 2 * TIMES, TIMES, color_rgb(1.0f, 1.0f, 1.0f), &strip) && image_write_png(&strip, path);
     image_free(&strip);
-    return fine;
+    return fine || cli_write_failed("attributes", path);
 }
 
 /* ---- one run ---- */
@@ -649,7 +649,7 @@ static int run_flow(struct run *run, const springls_params *params, springls_bac
         status = cli_fail("attributes", CLI_EXIT_FAILURE, "%s: %s", run->flow->name,
                           *springls_last_error(run->ctx) ? springls_last_error(run->ctx) : "out of memory");
     } else if (run->common.out && !write_picture(run)) {
-        status = cli_fail("attributes", CLI_EXIT_FAILURE, "the picture cannot be written to %s", run->common.out);
+        status = CLI_EXIT_FAILURE;
     } else {
         if (!run->common.json || strcmp(run->common.json, "-") != 0) {
             print_run(run);
@@ -703,11 +703,14 @@ int main(int argc, char **argv)
         {"period", CLI_DOUBLE, &options.period, "T", "period of the flow", 0.01, 100.0, NULL},
         {"set", CLI_STRING, &options.set, "LIST", RUN_OPTIONS_SET_HELP, 0.0, 0.0, NULL},
     };
+    static const struct cli_writes writes[] = {{.files = "attributes-*.png"}};
     const struct cli_program program = {.name = "attributes",
                                         .summary = "what springls carry, against the exact answer",
                                         .common = &options.common,
                                         .options = table,
-                                        .option_count = (int)(sizeof table / sizeof *table)};
+                                        .option_count = (int)(sizeof table / sizeof *table),
+                                        .writes = writes,
+                                        .writes_count = (int)(sizeof writes / sizeof *writes)};
     int status = cli_parse(&program, argc, argv);
     if (status == CLI_CONTINUE) {
         status = run_options("attributes", &options.common, options.set, &params);

@@ -355,8 +355,27 @@ static bool report_failure(const char *subject, springls_context *ctx)
     return cli_fail("csg", CLI_EXIT_FAILURE, "%s: %s", subject, *why ? why : "not enough memory") == CLI_CONTINUE;
 }
 
+/* Returns whether smoothing leaves nothing for certain: a ball lasts until the length is its radius, and what is in it no longer. */
+static bool vanishes(const struct csg *csg)
+{
+    const struct solid *s = &csg->solids[0];
+    double square = 0.0; /* of the diagonal of the box */
+    for (int c = 0; c < 3; ++c) {
+        square += pow((double)s->upper[c] - (double)s->lower[c], 2.0);
+    }
+    return strcmp(csg->operation, "smooth") == 0 && !csg->keep_volume && csg->amount > 0.5 * sqrt(square);
+}
+
+static bool nothing_left(const struct csg *csg)
+{
+    return cli_fail("csg", CLI_EXIT_FAILURE, "%s: nothing is left", csg->operation) == CLI_CONTINUE;
+}
+
 static bool run(struct csg *csg, springls_backend *backend)
 {
+    if (vanishes(csg)) {
+        return nothing_left(csg);
+    }
     const springls_grid_desc grid = make_grid(csg);
     const struct raycast_camera camera = camera_of(csg);
     for (int i = 0; i < csg->count; ++i) {
@@ -373,7 +392,7 @@ static bool run(struct csg *csg, springls_backend *backend)
     const double begin = elapsed_seconds();
     const springls_status status = operate(csg);
     if (status == SPRINGLS_EMPTY_MODEL) {
-        return cli_fail("csg", CLI_EXIT_FAILURE, "%s: nothing is left", csg->operation) == CLI_CONTINUE;
+        return nothing_left(csg);
     }
     if (status != SPRINGLS_OK) {
         return report_failure("the result", csg->solids[0].ctx);
@@ -442,6 +461,9 @@ static int check_usage(struct csg *csg)
     if (measured && csg->amount == 0.0) {
         return cli_fail("csg", CLI_EXIT_USAGE, "%s needs --amount", csg->operation);
     }
+    if (strcmp(csg->operation, "smooth") == 0 && csg->amount < 0.0) {
+        return cli_fail("csg", CLI_EXIT_USAGE, "--amount %g: the length of smooth is positive", csg->amount);
+    }
     if (csg->result && !mesh_can_write(csg->result, error)) {
         return cli_fail("csg", CLI_EXIT_USAGE, "--result: %s", error);
     }
@@ -455,7 +477,7 @@ int main(int argc, char **argv)
         {"amount", CLI_DOUBLE, &csg.amount, "X", "offset: distance, negative to shrink; smooth: length; unit of the solids", -1e6,
          1e6, NULL},
         {"keep-volume", CLI_FLAG, &csg.keep_volume, NULL, "smooth: every component keeps its volume", 0.0, 0.0, NULL},
-        {"result", CLI_STRING, &csg.result, "FILE", "PLY, OBJ, STL or GLB, by its extension (default: csg.ply in --out)", 0.0, 0.0,
+        {"result", CLI_RESULT, &csg.result, "FILE", "PLY, OBJ, STL or GLB, by its extension (default: csg.ply in --out)", 0.0, 0.0,
          NULL},
         {"set", CLI_STRING, &csg.set, "LIST", RUN_OPTIONS_SET_HELP, 0.0, 0.0, NULL},
     };
@@ -468,6 +490,7 @@ int main(int argc, char **argv)
         {.given = "amount", .needs = "OPERATION=offset|OPERATION=smooth"},
         {.given = "keep-volume", .needs = "OPERATION=smooth"},
     };
+    static const struct cli_writes writes[] = {{.files = "csg.png"}, {.files = "csg.ply", .without = "result"}};
     const struct cli_program program = {.name = "csg",
                                         .summary = "union, intersection, difference, offset, smooth, remesh, with colours kept",
                                         .common = &csg.common,
@@ -476,7 +499,9 @@ int main(int argc, char **argv)
                                         .positionals = positionals,
                                         .positional_count = (int)(sizeof positionals / sizeof *positionals),
                                         .rules = rules,
-                                        .rule_count = (int)(sizeof rules / sizeof *rules)};
+                                        .rule_count = (int)(sizeof rules / sizeof *rules),
+                                        .writes = writes,
+                                        .writes_count = (int)(sizeof writes / sizeof *writes)};
     int status = cli_parse(&program, argc, argv);
     if (status == CLI_CONTINUE) {
         status = check_usage(&csg);

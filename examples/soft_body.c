@@ -341,8 +341,11 @@ static bool report(const struct run *run, springls_backend *backend)
         printf("grid %d: torn in frame %d, %d components after %d, volume %+.2f %%, %d springls\n", run->common.grid,
                run->bar.tear_frame, run->end.components, run->bar.frame, change, stats.springls);
     }
-    if (!run->common.json || !json_open(&json, run->common.json)) {
-        return !run->common.json;
+    if (!run->common.json) {
+        return true;
+    }
+    if (!json_open(&json, run->common.json)) {
+        return cli_write_failed("soft_body", run->common.json);
     }
     json_object_begin(&json, NULL);
     json_string(&json, "problem", "soft_body");
@@ -368,7 +371,7 @@ static bool report(const struct run *run, springls_backend *backend)
     json_integer(&json, "added", stats.added);
     json_number(&json, "seconds_total", run->seconds);
     json_object_end(&json);
-    return json_close(&json);
+    return json_close(&json) || cli_write_failed("soft_body", run->common.json);
 }
 
 static bool write_pictures(const struct run *run)
@@ -378,7 +381,8 @@ static bool write_pictures(const struct run *run)
     char path[512];
     return !run->common.out
         || model_film_write(run->pictures, run->pictures_taken, &view,
-                            run_path(run->common.out, "soft_body.png", path, sizeof path));
+                            run_path(run->common.out, "soft_body.png", path, sizeof path))
+        || cli_write_failed("soft_body", path);
 }
 
 /* Makes the model and the bar in the middle of it, half as long as the grid. */
@@ -404,11 +408,14 @@ int main(int argc, char **argv)
         {"events", CLI_FLAG, &run.tells_events, NULL, "a line for each birth, split, merger and death of a component", 0.0, 0.0,
          NULL},
     };
+    static const struct cli_writes writes[] = {{.files = "soft_body.png"}};
     const struct cli_program program = {.name = "soft_body",
                                         .summary = "a mass-spring solver draws a bar of springls out until it tears",
                                         .common = &run.common,
                                         .options = table,
-                                        .option_count = 2};
+                                        .option_count = 2,
+                                        .writes = writes,
+                                        .writes_count = (int)(sizeof writes / sizeof *writes)};
     int status = cli_parse(&program, argc, argv);
     if (status == CLI_CONTINUE) {
         status = run_options("soft_body", &run.common, run.set, &params);
@@ -424,10 +431,8 @@ int main(int argc, char **argv)
         const double begin = elapsed_seconds();
         const springls_status result = run_frames(&run);
         run.seconds = elapsed_seconds() - begin;
-        status = !run_check("soft_body", run.ctx, result, "frames") ? CLI_EXIT_FAILURE
-               : !report(&run, backend) || !write_pictures(&run)
-                   ? cli_fail("soft_body", CLI_EXIT_FAILURE, "a result cannot be written")
-                   : CLI_EXIT_OK;
+        status = run_check("soft_body", run.ctx, result, "frames") && report(&run, backend) && write_pictures(&run)
+            ? CLI_EXIT_OK : CLI_EXIT_FAILURE;
     }
     for (int i = 0; i < run.pictures_taken; ++i) {
         model_frame_free(run.ctx, &run.pictures[i]);

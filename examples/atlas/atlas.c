@@ -25,6 +25,12 @@ static bool read_window(const char *text, double window[2])
     return cli_read_double(low, &window[0]) && cli_read_double(text + length + 1, &window[1]) && window[0] < window[1];
 }
 
+/* Files of an atlas. */
+static const struct cli_writes built[] = {
+    {.files = "atlas.json|atlas.raw|mean.ply|mode[0-9]*.ply|modes.png|subjects.png|curves.png|weights.csv|report.json|"
+              "subjects/[0-9]*|particles/[0-9]*"},
+};
+
 static int build_main(int argc, char **argv)
 {
     static struct atlas_build build = {
@@ -53,6 +59,12 @@ static int build_main(int argc, char **argv)
         {"samples", CLI_INT, &set->samples, "K", "random shapes for the specificity", 1, 100000, NULL},
         {"set", CLI_STRING, &overrides, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
     };
+    static const struct cli_rule rules[] = {
+        {.given = "templates", .needs = "images"},
+        {.given = "vertex-landmarks+landmarks"},
+        {.given = "orientation+landmarks"},
+        {.given = "same-vertices", .only = "SUBJECT...|images|modes|keep-scale|mirror|templates|samples|backend|threads|json|out|quiet"},
+    };
     const struct cli_positional rest = {"SUBJECT...", set->names, "label map (NIfTI), FILE or FILE:LABEL[+LABEL..]; or mesh; "
                                         "mirror:... for its mirror image",
                                         true};
@@ -64,10 +76,14 @@ static int build_main(int argc, char **argv)
                                         .positionals = &rest,
                                         .positional_count = 1,
                                         .repeated = &set->count,
-                                        .max_repeated = ATLAS_MAX_SUBJECTS};
+                                        .max_repeated = ATLAS_MAX_SUBJECTS,
+                                        .rules = rules,
+                                        .rule_count = (int)(sizeof rules / sizeof *rules),
+                                        .writes = built,
+                                        .writes_count = (int)(sizeof built / sizeof *built)};
     int status = cli_parse(&program, argc, argv);
-    if (status == CLI_CONTINUE && set->vertex_landmarks > 0 && (set->landmarks || set->vertex_landmarks < 3)) {
-        status = cli_fail("atlas build", CLI_EXIT_USAGE, "--vertex-landmarks wants 3 or more, and no --landmarks");
+    if (status == CLI_CONTINUE && set->vertex_landmarks > 0 && set->vertex_landmarks < 3) {
+        status = cli_fail("atlas build", CLI_EXIT_USAGE, "--vertex-landmarks wants 3 or more");
     }
     if (status == CLI_CONTINUE) {
         status = run_options("atlas build", &set->common, overrides, &build.params);
@@ -100,7 +116,10 @@ static int add_main(int argc, char **argv)
                                         .positionals = &rest,
                                         .positional_count = 1,
                                         .repeated = &set->count,
-                                        .max_repeated = ATLAS_MAX_SUBJECTS};
+                                        .max_repeated = ATLAS_MAX_SUBJECTS,
+                                        .without = "grid|params|backend",
+                                        .writes = built,
+                                        .writes_count = (int)(sizeof built / sizeof *built)};
     int status = cli_parse(&program, argc, argv);
     if (status == CLI_CONTINUE && (!set->extends || !set->common.out)) {
         status = cli_fail("atlas add", CLI_EXIT_USAGE, "--atlas FILE and --out DIR are needed");
@@ -117,7 +136,7 @@ static int add_main(int argc, char **argv)
 
 static int segment_main(int argc, char **argv)
 {
-    static struct atlas_segment run = {.settings = {.level = (double)NAN, .gvf = 0.2, .curvature = 0.05, .modes = 10,
+    static struct atlas_segment run = {.settings = {.level = (double)NAN, .gvf = (double)NAN, .curvature = 0.05, .modes = -1,
                                                     .steps = 100, .frame = -1, .fit = "auto"}};
     struct atlas_segment_settings *set = &run.settings;
     const char *overrides = NULL, *window = NULL;
@@ -131,14 +150,14 @@ static int segment_main(int argc, char **argv)
         {"window", CLI_STRING, &window, "LO,HI", "the object lies between LO and HI", 0, 0, NULL},
         {"ramp", CLI_DOUBLE, &set->ramp, "R", "full pressure this far from the level; 0: a tenth of the image's range", 0, 1e9,
          NULL},
-        {"modes", CLI_INT, &set->modes, "K", "modes of the atlas that are fitted", 0, ATLAS_MAX_MODES, NULL},
+        {"modes", CLI_INT, &set->modes, "K", "modes of the atlas that are fitted (default 10)", 0, ATLAS_MAX_MODES, NULL},
         {"fit", CLI_CHOICE, &set->fit, NULL,
          "by votes of the atlas's subjects, or by intensities along the normals; auto: votes where the atlas has images", 0, 0,
          "auto|profiles"},
         {"leash", CLI_DOUBLE, &set->leash, "MM",
          "how far springls may go from the fitted shape; 0: twice what the modes leave of a subject, or 0.05 of its size", 0,
          1e6, NULL},
-        {"gvf", CLI_DOUBLE, &set->gvf, "W", "weight of gradient vector flow against the pressure", 0, 10, NULL},
+        {"gvf", CLI_DOUBLE, &set->gvf, "W", "weight of gradient vector flow against the pressure (default 0.2)", 0, 10, NULL},
         {"curvature", CLI_DOUBLE, &set->curvature, "W", "weight of the curvature against the pressure", 0, 1, NULL},
         {"steps", CLI_INT, &set->steps, "K", "steps of the springls at most", 0, 1e6, NULL},
         {"frame", CLI_INT, &set->frame, "K", "which image of a 4-D file, from 0", -1, 1e9, NULL},
@@ -148,6 +167,14 @@ static int segment_main(int argc, char **argv)
          NULL},
         {"set", CLI_STRING, &overrides, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
     };
+    static const struct cli_rule rules[] = {
+        {.given = "level+window"},
+        {.given = "dark+window"},
+        {.given = "label", .needs = "reference"},
+    };
+    static const struct cli_writes writes[] = {
+        {.files = "labels.nii.gz|surface.ply|correspondence.*|weights.csv|stages.png|slices.png|report.json"},
+    };
     const struct cli_positional image = {"IMAGE", &set->image, "image (NIfTI, NRRD, MetaImage)", true};
     const struct cli_program program = {.name = "atlas segment",
                                         .summary = "finds an atlas's object in an image: pose, modes, springls",
@@ -155,16 +182,23 @@ static int segment_main(int argc, char **argv)
                                         .options = options,
                                         .option_count = (int)(sizeof options / sizeof *options),
                                         .positionals = &image,
-                                        .positional_count = 1};
+                                        .positional_count = 1,
+                                        .rules = rules,
+                                        .rule_count = (int)(sizeof rules / sizeof *rules),
+                                        .writes = writes,
+                                        .writes_count = (int)(sizeof writes / sizeof *writes)};
     int status = cli_parse(&program, argc, argv);
     if (status == CLI_CONTINUE && !set->atlas) {
         status = cli_fail("atlas segment", CLI_EXIT_USAGE, "--atlas FILE is missing");
-    } else if (status == CLI_CONTINUE && window && (!read_window(window, set->window) || !isnan(set->level) || set->dark)) {
-        status = cli_fail("atlas segment", CLI_EXIT_USAGE, "--window wants LO,HI with LO < HI, and no --level or --dark");
-    } else if (status == CLI_CONTINUE && set->label_text && (!set->reference || atlas_read_labels(set->label_text, labels) < 0)) {
-        status = cli_fail("atlas segment", CLI_EXIT_USAGE, "--label wants whole numbers K+K2+..., and --reference");
+    } else if (status == CLI_CONTINUE && window && !read_window(window, set->window)) {
+        status = cli_fail("atlas segment", CLI_EXIT_USAGE, "--window wants LO,HI with LO < HI");
+    } else if (status == CLI_CONTINUE && set->label_text && atlas_read_labels(set->label_text, labels) < 0) {
+        status = cli_fail("atlas segment", CLI_EXIT_USAGE, "--label wants whole numbers K+K2+...");
     }
     set->windowed = window != NULL;
+    set->of_profiles = !isnan(set->gvf) ? "--gvf" : set->modes >= 0 ? "--modes" : NULL;
+    set->gvf = isnan(set->gvf) ? 0.2 : set->gvf;
+    set->modes = set->modes < 0 ? 10 : set->modes;
     if (status == CLI_CONTINUE) {
         status = run_options("atlas segment", &set->common, overrides, &run.params);
     }
@@ -189,6 +223,7 @@ static int leave_one_out_main(int argc, char **argv)
         {"profiles", CLI_FLAG, &set.profiles, NULL, "also by intensities along the normals: start, pose, modes, springls", 0, 0, NULL},
         {"set", CLI_STRING, &overrides, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
     };
+    static const struct cli_writes writes[] = {{.files = "report.json"}};
     const struct cli_positional folder = {"FOLDER", &set.folder, "with images/ and labels/, files of the same names", true};
     const struct cli_program program = {.name = "atlas leave-one-out",
                                         .summary = "segments each subject by an atlas of the others, and compares",
@@ -196,7 +231,9 @@ static int leave_one_out_main(int argc, char **argv)
                                         .options = options,
                                         .option_count = (int)(sizeof options / sizeof *options),
                                         .positionals = &folder,
-                                        .positional_count = 1};
+                                        .positional_count = 1,
+                                        .writes = writes,
+                                        .writes_count = (int)(sizeof writes / sizeof *writes)};
     int status = cli_parse(&program, argc, argv);
     if (status == CLI_CONTINUE) {
         status = run_options("atlas leave-one-out", &set.common, overrides, &params);

@@ -232,6 +232,7 @@ struct atlas_segment_settings {
     double level, window[2], ramp, gvf, curvature, leash;
     int frame, modes, steps;
     bool dark, windowed;
+    const char *of_profiles; /* an option that was given, which votes have no use for; NULL: none */
 };
 
 enum { ATLAS_STAGES = 4 }; /* start, pose, modes, springls; with templates: start, registration, fusion, springls */

@@ -469,6 +469,17 @@ static bool sizes_fit(const struct atlas_segment *run)
                       (double)object[2], (double)spacing[0], (double)spacing[1], (double)spacing[2]);
 }
 
+/* Refuses options without effect on this atlas. */
+static bool options_fit(const struct atlas_segment *run)
+{
+    const struct atlas_segment_settings *set = &run->settings;
+    if (run->fused && set->of_profiles) {
+        return atlas_fail("%s has no effect where the atlas's subjects vote: see --fit profiles", set->of_profiles);
+    }
+    return !(run->view.learned && (set->dark || set->ramp > 0.0))
+        || atlas_fail("%s has no effect without --level: the atlas has learned intensities", set->dark ? "--dark" : "--ramp");
+}
+
 bool atlas_segment_image(struct atlas_segment *run)
 {
     const struct atlas_segment_settings *set = &run->settings;
@@ -477,12 +488,18 @@ bool atlas_segment_image(struct atlas_segment *run)
         return atlas_fail("%s", error);
     }
     volume_print_warning(&run->image, "atlas", NULL);
+    if (!(run->image.minimum < run->image.maximum)) {
+        return atlas_fail("%.200s: the image is constant: there is nothing to find", set->image);
+    }
     if (!sizes_fit(run) || (set->reference && !read_reference(run))) {
         return false;
     }
     choose_window(run);
     run->fused = run->atlas.template_count > 0 && isnan(set->level) && !set->windowed
               && !(set->fit && strcmp(set->fit, "profiles") == 0);
+    if (!options_fit(run)) {
+        return false;
+    }
     const double begin = elapsed_seconds();
     const bool good = start(run, begin) && (run->fused ? fit_subjects(run, begin) : fit_profiles(run, begin))
                    && run_springls(run, begin);

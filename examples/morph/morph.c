@@ -56,6 +56,10 @@ static int read_command_line(struct morph_settings *set, int argc, char **argv)
         {.given = "texture", .needs = "out"},
         {.given = "channel", .needs = "json"},
     };
+    static const struct cli_writes writes[] = {
+        {.files = "frame[0-9]*.png|morph.png|strip.png|morph.glb|skinned.glb", .without = "weights"},
+        {.files = "weights.png|rigged.glb", .with = "weights"},
+    };
     const struct cli_program program = {.name = "morph",
                                         .summary = "a walking character becomes another one",
                                         .common = &set->common,
@@ -64,7 +68,9 @@ static int read_command_line(struct morph_settings *set, int argc, char **argv)
                                         .positionals = files,
                                         .positional_count = 2,
                                         .rules = rules,
-                                        .rule_count = (int)(sizeof rules / sizeof *rules)};
+                                        .rule_count = (int)(sizeof rules / sizeof *rules),
+                                        .writes = writes,
+                                        .writes_count = (int)(sizeof writes / sizeof *writes)};
     const int status = cli_parse(&program, argc, argv);
     if (status != CLI_CONTINUE) {
         return status;

@@ -7,6 +7,7 @@
 #include "morph/apng.h"
 #include "pictures/raycast.h"
 
+#include <errno.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -72,24 +73,30 @@ static bool write_film(const struct morph *morph, const char *out)
     const struct raycast_camera camera = film_camera(morph, (float)width / (float)height);
     struct image *film = calloc((size_t)morph->frame_count, sizeof *film);
     struct progress bar;
-    char path[1200], name[48];
-    bool good = film != NULL;
+    char path[1200] = "", name[48];
+    bool good = film != NULL || morph_no_memory();
     progress_begin(&bar, "pictures", (size_t)morph->frame_count, morph->settings.common.quiet);
     for (int f = 0; good && f < morph->frame_count; ++f) {
         const struct morph_frame *frame = &morph->frames[f];
         snprintf(name, sizeof name, "frame%03d.png", f);
-        good = draw_mesh(&frame->mesh, frame->mesh.positions, frame->colors, width, height, &camera, &film[f])
-               && image_write_png(&film[f], run_path(out, name, path, sizeof path));
+        run_path(out, name, path, sizeof path);
+        errno = 0; /* not every failure below sets it */
+        good = (draw_mesh(&frame->mesh, frame->mesh.positions, frame->colors, width, height, &camera, &film[f])
+                && image_write_png(&film[f], path))
+            || cli_write_failed("morph", path);
         progress_update(&bar, (size_t)f + 1, NULL);
     }
     progress_end(&bar);
-    good = good && apng_write(run_path(out, "morph.png", path, sizeof path), film, morph->frame_count, morph->settings.fps)
-           && write_strip(morph, film, run_path(out, "strip.png", path, sizeof path));
+    errno = 0;
+    good = good
+        && ((apng_write(run_path(out, "morph.png", path, sizeof path), film, morph->frame_count, morph->settings.fps)
+             && write_strip(morph, film, run_path(out, "strip.png", path, sizeof path)))
+            || cli_write_failed("morph", path));
     for (int f = 0; film && f < morph->frame_count; ++f) {
         image_free(&film[f]);
     }
     free(film);
-    return good || morph_fail("%s: the pictures cannot be written", out);
+    return good;
 }
 
 bool morph_write(const struct morph *morph)

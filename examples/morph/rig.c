@@ -10,6 +10,7 @@
 #include "character/skeleton_picture.h"
 #include "character/skin_weights.h"
 
+#include <errno.h>
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -204,6 +205,8 @@ static bool write_pictures(const struct morph *morph, const struct rig_mesh *mes
     bool good = colors != NULL;
     memset(pictures, 0, sizeof pictures);
     memset(&strip, 0, sizeof strip);
+    run_path(morph->settings.common.out, "weights.png", path, sizeof path);
+    errno = 0; /* not every failure below sets it */
     for (int p = 0; good && p < (truth ? 2 : 1); ++p) {
         for (int v = 0; v < mesh->vertex_count; ++v) {
             struct influences in = mesh->influences[v];
@@ -217,12 +220,12 @@ static bool write_pictures(const struct morph *morph, const struct rig_mesh *mes
         good = draw_weights(morph, mesh, colors, p ? truth->character : body, &pictures[p]);
     }
     good = good && image_strip(pictures, captions, truth ? 2 : 1, 2, color_rgb(1.0f, 1.0f, 1.0f), &strip)
-           && image_write_png(&strip, run_path(morph->settings.common.out, "weights.png", path, sizeof path));
+           && image_write_png(&strip, path);
     image_free(&pictures[0]);
     image_free(&pictures[1]);
     image_free(&strip);
     free(colors);
-    return good || morph_fail("%s: the picture cannot be written", morph->settings.common.out);
+    return good || cli_write_failed("morph", path);
 }
 
 static bool write_rigged(const struct morph *morph, const struct rig_mesh *mesh, const struct character *body)

@@ -175,6 +175,9 @@ bool register_measure(struct run *run)
     run->min_jacobian = field_jacobian(&run->forward, run->jacobian, &run->folded);
     register_windows(run, &fixed, &moving);
     run->overlap = overlap_after(run);
+    if (run->overlap < 1.0) {
+        return register_fail("the map takes most of the fixed image out of the moving one");
+    }
     run->rms_before = rms(run, run->unmoved, fixed, moving);
     run->rms_after = rms(run, run->warped, fixed, moving);
     for (size_t n = 0; n < total; ++n) {
@@ -187,9 +190,6 @@ bool register_measure(struct run *run)
 
 bool register_is_better(const struct run *run)
 {
-    if (run->overlap < 1.0) {
-        return register_fail("the map takes most of the fixed image out of the moving one");
-    }
     return !(run->correlation_after < run->correlation_before - tolerated)
            || register_fail("the result fits less than the start: correlation %.3f, before %.3f", run->correlation_after,
                             run->correlation_before);

@@ -54,6 +54,32 @@ static int read_command_line(struct run *run, int argc, char **argv)
         {"inverse-points", CLI_STRING, &run->inverse_warp.points, "FILE", "the same for points", 0, 0, NULL},
         {"inverse-mesh", CLI_STRING, &run->inverse_warp.mesh, "FILE", "the same for a mesh", 0, 0, NULL},
     };
+    static const struct cli_rule rules[] = {
+        {.given = "field",
+         .only = "FIXED|MOVING|fixed-frame|moving-frame|fixed-labels|moving-labels|label|fixed-points|moving-points|warp-labels|"
+                 "warp-points|warp-mesh|inverse-labels|inverse-points|inverse-mesh|backend|threads|json|out|quiet"},
+        {.given = "start+align=none"},
+        {.given = "fixed-labels", .needs = "moving-labels"},
+        {.given = "moving-labels", .needs = "fixed-labels"},
+        {.given = "label", .needs = "fixed-labels"},
+        {.given = "fixed-points", .needs = "moving-points"},
+        {.given = "moving-points", .needs = "fixed-points"},
+        {.given = "warp-labels", .needs = "out"},
+        {.given = "warp-points", .needs = "out"},
+        {.given = "warp-mesh", .needs = "out"},
+        {.given = "inverse-labels", .needs = "out"},
+        {.given = "inverse-points", .needs = "out"},
+        {.given = "inverse-mesh", .needs = "out"},
+    };
+    static const struct cli_writes writes[] = {
+        {.files = "forward.nii.gz|inverse.nii.gz|warped.nii.gz|jacobian.nii.gz|before_after.png|report.json"},
+        {.files = "warped_labels.nii.gz", .with = "warp-labels"},
+        {.files = "warped_points.txt", .with = "warp-points"},
+        {.files = "warped_mesh.ply", .with = "warp-mesh"},
+        {.files = "inverse_labels.nii.gz", .with = "inverse-labels"},
+        {.files = "inverse_points.txt", .with = "inverse-points"},
+        {.files = "inverse_mesh.ply", .with = "inverse-mesh"},
+    };
     const struct cli_positional positionals[] = {{"FIXED", &run->fixed_path, "image that stays", true},
                                                  {"MOVING", &run->moving_path, "image that is deformed to look like it", true}};
     const struct cli_program program = {.name = "register",
@@ -62,7 +88,12 @@ static int read_command_line(struct run *run, int argc, char **argv)
                                         .options = options,
                                         .option_count = (int)(sizeof options / sizeof *options),
                                         .positionals = positionals,
-                                        .positional_count = 2};
+                                        .positional_count = 2,
+                                        .without = "grid|params",
+                                        .rules = rules,
+                                        .rule_count = (int)(sizeof rules / sizeof *rules),
+                                        .writes = writes,
+                                        .writes_count = (int)(sizeof writes / sizeof *writes)};
     const int status = cli_parse(&program, argc, argv);
     if (status != CLI_CONTINUE) {
         return status;
@@ -74,17 +105,6 @@ static int read_command_line(struct run *run, int argc, char **argv)
         set->start = (enum register_start)(((int)set->start + 1) % 3);
     }
     set->similarity = strcmp(run->similarity, "lcc") == 0 ? REGISTER_LCC : REGISTER_SSD;
-    if (!run->fixed_labels_path != !run->moving_labels_path) {
-        return cli_fail("register", CLI_EXIT_USAGE, "--fixed-labels and --moving-labels go together");
-    }
-    if (!run->fixed_points_path != !run->moving_points_path) {
-        return cli_fail("register", CLI_EXIT_USAGE, "--fixed-points and --moving-points go together");
-    }
-    const struct carried *w = &run->warp, *i = &run->inverse_warp;
-    if (!run->common.out && (w->labels || w->points || w->mesh || i->labels || i->points || i->mesh)) {
-        return cli_fail("register", CLI_EXIT_USAGE,
-                        "--warp-... and --inverse-... write into the folder of --out, which is missing");
-    }
     return CLI_CONTINUE;
 }
 

@@ -62,6 +62,7 @@ static int read_command_line(struct rig_settings *set, int argc, char **argv)
         {.given = "size", .needs = "out"},         {.given = "size+out=.glb"},
         {.given = "view", .needs = "out"},         {.given = "view+out=.glb"},
     };
+    static const struct cli_writes writes[] = {{.files = "rigged.glb|rigged.png"}};
     const struct cli_program program = {.name = "rig",
                                         .summary = "a skeleton and bone weights for a body that has none",
                                         .common = &set->common,
@@ -71,7 +72,9 @@ static int read_command_line(struct rig_settings *set, int argc, char **argv)
                                         .positional_count = 1,
                                         .without = "backend",
                                         .rules = rules,
-                                        .rule_count = (int)(sizeof rules / sizeof *rules)};
+                                        .rule_count = (int)(sizeof rules / sizeof *rules),
+                                        .writes = writes,
+                                        .writes_count = (int)(sizeof writes / sizeof *writes)};
     const int status = cli_parse(&program, argc, argv);
     if (status != CLI_CONTINUE) { return status; }
     if (cli_grid("rig", &set->common, 112, 48, 512) != CLI_CONTINUE) { return CLI_EXIT_USAGE; }

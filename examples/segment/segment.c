@@ -148,23 +148,14 @@ static const char *read_seeds(struct segment_settings *set)
 static int check_usage(struct segment_settings *set)
 {
     const char *wrong = NULL;
-    const bool seeded = set->seed_text != NULL, shaped = set->init != NULL;
-    set->init = shaped ? set->init : seeded ? "seeds" : "sphere";
-    const bool from_mask = strcmp(set->init, "mask") == 0;
-    if (seeded && (shaped || !isnan(set->center[0]))) {
-        wrong = "--seed goes without --init and --center";
-    } else if (seeded && (wrong = read_seeds(set)) != NULL) {
+    const bool seeded = set->seed_text != NULL;
+    set->init = set->init ? set->init : seeded ? "seeds" : "sphere";
+    if (seeded && (wrong = read_seeds(set)) != NULL) {
         ;
-    } else if (set->window_text && (!isnan(set->level) || set->dark)) {
-        wrong = "--window goes without --level and --dark";
-    } else if (from_mask != (set->mask != NULL)) {
-        wrong = "--init mask and --mask FILE go together";
-    } else if ((set->mask_label_text || set->mirror) && !from_mask) {
-        wrong = "--mask-label and --mirror go with --init mask";
-    } else if ((strcmp(set->init, "mesh") == 0) != (set->init_mesh != NULL)) {
-        wrong = "--init mesh and --init-mesh FILE go together";
-    } else if (set->label_text && !set->reference) {
-        wrong = "--label goes with --reference FILE";
+    } else if (strcmp(set->init, "mask") == 0 && !set->mask) {
+        wrong = "--init mask wants --mask FILE";
+    } else if (strcmp(set->init, "mesh") == 0 && !set->init_mesh) {
+        wrong = "--init mesh wants --init-mesh FILE";
     } else if (!(set->pressure > 0.0 || set->region > 0.0 || set->gvf > 0.0)) {
         wrong = "without --pressure, --region and --gvf nothing moves the contour";
     } else if (set->compare_level_set && set->keep_topology) {
@@ -242,6 +233,29 @@ static int read_command_line(struct segment_settings *set, int argc, char **argv
         {"compare-level-set", CLI_FLAG, &set->compare_level_set, NULL,
          "do the same by a level set without springls, and report how far apart the two surfaces are", 0, 0, NULL},
     };
+    static const struct cli_rule rules[] = {
+        {.given = "level+window"},
+        {.given = "dark+window"},
+        {.given = "region-means", .needs = "region"},
+        {.given = "gvf-halvings", .needs = "gvf"},
+        {.given = "init+seed"},
+        {.given = "center+seed"},
+        {.given = "center+init=mask"},
+        {.given = "center+init=mesh"},
+        {.given = "center+init=threshold"},
+        {.given = "radius+init=mask"},
+        {.given = "radius+init=mesh"},
+        {.given = "radius+init=threshold"},
+        {.given = "mask", .needs = "init=mask"},
+        {.given = "mask-label", .needs = "init=mask"},
+        {.given = "mirror", .needs = "init=mask"},
+        {.given = "init-mesh", .needs = "init=mesh"},
+        {.given = "label", .needs = "reference"},
+    };
+    static const struct cli_writes writes[] = {
+        {.files = "labels.*|distance.nii.gz|surface.ply|surface.png|film.png|slices.png|report.json|distance_[0-9]*.nii.gz|"
+                  "surface_[0-9]*.ply|surface_[0-9]*.png|film_[0-9]*.png"},
+    };
     const struct cli_positional image = {"IMAGE", &set->image, "NIfTI, NRRD or MetaImage", true};
     const struct cli_program program = {.name = "segment",
                                         .summary = "finds objects in an image with active contours",
@@ -249,7 +263,11 @@ static int read_command_line(struct segment_settings *set, int argc, char **argv
                                         .options = options,
                                         .option_count = (int)(sizeof options / sizeof *options),
                                         .positionals = &image,
-                                        .positional_count = 1};
+                                        .positional_count = 1,
+                                        .rules = rules,
+                                        .rule_count = (int)(sizeof rules / sizeof *rules),
+                                        .writes = writes,
+                                        .writes_count = (int)(sizeof writes / sizeof *writes)};
     const int status = cli_parse(&program, argc, argv);
     set->keep_topology = strcmp(topology, "preserved") == 0;
     return status == CLI_CONTINUE ? check_usage(set) : status;

@@ -25,20 +25,8 @@ static int check_usage(const struct track_settings *set)
     const char *mark = set->fields ? strstr(set->fields, "%d") : NULL;
     if (set->fields && (!mark || strchr(mark + 1, '%') || strchr(set->fields, '%') != mark)) {
         wrong = "--fields wants a name with one %d for the frame and no other %";
-    } else if (set->fields && (set->steps > 1 || set->large_steps)) {
-        wrong = "--fields goes without --steps and --large-steps: a field is not cut into parts";
-    } else if (set->true_field && set->beat == 0) {
-        wrong = "--true-field goes with --beat";
     } else if (set->beat == 1) {
         wrong = "--beat wants two frames at least";
-    } else if (set->second && (set->reference > 0 || set->landmarks || set->fields || set->beat > 0)) {
-        wrong = "a second file goes without --reference, --landmarks, --fields and --beat";
-    } else if (set->second && (set->steps > 1 || set->large_steps)) {
-        wrong = "a second file goes without --steps and --large-steps: rigid motion is not cut into parts";
-    } else if (set->second_labels && !set->second) {
-        wrong = "--second-labels goes with a second file";
-    } else if (set->beat > 0 && (set->reference > 0 || set->landmarks || set->fields)) {
-        wrong = "--beat goes without --reference, --landmarks and --fields";
     }
     return wrong ? cli_fail("track4d", CLI_EXIT_USAGE, "%s", wrong) : CLI_CONTINUE;
 }
@@ -69,6 +57,31 @@ static int read_command_line(struct track *track, int argc, char **argv)
         {"frame", CLI_INT, &set->frame, "K", "the frame of --large-steps; -1: half way", -1, 1e9, NULL},
         {"set", CLI_STRING, &set->overrides, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
     };
+    static const struct cli_rule rules[] = {
+        {.given = "second-labels", .needs = "SECOND"},
+        {.given = "true-field", .needs = "beat"},
+        {.given = "frame", .needs = "large-steps"},
+        /* A field that is given is taken as it is, in one step. */
+        {.given = "similarity+fields"},
+        {.given = "steps+fields"},
+        {.given = "large-steps+fields"},
+        {.given = "similarity+true-field"},
+        /* The made motion is of one image, the first. */
+        {.given = "reference+beat"},
+        {.given = "landmarks+beat"},
+        {.given = "fields+beat"},
+        /* Two files lie apart: the motion from one to the other begins with a rigid one, which is not cut into parts. */
+        {.given = "SECOND", .only = "IMAGE|labels|second-labels|label|similarity|set|grid|params|backend|threads|json|out|quiet"},
+        {.given = "steps+large-steps"},
+        {.given = "landmarks+large-steps"},
+    };
+    static const struct cli_writes writes[] = {
+        {.files = "tracked_[0-9]*.ply|surface_[0-9]*.ply|slices_[0-9]*.png|mode_[0-9]*.ply|modes.png|volume.png|film.png|report.json",
+         .without = "large-steps"},
+        {.files = "landmarks.png", .with = "landmarks", .without = "large-steps"},
+        {.files = "particles.png", .with = "beat", .without = "large-steps"},
+        {.files = "large_steps.png|large_steps.json", .with = "large-steps"},
+    };
     const struct cli_positional images[] = {{"IMAGE", &set->image, "sequence of images, or the first of two", true},
                                             {"SECOND", &set->second, "the second of two images", false}};
     const struct cli_program program = {.name = "track4d",
@@ -77,7 +90,11 @@ static int read_command_line(struct track *track, int argc, char **argv)
                                         .options = options,
                                         .option_count = (int)(sizeof options / sizeof *options),
                                         .positionals = images,
-                                        .positional_count = 2};
+                                        .positional_count = 2,
+                                        .rules = rules,
+                                        .rule_count = (int)(sizeof rules / sizeof *rules),
+                                        .writes = writes,
+                                        .writes_count = (int)(sizeof writes / sizeof *writes)};
     const int status = cli_parse(&program, argc, argv);
     if (status != CLI_CONTINUE) {
         return status;

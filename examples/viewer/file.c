@@ -1,8 +1,10 @@
 #define _POSIX_C_SOURCE 200809L
 #include "viewer/file.h"
 
+#include "base/write_error.h"
 #include "surface/textured_mesh.h"
 
+#include <errno.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -31,8 +33,10 @@ static bool save_textured(struct viewer_model *model, const char *path, const st
     if (!mesh->colors) {
         return refuse(model, path, "the body has no colours for a texture (--texture)");
     }
+    errno = 0; /* a failure that leaves it 0 is one of the texture's size */
     return textured_mesh_write(path, &surface, texture)
-        || refuse(model, path, "cannot be written with that --texture: the image is too small, the disk full or memory short");
+        || (errno ? write_error(model->error, sizeof model->error, path)
+                  : refuse(model, path, "the image of that --texture is too small for the mesh"));
 }
 
 bool viewer_save(struct viewer_model *model, const char *path, int texture)

@@ -3,6 +3,7 @@
 #include "base/progress.h"
 #include "viewer/text.h"
 
+#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -325,6 +326,7 @@ bool viewer_scene_draw(struct viewer_scene *scene, struct viewer_app *app, int w
 bool viewer_scene_save(const struct viewer_scene *scene, const char *path)
 {
     struct image picture = {0};
+    errno = 0; /* not every failure below sets it */
     const bool good = viewer_gl_read(&scene->gl, &picture) && image_write_png(&picture, path);
     image_free(&picture);
     return good;

@@ -27,13 +27,13 @@ static int read_command_line(struct settings *set, int argc, char **argv)
 {
     static char summary[4096];
     const struct cli_option options[] = {
-        {"save", CLI_STRING, &set->save, "FILE", "where ctrl S saves to: PLY, OBJ, STL or GLB", 0, 0, NULL},
+        {"save", CLI_RESULT, &set->save, "FILE", "where ctrl S saves to: PLY, OBJ, STL or GLB", 0, 0, NULL},
         {"texture", CLI_INT, &set->texture, "N", "a saved GLB has its colours in an image of N texels a side; 0: at its vertices", 0,
          8192, NULL},
         {"width", CLI_INT, &set->width, "N", "of the window", 64, 8192, NULL},
         {"height", CLI_INT, &set->height, "N", "of the window", 64, 8192, NULL},
         {"script", CLI_STRING, &set->script, "FILE", "events in the place of a hand (see docs/viewer.md)", 0, 0, NULL},
-        {"screenshot", CLI_STRING, &set->screenshot, "FILE", "write a picture (PNG), after the script, and end", 0, 0, NULL},
+        {"screenshot", CLI_OUTPUT, &set->screenshot, "FILE", "write a picture (PNG), after the script, and end", 0, 0, NULL},
         {"bench", CLI_FLAG, &set->bench, NULL,
          "frame times of the tool push as JSON (--json: where to), on one --grid or several", 0, 0, NULL},
         {"set", CLI_STRING, &set->set, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},

@@ -1,6 +1,7 @@
 #include "viewer/window.h"
 
 #include "base/progress.h"
+#include "base/write_error.h"
 
 #include <epoxy/gl.h>
 #define GLFW_INCLUDE_NONE
@@ -125,8 +126,7 @@ bool viewer_window_show(void *user, const char *picture)
     glfwSwapBuffers(window->handle);
     window->shown = window->app->looks;
     if (picture && !viewer_scene_save(&window->scene, picture)) {
-        snprintf(window->app->message, sizeof window->app->message, "%.200s cannot be written", picture);
-        return false;
+        return write_error(window->app->message, sizeof window->app->message, picture);
     }
     return true;
 }

@@ -234,6 +234,19 @@ TEST subjects_fuse_into_an_unseen_image(void)
         right += fabsf(x) > 3.0f && run.regions[v] == (x < 0.0f ? 1 : 2);
     }
     ASSERT(counted > 100 && right > 0.97 * counted);
+    for (int o = 0; o < 3; ++o) { /* options that votes have no use for */
+        const struct atlas_segment_settings settings = run.settings;
+        const springls_params params = run.params;
+        atlas_segment_free(&run);
+        memset(&run, 0, sizeof run);
+        run.settings = settings;
+        run.params = params;
+        run.settings.dark = o == 0;
+        run.settings.ramp = o == 1 ? 5.0 : 0.0;
+        run.settings.of_profiles = o == 2 ? "--gvf" : NULL;
+        ASSERT_FALSE(atlas_segment_run(&run));
+        ASSERT_EQ(0, run.stages[0].vertex_count);
+    }
     atlas_segment_free(&run);
     atlas_build_free(&build);
     PASS();

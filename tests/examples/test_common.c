@@ -24,6 +24,7 @@ int main(int argc, char **argv)
 #include "../../examples/common/base/bvh.h"
 #include "../../examples/common/base/cli.h"
 #include "../../examples/common/base/json.h"
+#include "../../examples/common/base/page.h"
 #include "../../examples/common/surface/mesh_io.h"
 #include "../../examples/common/surface/surface_distances.h"
 #include "../../examples/common/imaging/overlap.h"
@@ -37,9 +38,12 @@ int main(int argc, char **argv)
 
 #include <dirent.h>
 #include <math.h>
+#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -73,6 +77,25 @@ struct parsed {
     char error[512]; /* what went to stderr */
 };
 
+/* Parses a line of a program; error: receives what went to stderr. */
+static int parse_quietly(const struct cli_program *program, int argc, const char *const *argv, char error[512])
+{
+    fflush(stderr);
+    fflush(stdout);
+    const int keep_error = dup(STDERR_FILENO), keep_output = dup(STDOUT_FILENO);
+    const char *path = scratch("stderr");
+    if (!freopen(path, "w", stderr) || !freopen(scratch("stdout"), "w", stdout)) { return -99; }
+    const int status = cli_parse(program, argc, (char **)(uintptr_t)argv);
+    fflush(stderr);
+    fflush(stdout);
+    dup2(keep_error, STDERR_FILENO);
+    dup2(keep_output, STDOUT_FILENO);
+    close(keep_error);
+    close(keep_output);
+    read_text(scratch("stderr"), error, 512);
+    return status;
+}
+
 static int parse(struct parsed *p, int argc, const char *const *argv)
 {
     memset(p, 0, sizeof *p);
@@ -94,20 +117,7 @@ static int parse(struct parsed *p, int argc, const char *const *argv)
     const struct cli_program program = {.name = "probe", .summary = "Tests.", .common = &p->common,
                                         .options = options, .option_count = 4, .positionals = positionals, .positional_count = 1,
                                         .without = "threads", .rules = rules, .rule_count = 5};
-    fflush(stderr);
-    fflush(stdout);
-    const int keep_error = dup(STDERR_FILENO), keep_output = dup(STDOUT_FILENO);
-    const char *path = scratch("stderr");
-    if (!freopen(path, "w", stderr) || !freopen(scratch("stdout"), "w", stdout)) { return -99; }
-    const int status = cli_parse(&program, argc, (char **)(uintptr_t)argv);
-    fflush(stderr);
-    fflush(stdout);
-    dup2(keep_error, STDERR_FILENO);
-    dup2(keep_output, STDOUT_FILENO);
-    close(keep_error);
-    close(keep_output);
-    read_text(scratch("stderr"), p->error, sizeof p->error);
-    return status;
+    return parse_quietly(&program, argc, argv, p->error);
 }
 
 TEST cli_reads_every_type(void)
@@ -176,6 +186,84 @@ TEST cli_refuses_what_has_no_effect(void)
         for (; cases[i].line[argc - 1]; ++argc) { argv[argc] = cases[i].line[argc - 1]; }
         ASSERT_EQm(cases[i].error, *cases[i].error ? CLI_EXIT_USAGE : CLI_CONTINUE, parse(&p, argc, argv));
         ASSERT_STR_EQ(cases[i].error, p.error);
+    }
+    PASS();
+}
+
+/* Parses a line with files in the folder of the test: a word "@name" is the file `name` there, "x:@name" has more before it. */
+static int parse_files(const char *const *line, char error[512])
+{
+    static char words[9][600];
+    struct cli_common common = cli_common_defaults();
+    const char *inputs[4], *mask = NULL, *result = NULL, *picture = NULL, *mode = "slow", *argv[10] = {"probe"};
+    int count = 0, argc = 1;
+    const struct cli_option options[] = {
+        {"mask", CLI_STRING, &mask, "FILE", "mask", 0.0, 0.0, NULL},
+        {"mode", CLI_CHOICE, &mode, NULL, "mode", 0.0, 0.0, "slow|fast"},
+        {"result", CLI_RESULT, &result, "FILE", "result", 0.0, 0.0, NULL},
+        {"picture", CLI_OUTPUT, &picture, "FILE", "picture", 0.0, 0.0, NULL},
+    };
+    const struct cli_positional positionals[] = {{"INPUT", inputs, "files", true}};
+    const struct cli_writes writes[] = {{.files = "labels.*|deep/[0-9]*.ply"},
+                                        {.files = "fast.ply", .with = "mode=fast"},
+                                        {.files = "alone.ply", .without = "result"}};
+    const struct cli_program program = {.name = "probe", .summary = "Tests.", .common = &common, .options = options,
+                                        .option_count = 4, .positionals = positionals, .positional_count = 1, .repeated = &count,
+                                        .max_repeated = 4, .writes = writes, .writes_count = 3};
+    for (; line[argc - 1]; ++argc) {
+        const char *word = line[argc - 1], *at = strchr(word, '@');
+        snprintf(words[argc - 1], sizeof words[0], at ? "%.*s%s/%s" : "%.*s", at ? (int)(at - word) : (int)strlen(word), word, folder,
+                 at ? at + 1 : "");
+        argv[argc] = words[argc - 1];
+    }
+    return parse_quietly(&program, argc, argv, error);
+}
+
+TEST cli_refuses_to_overwrite(void)
+{
+    static const char *const there[] = {"scan.nii", "labels.nii", "deep/1.ply", "deep/one.ply", "fast.ply", "alone.ply"};
+    static const struct {
+        const char *const line[9];
+        const char *error; /* without the folder's name; "": it is good */
+    } cases[] = {
+        {{"@scan.nii", "--json", "@scan.nii"}, "INPUT @scan.nii would be overwritten by --json\n"},
+        {{"@scan.nii", "--json", "@deep/../scan.nii"}, "INPUT @scan.nii would be overwritten by --json\n"},
+        {{"@scan.nii", "--json", "@link.nii"}, "INPUT @scan.nii would be overwritten by --json\n"},
+        {{"@fast.ply", "mirror:@scan.nii:1+2", "--json", "@scan.nii"}, "INPUT mirror:@scan.nii:1+2 would be overwritten by --json\n"},
+        {{"@scan.nii", "--mask", "@labels.nii", "--picture", "@labels.nii"}, "--mask @labels.nii would be overwritten by --picture\n"},
+        {{"@scan.nii", "--mask", "@labels.nii", "--result", "@labels.nii"}, ""},
+        {{"@scan.nii", "--json", "@new", "--result", "@./new"}, "--json @new would be overwritten by --result\n"},
+        {{"@scan.nii", "--json", "-", "--result", "-"}, ""},
+        {{"@scan.nii", "--json", "/dev/null", "--result", "/dev/null"}, ""},
+        {{"@scan.nii", "--json", "@new", "--result", "@other"}, ""},
+        {{"@none.nii", "--json", "@none.nii"}, ""}, /* what is not there cannot be overwritten: reading it fails */
+        {{"@scan.nii", "--json", "@folder", "--out", "@folder"}, "--out @folder would be overwritten by --json\n"},
+        {{"@scan.nii", "--out", "@"}, ""},
+        {{"@scan.nii", "--mask", "@labels.nii", "--out", "@"}, "--mask @labels.nii would be overwritten by --out\n"},
+        {{"@scan.nii", "--mask", "@labels.nii", "--out", "@deep"}, ""},
+        {{"@scan.nii", "--json", "@deep/labels.json", "--out", "@deep"}, "--json @deep/labels.json would be overwritten by --out\n"},
+        {{"@deep/1.ply", "--out", "@"}, "INPUT @deep/1.ply would be overwritten by --out\n"},
+        {{"@deep/one.ply", "--out", "@"}, ""},
+        {{"@fast.ply", "--out", "@"}, ""},
+        {{"@fast.ply", "--out", "@", "--mode", "fast"}, "INPUT @fast.ply would be overwritten by --out\n"},
+        {{"@alone.ply", "--out", "@"}, "INPUT @alone.ply would be overwritten by --out\n"},
+        {{"@alone.ply", "--out", "@", "--result", "@new"}, ""},
+    };
+    ASSERT_EQ(0, mkdir(scratch("deep"), 0777));
+    for (size_t f = 0; f < sizeof there / sizeof *there; ++f) {
+        FILE *file = fopen(scratch(there[f]), "w");
+        ASSERT(file && fclose(file) == 0);
+    }
+    ASSERT_EQ(0, symlink("scan.nii", scratch("link.nii")));
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
+        char error[512], expected[1200] = "";
+        const int status = parse_files(cases[i].line, error);
+        const char *at = strchr(cases[i].error, '@');
+        if (at) {
+            snprintf(expected, sizeof expected, "probe: %.*s%s/%s", (int)(at - cases[i].error), cases[i].error, folder, at + 1);
+        }
+        ASSERT_STR_EQ(expected, error);
+        ASSERT_EQ(at ? CLI_EXIT_USAGE : CLI_CONTINUE, status);
     }
     PASS();
 }
@@ -252,6 +340,29 @@ TEST json_tells_misuse(void)
     json_number(&json, NULL, 1.0); /* no key */
     ASSERT_FALSE(json_close(&json));
     ASSERTm("no part of the file stays", access(scratch("b.json"), F_OK) != 0);
+    PASS();
+}
+
+/* A page that cannot be written whole, here for a limit on the size of files, leaves no part. */
+TEST failed_pages_leave_no_file(void)
+{
+    struct page page;
+    struct rlimit before, few;
+    char path[512];
+    snprintf(path, sizeof path, "%s", scratch("index.html"));
+    ASSERT_EQ(0, getrlimit(RLIMIT_FSIZE, &before));
+    few = before;
+    few.rlim_cur = 100;
+    void (*const handler)(int) = signal(SIGXFSZ, SIG_IGN);
+    ASSERT_EQ(0, setrlimit(RLIMIT_FSIZE, &few));
+    const bool opened = page_open(&page, path, "a & b");
+    const bool good = opened && page_close(&page);
+    ASSERT_EQ(0, setrlimit(RLIMIT_FSIZE, &before));
+    signal(SIGXFSZ, handler);
+    ASSERT(opened && !good);
+    ASSERT(access(path, F_OK) != 0);
+    ASSERT(page_open(&page, path, "a & b") && page_close(&page));
+    ASSERT_EQ(0, access(path, F_OK));
     PASS();
 }
 
@@ -805,10 +916,12 @@ int main(int argc, char **argv)
     RUN_TEST(cli_reads_every_type);
     RUN_TEST(cli_refuses_in_one_line_with_status_2);
     RUN_TEST(cli_refuses_what_has_no_effect);
+    RUN_TEST(cli_refuses_to_overwrite);
     RUN_TEST(cli_help_ends_well_and_names_defaults);
     RUN_TEST(a_full_disk_is_a_failure);
     RUN_TEST(json_is_exact_and_always_valid);
     RUN_TEST(json_tells_misuse);
+    RUN_TEST(failed_pages_leave_no_file);
     RUN_TEST(clock_and_memory_are_plausible);
     RUN_TEST(drawing_is_clipped_and_png_is_written);
     RUN_TEST(color_maps_rise_in_lightness);

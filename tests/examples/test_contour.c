@@ -617,6 +617,15 @@ TEST wrong_words_and_bad_images_are_refused(void)
                                         "--seed 1,2",
                                         "--seed 1,2,3; --init cube",
                                         "--seed 1,2,3 --init cube",
+                                        "--seed 1,2,3 --center 1,2,3",
+                                        "--init threshold --radius 3",
+                                        "--init threshold --center 1,2,3",
+                                        "--region-means image",
+                                        "--gvf-halvings 0",
+                                        "--mask m",
+                                        "--init cube --init-mesh m",
+                                        "--window 1,2 --dark",
+                                        "--window 1,2 --level 1",
                                         "--window 1,2;3,4 --reference r --label 5"};
     struct volume v;
     char words[1024];

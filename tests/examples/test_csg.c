@@ -252,6 +252,8 @@ TEST empty_results_leave_no_file(void)
     const char *const more[] = {"--grid", "32", "--result", scratch("nothing.ply"), NULL};
     CHECK_CALL(refused(CLI_EXIT_FAILURE, "intersection: nothing is left", "intersection", "ball:0,0,0,1", "ball:3,0,0,1", more));
     CHECK_CALL(refused(CLI_EXIT_FAILURE, "difference: nothing is left", "difference", "ball:0,0,0,1", "ball:0,0,0,2", more));
+    const char *const smooth[] = {"--amount", "5", "--grid", "512", "--result", scratch("nothing.ply"), NULL}; /* too large for the work */
+    CHECK_CALL(refused(CLI_EXIT_FAILURE, "smooth: nothing is left", "smooth", "ball:0,0,0,1", NULL, smooth));
     const char *const shrink[] = {"--amount", "-2", "--result", scratch("nothing.ply"), NULL};
     CHECK_CALL(refused(CLI_EXIT_FAILURE, "nothing is left", "offset", "ball:0,0,0,1", NULL, shrink));
     ASSERT_FALSE(is_there(scratch("nothing.ply")));
@@ -311,6 +313,26 @@ TEST results_that_cannot_be_written_end_with_one_line(void)
     PASS();
 }
 
+/* An output is no other output, and but for --result no input. */
+TEST nothing_is_overwritten(void)
+{
+    char ball[512];
+    snprintf(ball, sizeof ball, "%s", scratch("csg.ply"));
+    const char *const make[] = {"--grid", "24", "--result", ball, "--quiet", NULL};
+    ASSERT_EQ(CLI_EXIT_OK, run_csg("remesh", "ball:0,0,0,1", NULL, make));
+    const double volume = facts_of(ball).volume;
+    const char *const report[] = {"--json", ball, NULL};
+    const char *const twice[] = {"--json", scratch("one.ply"), "--result", scratch("one.ply"), NULL};
+    const char *const folders[] = {"--out", folder, NULL};
+    CHECK_CALL(refused(CLI_EXIT_USAGE, "would be overwritten by --json", "remesh", ball, NULL, report));
+    CHECK_CALL(refused(CLI_EXIT_USAGE, "would be overwritten by --result", "remesh", ball, NULL, twice));
+    CHECK_CALL(refused(CLI_EXIT_USAGE, "would be overwritten by --out", "remesh", ball, NULL, folders)); /* as csg.ply */
+    ASSERT_EQ(volume, facts_of(ball).volume);
+    const char *const beside[] = {"--grid", "24", "--out", folder, "--result", scratch("two.ply"), "--quiet", NULL};
+    ASSERT_EQ(CLI_EXIT_OK, run_csg("remesh", ball, NULL, beside));
+    PASS();
+}
+
 /* Another extension is refused before the work, with those that there are. */
 TEST other_formats_are_refused(void)
 {
@@ -327,6 +349,8 @@ TEST other_formats_are_refused(void)
     const char *const amount[] = {"--amount", "2", NULL}, *const keep[] = {"--keep-volume", "--amount", "2", NULL},
                       *const coarse[] = {"--grid", "23", NULL};
     CHECK_CALL(refused(CLI_EXIT_USAGE, "--amount", "remesh", "ball:0,0,0,1", NULL, amount));
+    const char *const negative[] = {"--amount", "-2", NULL};
+    CHECK_CALL(refused(CLI_EXIT_USAGE, "--amount -2", "smooth", "/nowhere.ply", NULL, negative)); /* before files are read */
     CHECK_CALL(refused(CLI_EXIT_USAGE, "--keep-volume", "offset", "ball:0,0,0,1", NULL, keep));
     CHECK_CALL(refused(CLI_EXIT_USAGE, "from 24 to 4096", "remesh", "ball:0,0,0,1", NULL, coarse));
     CHECK_CALL(refused(CLI_EXIT_USAGE, "union|intersection", "uni", "ball:0,0,0,1", "ball:0,0,0,1", NULL));
@@ -345,6 +369,7 @@ int main(int argc, char **argv)
     RUN_TEST(empty_results_leave_no_file);
     RUN_TEST(bad_files_are_named);
     RUN_TEST(results_that_cannot_be_written_end_with_one_line);
+    RUN_TEST(nothing_is_overwritten);
     RUN_TEST(other_formats_are_refused);
     snprintf(command, sizeof command, "rm -rf '%s'", folder);
     if (system(command) != 0) return 1;

@@ -521,6 +521,28 @@ TEST poor_results_are_reported(void)
     PASS();
 }
 
+/* A map that leads out of the moving image is refused before anything is compared or printed. */
+TEST maps_to_nowhere_are_refused(void)
+{
+    struct scene scene;
+    struct run run;
+    struct field field;
+    char error[VOLUME_TEXT], path[512];
+    ASSERT(make_scene(&scene));
+    ASSERT(begin_run(&scene, &run));
+    ASSERT(field_create(&scene.fixed, &field));
+    for (size_t n = 0; n < 3 * volume_voxels(&scene.fixed); ++n) field.mm[n] = 1e4f;
+    snprintf(path, sizeof path, "%s/nowhere.nii.gz", folder);
+    ASSERT(field_write(path, &field, error));
+    field_free(&field);
+    run.field_path = path;
+    ASSERT(register_fields(&run));
+    ASSERT(!register_measure(&run));
+    register_free(&run);
+    free_scene(&scene);
+    PASS();
+}
+
 /* Of labels that are not there the overlap would be perfect. */
 TEST missing_labels_are_refused_before_the_work(void)
 {
@@ -645,6 +667,7 @@ int main(int argc, char **argv)
     RUN_TEST(labels_of_other_grids_are_refused);
     RUN_TEST(unreadable_points_and_meshes_are_refused);
     RUN_TEST(poor_results_are_reported);
+    RUN_TEST(maps_to_nowhere_are_refused);
     RUN_TEST(missing_labels_are_refused_before_the_work);
     RUN_TEST(landmarks_are_read_or_refused);
     RUN_TEST(fields_agree_with_elastix);

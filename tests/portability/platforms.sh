@@ -72,12 +72,12 @@ for level in -O0 -O1 -O2 -O3; do platform "x86-64" - gcc $level; done
 for std in c99 c11 c17 c2x; do platform "x86-64, $std" - gcc -std=$std -O1; done
 for std in 11 14 17 20; do platform "x86-64, C++$std" - g++ -x c++ -std=c++$std -O1; done
 platform "x86-64, one lane" - gcc -O2 -DSPRINGLS_NO_SIMD
-platform "x86-64, fused multiply-add at hand" - gcc -O2 -march=native
+platform "x86-64, fused multiply-add at hand" - gcc -O2 -march=x86-64-v3
 platform "x86-64, denormal numbers flushed" - gcc -O2 -DFLUSH_DENORMALS
 for compiler in clang clang-13 clang-14 clang-15 clang-16 clang-19; do
     platform "x86-64" - $compiler -O2
     platform "x86-64, C++20" - $compiler -x c++ -std=c++20 -O1
-    platform "x86-64, fused multiply-add at hand" - $compiler -O2 -march=native
+    platform "x86-64, fused multiply-add at hand" - $compiler -O2 -march=x86-64-v3
 done
 platform "x86-64, musl" - musl-gcc -static -O1
 platform "i686, SSE2" - i686-linux-gnu-gcc -static -O1 -msse2 -mfpmath=sse

@@ -1,5 +1,6 @@
 #include "base/cli.h"
 
+#include "base/same_file.h"
 #include "base/write_error.h"
 
 #include <ctype.h>
@@ -61,8 +62,8 @@ static void list_options(const struct cli_program *program, struct line *line)
         {"params", CLI_CHOICE, &c->params, NULL, "parameter set", 0.0, 0.0, "paper|default"},
         {"backend", CLI_CHOICE, &c->backend, NULL, "where the stages run; without OpenCL: scalar", 0.0, 0.0, "scalar|opencl"},
         {"threads", CLI_INT, &c->threads, "K", "threads (0: all of the machine)", 0.0, 1024.0, NULL},
-        {"json", CLI_STRING, &c->json, "FILE", "write the results as JSON; - is standard output", 0.0, 0.0, NULL},
-        {"out", CLI_STRING, &c->out, "DIR", "write pictures and meshes into this folder", 0.0, 0.0, NULL},
+        {"json", CLI_OUTPUT, &c->json, "FILE", "write the results as JSON; - is standard output", 0.0, 0.0, NULL},
+        {"out", CLI_OUTPUT, &c->out, "DIR", "write pictures and meshes into this folder", 0.0, 0.0, NULL},
         {"quiet", CLI_FLAG, &c->quiet, NULL, "no progress bar, no remarks", 0.0, 0.0, NULL},
     };
     for (int i = 0; i < COMMON_COUNT; ++i) {
@@ -214,6 +215,8 @@ static int store(const struct cli_program *program, const struct cli_option *opt
         *(const char **)option->destination = text;
         return CLI_CONTINUE;
     case CLI_STRING:
+    case CLI_OUTPUT:
+    case CLI_RESULT:
         if (!*text) {
             return cli_fail(program->name, CLI_EXIT_USAGE, "--%s: expected a value that is not empty", option->name);
         }
@@ -255,6 +258,8 @@ static void print_option(const struct cli_option *o)
         break;
     }
     case CLI_STRING:
+    case CLI_OUTPUT:
+    case CLI_RESULT:
     case CLI_CHOICE: {
         const char *text = *(const char *const *)o->destination;
         if (text) {
@@ -402,26 +407,37 @@ static bool are_given(const struct line *line, const char *terms, bool all)
     return all;
 }
 
-/* Appends a term to a text as it is typed, with a word before it: --name, --name *end, NAME, or the end alone for NAME=end. */
-static void append_term(char *text, size_t size, const char *word, const char *term, size_t length)
+/* Returns whether a term "name=end" has all of a choice as its end. */
+static bool is_choice(const struct line *line, const char *term, size_t length)
+{
+    char end[64] = "";
+    const size_t named = name_length(term, length);
+    const int number = find_option(line, term, named);
+    if (named < length) { snprintf(end, sizeof end, "%.*s", (int)(length - named) - 1, term + named + 1); }
+    return number >= 0 && line->options[number].type == CLI_CHOICE && is_one_of(line->options[number].choices, end);
+}
+
+/* Appends a term to a text as it is typed, with a word before it: --name, --name choice, --name *end, NAME, or the end alone for
+ * NAME=end. */
+static void append_term(const struct line *line, char *text, size_t size, const char *word, const char *term, size_t length)
 {
     const size_t used = strlen(text), named = name_length(term, length), end = length - named;
-    const char *dashes = isupper((unsigned char)*term) ? "" : "--";
+    const char *dashes = isupper((unsigned char)*term) ? "" : "--", *star = is_choice(line, term, length) ? "" : "*";
     if (end == 0) {
         snprintf(text + used, size - used, "%s%s%.*s", word, dashes, (int)named, term);
     } else if (*dashes) {
-        snprintf(text + used, size - used, "%s%s%.*s *%.*s", word, dashes, (int)named, term, (int)end - 1, term + named + 1);
+        snprintf(text + used, size - used, "%s%s%.*s %s%.*s", word, dashes, (int)named, term, star, (int)end - 1, term + named + 1);
     } else {
         snprintf(text + used, size - used, "%s%.*s", word, (int)end - 1, term + named + 1);
     }
 }
 
 /* Appends the terms of a list, with `first` before the first and `next` before the others. */
-static void append_terms(char *text, size_t size, const char *terms, const char *first, const char *next)
+static void append_terms(const struct line *line, char *text, size_t size, const char *terms, const char *first, const char *next)
 {
     size_t length;
     for (const char *term, *word = first; (term = next_term(&terms, &length)) != NULL; word = next) {
-        append_term(text, size, word, term, length);
+        append_term(line, text, size, word, term, length);
     }
 }
 
@@ -443,18 +459,105 @@ static int check_rule(const struct line *line, const struct cli_rule *rule)
     if (!are_given(line, rule->given, true)) { return CLI_CONTINUE; }
     const int excluded = find_excluded(line, rule);
     if (excluded >= 0) {
-        append_term(what, sizeof what, "", argument_name(line, excluded), strlen(argument_name(line, excluded)));
-        append_terms(beside, sizeof beside, rule->given, " with ", " and ");
+        append_term(line, what, sizeof what, "", argument_name(line, excluded), strlen(argument_name(line, excluded)));
+        append_terms(line, beside, sizeof beside, rule->given, " with ", " and ");
     } else if ((rule->needs || !rule->only) && !are_given(line, rule->needs, false)) {
-        append_term(what, sizeof what, "", term, length);
-        append_terms(beside, sizeof beside, rest, " with ", " and ");
-        append_terms(beside, sizeof beside, rule->needs, *rest ? " and without " : " without ", " or ");
+        append_term(line, what, sizeof what, "", term, length);
+        append_terms(line, beside, sizeof beside, rest, " with ", " and ");
+        append_terms(line, beside, sizeof beside, rule->needs, *rest ? " and without " : " without ", " or ");
     }
     return *what ? cli_fail(line->program->name, CLI_EXIT_USAGE, "%s has no effect%s", what, beside) : CLI_CONTINUE;
 }
 
+/* ---- outputs ---- */
+
+static bool has_type(const struct line *line, int number, enum cli_type type)
+{
+    return number < line->option_count && line->options[number].type == type;
+}
+
+static bool is_output(const struct line *line, int number)
+{
+    return has_type(line, number, CLI_OUTPUT) || has_type(line, number, CLI_RESULT);
+}
+
+/* Returns the k-th text of an argument that may be the name of a file, NULL: there is none. */
+static const char *file_name(const struct line *line, int number, int k)
+{
+    const struct cli_program *program = line->program;
+    const int positional = number - line->option_count;
+    if (!line->given[number] || (positional < 0 && !is_output(line, number) && !has_type(line, number, CLI_STRING))) {
+        return NULL;
+    }
+    if (program->repeated && positional == program->positional_count - 1) {
+        return k < *program->repeated ? program->positionals[positional].destination[k] : NULL;
+    }
+    return k == 0 ? line->given[number] : NULL;
+}
+
+/* Returns whether a file is written by an output of that value, or into the folder of --out. */
+static bool is_written(const struct line *line, int output, const char *file)
+{
+    const struct cli_program *program = line->program;
+    const bool folder = strcmp(argument_name(line, output), "out") == 0;
+    bool written = same_file(line->given[output], file);
+    for (int w = 0; folder && w < program->writes_count && !written; ++w) {
+        const struct cli_writes *writes = &program->writes[w];
+        written = (!writes->with || are_given(line, writes->with, true)) && !are_given(line, writes->without, false)
+            && file_fits(file, line->given[output], writes->files);
+    }
+    return written;
+}
+
+/* Returns whether a text names a file that is written: another output, or an input that is there, as it is or between colons
+ * ("mirror:labels.nii:1+2"). */
+static bool is_overwritten(const struct line *line, int output, int number, const char *text)
+{
+    char part[1024];
+    if (is_output(line, number)) {
+        return strcmp(text, "-") != 0 && is_written(line, output, text);
+    }
+    if (has_type(line, output, CLI_RESULT)) {
+        return false;
+    }
+    if (file_exists(text)) {
+        return is_written(line, output, text);
+    }
+    for (size_t length; *text; text += length + (text[length] == ':')) {
+        length = strcspn(text, ":");
+        snprintf(part, sizeof part, "%.*s", (int)length, text);
+        if (file_exists(part) && is_written(line, output, part)) { return true; }
+    }
+    return false;
+}
+
+/* Refuses an output that would overwrite an input or another output. */
+static int check_output(const struct line *line, int output)
+{
+    const char *text;
+    for (int n = 0; n < argument_count(line); ++n) {
+        for (int k = 0; n != output && (text = file_name(line, n, k)) != NULL; ++k) {
+            if (is_overwritten(line, output, n, text)) {
+                const char *name = argument_name(line, n), *dashes = n < line->option_count ? "--" : "";
+                return cli_fail(line->program->name, CLI_EXIT_USAGE, "%s%s %s would be overwritten by --%s", dashes, name, text,
+                                argument_name(line, output));
+            }
+        }
+    }
+    return CLI_CONTINUE;
+}
+
+static int check_outputs(const struct line *line)
+{
+    int status = CLI_CONTINUE;
+    for (int n = 0; n < line->option_count && status == CLI_CONTINUE; ++n) {
+        status = is_output(line, n) && line->given[n] && strcmp(line->given[n], "-") != 0 ? check_output(line, n) : status;
+    }
+    return status;
+}
+
 /* Ends the program as failed if what it has printed did not all arrive, as on a full disk. */
-static void check_output(void)
+static void check_printed(void)
 {
     if (fflush(stdout) != 0 || ferror(stdout)) {
         perror("standard output");
@@ -463,15 +566,15 @@ static void check_output(void)
     }
 }
 
-static void check_output_at_exit(void)
+static void check_printed_at_exit(void)
 {
     static bool registered;
-    registered = registered || atexit(check_output) == 0;
+    registered = registered || atexit(check_printed) == 0;
 }
 
 int cli_parse(const struct cli_program *program, int argc, char **argv)
 {
-    check_output_at_exit();
+    check_printed_at_exit();
     struct line line;
     int status = CLI_CONTINUE;
     bool options_over = false;
@@ -498,5 +601,5 @@ int cli_parse(const struct cli_program *program, int argc, char **argv)
                         program->positionals[line.positionals].name);
     }
     for (int r = 0; r < program->rule_count && status == CLI_CONTINUE; ++r) { status = check_rule(&line, &program->rules[r]); }
-    return status;
+    return status == CLI_CONTINUE ? check_outputs(&line) : status;
 }

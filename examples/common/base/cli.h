@@ -26,6 +26,8 @@ enum cli_type {
     CLI_DOUBLE, /* double * */
     CLI_FLOAT3, /* float[3]        "x,y,z" in one token; the range holds for each */
     CLI_STRING, /* const char **   points into argv; an empty string is refused */
+    CLI_OUTPUT, /* const char **   the same for a file that is written, "-" for standard output */
+    CLI_RESULT, /* const char **   the same for an output that may replace an input */
     CLI_CHOICE  /* const char **   one of `choices`, "a|b|c"; points into argv */
 };
 
@@ -68,6 +70,13 @@ struct cli_rule {
     const char *only;  /* "a|b", or NULL */
 };
 
+/* Files that a program writes into the folder of --out, if all arguments of `with` and none of `without` are given. */
+struct cli_writes {
+    const char *files;   /* patterns, see file_fits */
+    const char *with;    /* "a+b", as in a rule; NULL: none */
+    const char *without; /* "a|b"; NULL: none */
+};
+
 struct cli_program {
     const char *name;
     const char *summary;
@@ -81,6 +90,8 @@ struct cli_program {
     const char *without; /* common options that the program does not have, "a|b"; NULL: it has all */
     const struct cli_rule *rules;
     int rule_count;
+    const struct cli_writes *writes;
+    int writes_count;
 };
 
 enum { CLI_CONTINUE = -1, CLI_EXIT_OK = 0, CLI_EXIT_FAILURE = 1, CLI_EXIT_USAGE = 2 };
@@ -88,8 +99,8 @@ enum { CLI_CONTINUE = -1, CLI_EXIT_OK = 0, CLI_EXIT_FAILURE = 1, CLI_EXIT_USAGE 
 struct cli_common cli_common_defaults(void);
 
 /* Parses the command line. Returns CLI_CONTINUE, or the status for main to return: CLI_EXIT_OK after --help (usage on stdout),
- * CLI_EXIT_USAGE after one line on stderr, when some destinations may already be written. From then on exit() fails with a line
- * on stderr when standard output could not be written. */
+ * CLI_EXIT_USAGE after one line on stderr, when some destinations may already be written. An output that would overwrite a file named
+ * by another argument is refused too, or a result another output. From then on exit() fails with a line on stderr when standard output could not be written. */
 int cli_parse(const struct cli_program *program, int argc, char **argv);
 
 /* Sets --grid to `standard` where it is not given. Returns CLI_CONTINUE, or CLI_EXIT_USAGE after one line on stderr when it is out of

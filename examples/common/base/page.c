@@ -1,5 +1,7 @@
 #include "base/page.h"
 
+#include "base/write_error.h"
+
 static const char *const style =
     "body{font:15px/1.5 system-ui,sans-serif;max-width:75em;margin:2em auto;padding:0 1em;color:#222;background:#fff}"
     "h1,h2,h3{line-height:1.2}h2{margin-top:2.5em;border-bottom:1px solid #ccc}"
@@ -33,6 +35,7 @@ static void element(const struct page *page, const char *tag, const char *attrib
 
 bool page_open(struct page *page, const char *path, const char *title)
 {
+    page->path = path;
     page->file = fopen(path, "w");
     if (!page->file) {
         return false;
@@ -48,8 +51,10 @@ bool page_open(struct page *page, const char *path, const char *title)
 bool page_close(struct page *page)
 {
     fputs("</body></html>\n", page->file);
-    const bool good = !ferror(page->file);
-    return fclose(page->file) == 0 && good;
+    bool good = !ferror(page->file);
+    good = fclose(page->file) == 0 && good;
+    if (!good) { partial_file_remove(page->path); }
+    return good;
 }
 
 void page_heading(struct page *page, int level, const char *text)

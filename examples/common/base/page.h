@@ -7,9 +7,11 @@
 
 struct page {
     FILE *file;
+    const char *path;
 };
 
-/* Creates the file; returns false on failure. page_close returns whether everything was written. */
+/* Creates the file; returns false on failure. page_close returns whether everything was written; else no part of the file stays. The
+ * path has to last until then. */
 bool page_open(struct page *page, const char *path, const char *title);
 bool page_close(struct page *page);
 

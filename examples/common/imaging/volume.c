@@ -26,7 +26,7 @@ bool volume_error(char error[VOLUME_TEXT], const char *format, ...)
 
 bool volume_write_error(char error[VOLUME_TEXT], const char *path)
 {
-    return volume_error(error, "%.200s: cannot be written: %s", path, write_reason());
+    return write_error(error, VOLUME_TEXT, path);
 }
 
 void volume_add_warning(struct volume *volume, const char *text)

@@ -43,16 +43,21 @@ int benchmark_parse(const char *name, const char *summary, struct cli_option own
         {"set", CLI_STRING, &o->set, "LIST", RUN_OPTIONS_SET_HELP, 0.0, 0.0, NULL},
         {"topology", CLI_CHOICE, &o->topology, NULL, "may the level set change its topology?", 0.0, 0.0, "free|preserved"},
         {"every-step", CLI_FLAG, &o->every_step, NULL, "count components and the Euler number after every step", 0.0, 0.0, NULL},
-        {"series", CLI_STRING, &o->series, "FILE", "write springls and stage times of every step as CSV", 0.0, 0.0, NULL},
+        {"series", CLI_OUTPUT, &o->series, "FILE", "write springls and stage times of every step as CSV", 0.0, 0.0, NULL},
         {"processor-time", CLI_FLAG, &o->processor_time, NULL, "times are the processor's, all threads'", 0.0, 0.0, NULL},
         {"frames", CLI_INT, &o->frames, "K", "pictures in the film strip of --out", 2.0, (double)MAX_FRAMES, NULL},
         own,
     };
+    char pictures[64];
+    snprintf(pictures, sizeof pictures, "%s.png|%s_start_end.png", name, name);
+    const struct cli_writes writes[] = {{.files = pictures}};
     const struct cli_program program = {.name = name,
                                         .summary = summary,
                                         .common = &o->common,
                                         .options = options,
-                                        .option_count = (int)(sizeof options / sizeof *options)};
+                                        .option_count = (int)(sizeof options / sizeof *options),
+                                        .writes = writes,
+                                        .writes_count = (int)(sizeof writes / sizeof *writes)};
     return cli_parse(&program, argc, argv);
 }
 

@@ -18,26 +18,18 @@ static bool refuse(char error[MESH_TEXT], const char *path, const char *reason)
     return false;
 }
 
-/* Puts into `error` that the file cannot be written, with the reason in errno. */
-static bool refuse_to_write(char error[MESH_TEXT], const char *path)
-{
-    char reason[100];
-    snprintf(reason, sizeof reason, "cannot be written: %s", write_reason());
-    return refuse(error, path, reason);
-}
-
 /* Writes a file by one of the functions below, or none. */
 static bool write_file(const char *path, write_fn write, const struct mesh_arrays *mesh, char error[MESH_TEXT])
 {
     error[0] = '\0';
     FILE *file = fopen(path, "wb");
     if (!file) {
-        return refuse_to_write(error, path);
+        return write_error(error, MESH_TEXT, path);
     }
     write(file, mesh);
     const bool bad = ferror(file) != 0;
     if (fclose(file) != 0 || bad) {
-        refuse_to_write(error, path);
+        write_error(error, MESH_TEXT, path);
         partial_file_remove(path);
         return false;
     }
@@ -200,7 +192,7 @@ static bool write_glb(const char *path, const struct mesh_arrays *mesh, char err
                                   .triangles = (const int *)mesh->indices,
                                   .vertex_count = (int)mesh->vertex_count,
                                   .triangle_count = (int)mesh->triangle_count};
-    return gltf_write_mesh(path, &glb, NULL) || refuse_to_write(error, path);
+    return gltf_write_mesh(path, &glb, NULL) || write_error(error, MESH_TEXT, path);
 }
 
 /* ---- by the name ---- */
