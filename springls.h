@@ -2813,6 +2813,7 @@ typedef union springls__arguments {
     X(brick_list, int, 2)                       /* the bricks wanted                                                          */ \
     X(brick_centers, float, 1)                  /* the distance at the center of a brick                                      */ \
     X(region_members, int64_t, 1)               /* see springls__region                                                       */ \
+    X(initial_before, int, 1)                   /* initial springls of an active brick; summed up: of those before it         */ \
     /* components, events, volume_lock */                                                                                        \
     X(brick_nodes, int32_t, 3) X(node_sums_list, struct springls__node_sums, 4)                                                  \
     X(current_components, struct springls__current_component, 1)                                                                 \
@@ -19834,71 +19835,176 @@ SPRINGLS__FN springls__v3 springls__to_zero_level(const springls__grid *g, sprin
     return x;
 }
 
-/* Makes the springl of triangle k of a marching cube with its corner at (x, y, z) and `stride` voxels a side. */
-SPRINGLS__FN springls__springl springls__initial_springl(const springls_context *ctx, springls__mc_cell cell, int mask, int k,
-                                                         springls__v3 corner, int stride)
+/* The marching cubes of an active brick on every `stride`-th voxel: where the first begin, and where none begins any more. At the
+   lower border of the domain they begin outside, so that the closing surface is met too. */
+typedef struct springls__initial_cubes { int lo[3], hi[3], stride; } springls__initial_cubes;
+
+SPRINGLS__FN springls__initial_cubes springls__initial_cubes_of(const springls_context *ctx, int i)
 {
     const springls__grid *g = &ctx->model.grid;
-    const bool project = ctx->model.params.project_initial != 0;
+    springls__initial_cubes cubes;
+    int o[3], d;
+    cubes.stride = ctx->model.params.initial_stride;
+    springls__slot_origin(g, g->active[i], o);
+    for (d = 0; d < 3; d++) {
+        cubes.lo[d] = o[d] == 0 ? -cubes.stride : o[d];
+        cubes.hi[d] = springls__imin(o[d] + 8, g->size[d]);
+    }
+    return cubes;
+}
+
+/* Moves on to the next cube, x fastest; false after the last one. */
+SPRINGLS__FN bool springls__next_initial_cube(const springls__initial_cubes *cubes, int at[3])
+{
+    int d;
+    for (d = 0; d < 3; d++) {
+        at[d] += cubes->stride;
+        if (at[d] < cubes->hi[d]) return true;
+        at[d] = cubes->lo[d];
+    }
+    return false;
+}
+
+SPRINGLS__FN springls__mc_cell springls__initial_cell(const springls__grid *g, const int at[3], int stride)
+{
+    springls__mc_cell cell;
+    int c;
+    for (c = 0; c < 8; c++)
+        cell.phi[c] = springls__grid_phi(g, g->phi, at[0] + stride * (c & 1), at[1] + stride * ((c >> 1) & 1),
+                                         at[2] + stride * (c >> 2));
+    return cell;
+}
+
+/* Vertices that are known on the edges of a layer of cubes, which share them. An edge that begins in plane z of corners has
+   its place in layer z & 1. */
+enum { SPRINGLS__INITIAL_SIDE = 10, SPRINGLS__INITIAL_LAYER = 3 * SPRINGLS__INITIAL_SIDE * SPRINGLS__INITIAL_SIDE };
+typedef struct springls__initial_vertices {
+    bool known[2][SPRINGLS__INITIAL_LAYER];
+    springls__v3 at[2][SPRINGLS__INITIAL_LAYER];
+} springls__initial_vertices;
+
+/* Forgets what the layer of cubes that begins at this cube does not share with the one before; any other cube changes nothing. */
+SPRINGLS__FN void springls__begin_initial_layer(const springls__initial_cubes *cubes, const int at[3],
+                                                springls__initial_vertices *vertices)
+{
+    const int layer = (at[2] - cubes->lo[2]) / cubes->stride;
+    if (at[0] != cubes->lo[0] || at[1] != cubes->lo[1]) return;
+    if (layer == 0) memset(vertices->known[0], 0, sizeof vertices->known[0]);
+    memset(vertices->known[(layer + 1) & 1], 0, sizeof vertices->known[0]);
+}
+
+/* Returns the vertex on an edge of the cube at `at`, on the zero level with project_initial = 1. */
+SPRINGLS__FN springls__v3 springls__initial_vertex(const springls_context *ctx, const springls__initial_cubes *cubes,
+                                                   springls__mc_cell cell, const int at[3], int edge,
+                                                   springls__initial_vertices *vertices)
+{
+    const int corner = springls__mc_edge_corner(edge);
+    int place[3], d, n, layer;
+    for (d = 0; d < 3; d++) place[d] = (at[d] - cubes->lo[d]) / cubes->stride + (corner >> d & 1);
+    n = place[0] + SPRINGLS__INITIAL_SIDE * (place[1] + SPRINGLS__INITIAL_SIDE * springls__mc_edge_axis(edge));
+    layer = place[2] & 1;
+    if (!vertices->known[layer][n]) {
+        springls__v3 x = springls__v3_make((float)at[0], (float)at[1], (float)at[2]);
+        x = springls__mad(x, springls__mc_point(0, 0, 0, edge, springls__mc_edge_crossing(cell, edge)), (float)cubes->stride);
+        if (ctx->model.params.project_initial) x = springls__to_zero_level(&ctx->model.grid, x);
+        vertices->at[layer][n] = x;
+        vertices->known[layer][n] = true;
+    }
+    return vertices->at[layer][n];
+}
+
+/* Returns the springl of three vertices. Its particle stays in their plane. */
+SPRINGLS__FN springls__springl springls__initial_springl(const springls_context *ctx, const springls__v3 vertices[3])
+{
     springls__springl s;
     int m;
-    for (m = 0; m < 3; m++) {
-        int edge = springls__mc_edge(mask, k, m);
-        s.q[m] = springls__mad(corner, springls__mc_point(0, 0, 0, edge, springls__mc_edge_crossing(cell, edge)), (float)stride);
-        if (project) s.q[m] = springls__to_zero_level(g, s.q[m]);
-    }
+    for (m = 0; m < 3; m++) s.q[m] = vertices[m];
     s.p = springls__tri_centroid(springls__springl_tri(s));
-    if (project) {
-        springls__v3 p = springls__to_zero_level(g, s.p);
-        for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(p, s.p)); /* the particle stays in the plane */
+    if (ctx->model.params.project_initial) {
+        springls__v3 p = springls__to_zero_level(&ctx->model.grid, s.p);
+        for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(p, s.p));
         s.p = p;
     }
     return s;
 }
 
-/* Appends the springls of one marching cube; none, and counts them as refused, when max_springls would be exceeded. */
-SPRINGLS__FN springls_status springls__initial_cube(springls_context *ctx, int x, int y, int z, int stride)
+enum { SPRINGLS__ANY_NUMBER = 0x7fffffff };
+
+/* Returns how many springls the cubes of active brick i have, without the cubes that exceed `room`; with vertices, makes them
+   from number `first` on. */
+SPRINGLS__FN int springls__initial_brick(const springls_context *ctx, int i, int first, int room,
+                                         springls__initial_vertices *vertices)
 {
-    const springls__grid *g = &ctx->model.grid;
-    springls__mc_cell cell;
-    int c, k, mask, triangles;
-    for (c = 0; c < 8; c++)
-        cell.phi[c] = springls__grid_phi(g, g->phi, x + stride * (c & 1), y + stride * ((c >> 1) & 1), z + stride * (c >> 2));
-    mask = springls__mc_case(cell);
-    triangles = springls__mc_count(mask);
-    if (triangles == 0) return SPRINGLS_OK;
-    if (ctx->model.set.count + triangles > ctx->desc.max_springls) {
-        ctx->stats.refused += triangles;
-        return SPRINGLS_OK;
+    const springls__initial_cubes cubes = springls__initial_cubes_of(ctx, i);
+    int at[3], count = 0, k, m;
+    memcpy(at, cubes.lo, sizeof at);
+    do {
+        const springls__mc_cell cell = springls__initial_cell(&ctx->model.grid, at, cubes.stride);
+        const int mask = springls__mc_case(cell), triangles = springls__mc_count(mask);
+        if (vertices) springls__begin_initial_layer(&cubes, at, vertices);
+        if (count + triangles > room) continue;
+        for (k = 0; vertices && k < triangles; k++) {
+            springls__v3 corners[3];
+            springls__springl s;
+            for (m = 0; m < 3; m++)
+                corners[m] = springls__initial_vertex(ctx, &cubes, cell, at, springls__mc_edge(mask, k, m), vertices);
+            s = springls__initial_springl(ctx, corners);
+            springls__springl_add(&ctx->model, first + count + k, springls__springl_finished(s), s.p, 0, 0);
+        }
+        count += triangles;
+    } while (springls__next_initial_cube(&cubes, at));
+    return count;
+}
+
+SPRINGLS__FN void springls__count_initial_task(void *arg, int begin, int end)
+{
+    const springls_context *ctx = (const springls_context *)arg;
+    for (; begin < end; begin++)
+        springls__initial_before(&ctx->model)[begin] = springls__initial_brick(ctx, begin, 0, SPRINGLS__ANY_NUMBER, NULL);
+}
+
+SPRINGLS__FN void springls__make_initial_task(void *arg, int begin, int end)
+{
+    const springls_context *ctx = (const springls_context *)arg;
+    const int *before = springls__initial_before(&ctx->model);
+    springls__initial_vertices vertices;
+    for (; begin < end; begin++)
+        if (before[begin] < before[begin + 1])
+            springls__initial_brick(ctx, begin, before[begin], before[begin + 1] - before[begin], &vertices);
+}
+
+/* Finds how many initial springls come before each active brick, and returns how many there are. Those of cubes that exceed
+   max_springls are refused. */
+SPRINGLS__FN int springls__scan_initial_counts(springls_context *ctx)
+{
+    const int bricks = ctx->model.grid.active_count;
+    int *before = springls__initial_before(&ctx->model), count = 0, i;
+    for (i = 0; i < bricks; i++) {
+        const int room = ctx->desc.max_springls - count, wanted = before[i];
+        const int allowed = wanted <= room ? wanted : springls__initial_brick(ctx, i, 0, room, NULL);
+        ctx->stats.refused += wanted - allowed;
+        before[i] = count;
+        count += allowed;
     }
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, ctx->model.set.count + triangles));
-    for (k = 0; k < triangles; k++) {
-        springls__v3 corner = springls__v3_make((float)x, (float)y, (float)z);
-        springls__springl s = springls__initial_springl(ctx, cell, mask, k, corner, stride);
-        springls__constellation_append(ctx, &s, s.p, 0, 0);
-    }
-    return SPRINGLS_OK;
+    before[bricks] = count;
+    return count;
 }
 
 /* Makes the springls of an empty constellation by marching cubes of phi on every `initial_stride`-th voxel (section 4.1), and
    makes the model the original surface. Fails when there are none. */
 SPRINGLS__FN springls_status springls__initial_springls(springls_context *ctx)
 {
-    const springls__grid *g = &ctx->model.grid;
-    const int stride = ctx->model.params.initial_stride;
-    int i, x, y, z;
-    for (i = 0; i < g->active_count; i++) {
-        int o[3], lo[3], axis;
-        springls__slot_origin(g, g->active[i], o);
-        for (axis = 0; axis < 3; axis++) lo[axis] = o[axis] == 0 ? -stride : o[axis];
-        for (z = lo[2]; z < springls__imin(o[2] + 8, g->size[2]); z += stride)
-            for (y = lo[1]; y < springls__imin(o[1] + 8, g->size[1]); y += stride)
-                for (x = lo[0]; x < springls__imin(o[0] + 8, g->size[0]); x += stride)
-                    SPRINGLS__TRY(springls__initial_cube(ctx, x, y, z, stride));
-    }
-    if (ctx->model.set.count == 0)
+    const int bricks = ctx->model.grid.active_count;
+    int count;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, initial_before, bricks + 1));
+    springls__parallel(ctx, bricks, 16, springls__count_initial_task, ctx);
+    count = springls__scan_initial_counts(ctx);
+    if (count == 0)
         return springls__fail(ctx, SPRINGLS_EMPTY_MODEL,
                               "the level set has no zero inside the grid, or is steeper than a distance");
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, count));
+    springls__parallel(ctx, bricks, 4, springls__make_initial_task, ctx);
+    springls__constellation_added(ctx, count);
     springls__constellation_changed(ctx);
     if (ctx->model.params.keep_edges && ctx->model.params.project_initial) springls__initial_edges(ctx);
     return springls__make_original(ctx);
@@ -27168,6 +27274,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_list, int, 2)                       /* the bricks wanted                                                          */ \\\n",
     "    X(brick_centers, float, 1)                  /* the distance at the center of a brick                                      */ \\\n",
     "    X(region_members, int64_t, 1)               /* see springls__region                                                       */ \\\n",
+    "    X(initial_before, int, 1)                   /* initial springls of an active brick; summed up: of those before it         */ \\\n",
     "    /* components, events, volume_lock */                                                                                        \\\n",
     "    X(brick_nodes, int32_t, 3) X(node_sums_list, struct springls__node_sums, 4)                                                  \\\n",
     "    X(current_components, struct springls__current_component, 1)                                                                 \\\n",
@@ -27180,7 +27287,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 2830 \"springls.h\"\n",
+    "#line 2831 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -27192,7 +27299,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2842 \"springls.h\"\n",
+    "#line 2843 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27207,7 +27314,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2858 \"springls.h\"\n",
+    "#line 2859 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -27251,7 +27358,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2902 \"springls.h\"\n",
+    "#line 2903 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27266,7 +27373,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2917 \"springls.h\"\n",
+    "#line 2918 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -27310,7 +27417,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2961 \"springls.h\"\n",
+    "#line 2962 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -27389,7 +27496,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3040 \"springls.h\"\n",
+    "#line 3041 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27404,7 +27511,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3056 \"springls.h\"\n",
+    "#line 3057 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -27471,7 +27578,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3123 \"springls.h\"\n",
+    "#line 3124 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27486,7 +27593,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3138 \"springls.h\"\n",
+    "#line 3139 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -27553,7 +27660,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3206 \"springls.h\"\n",
+    "#line 3207 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -27922,7 +28029,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3576 \"springls.h\"\n",
+    "#line 3577 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -28568,7 +28675,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4223 \"springls.h\"\n",
+    "#line 4224 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -28829,7 +28936,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4485 \"springls.h\"\n",
+    "#line 4486 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -29066,7 +29173,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Returns how many terms a number of neighbors is enough for: a quadratic's with ten or more, a plane's with four or more. */\n",
     "SPRINGLS__MATHS int springls__fit_terms(float count) { return count >= 10.0f ? 6 : count >= 4.0f ? 3 : 0; }\n",
-    "#line 4723 \"springls.h\"\n",
+    "#line 4724 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -29185,7 +29292,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 4843 \"springls.h\"\n",
+    "#line 4844 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -29335,7 +29442,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;\n",
     "}\n",
     "\n",
-    "#line 4993 \"springls.h\"\n",
+    "#line 4994 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29350,7 +29457,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5009 \"springls.h\"\n",
+    "#line 5010 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -29692,7 +29799,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5351 \"springls.h\"\n",
+    "#line 5352 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29707,7 +29814,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5366 \"springls.h\"\n",
+    "#line 5367 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -30049,7 +30156,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5708 \"springls.h\"\n",
+    "#line 5709 \"springls.h\"\n",
     "\n",
     "/* Finds what becomes of springl i by the forces of the rule. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -30066,7 +30173,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 6314 \"springls.h\"\n",
+    "#line 6315 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -30092,7 +30199,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6341 \"springls.h\"\n",
+    "#line 6342 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -30181,7 +30288,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6431 \"springls.h\"\n",
+    "#line 6432 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -30321,7 +30428,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6572 \"springls.h\"\n",
+    "#line 6573 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -30414,7 +30521,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6666 \"springls.h\"\n",
+    "#line 6667 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -30635,7 +30742,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6888 \"springls.h\"\n",
+    "#line 6889 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -30665,7 +30772,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6918 \"springls.h\"\n",
+    "#line 6919 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30680,7 +30787,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 6934 \"springls.h\"\n",
+    "#line 6935 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -30849,7 +30956,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7103 \"springls.h\"\n",
+    "#line 7104 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30864,7 +30971,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7118 \"springls.h\"\n",
+    "#line 7119 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -31033,7 +31140,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7287 \"springls.h\"\n",
+    "#line 7288 \"springls.h\"\n",
     "\n",
     "/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -31087,7 +31194,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7342 \"springls.h\"\n",
+    "#line 7343 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -31113,7 +31220,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7368 \"springls.h\"\n",
+    "#line 7369 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31128,7 +31235,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7384 \"springls.h\"\n",
+    "#line 7385 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -31211,7 +31318,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7467 \"springls.h\"\n",
+    "#line 7468 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31226,7 +31333,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7482 \"springls.h\"\n",
+    "#line 7483 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -31309,7 +31416,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7565 \"springls.h\"\n",
+    "#line 7566 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -31384,7 +31491,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7641 \"springls.h\"\n",
+    "#line 7642 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -31935,7 +32042,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8193 \"springls.h\"\n",
+    "#line 8194 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -32032,7 +32139,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8291 \"springls.h\"\n",
+    "#line 8292 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -32156,7 +32263,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8416 \"springls.h\"\n",
+    "#line 8417 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -32426,7 +32533,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8687 \"springls.h\"\n",
+    "#line 8688 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -32502,7 +32609,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8764 \"springls.h\"\n",
+    "#line 8765 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -32644,7 +32751,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 8907 \"springls.h\"\n",
+    "#line 8908 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -32833,7 +32940,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9097 \"springls.h\"\n",
+    "#line 9098 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -32960,7 +33067,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9225 \"springls.h\"\n",
+    "#line 9226 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -32993,7 +33100,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (others == 0) return 0;\n",
     "    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;\n",
     "}\n",
-    "#line 9259 \"springls.h\"\n",
+    "#line 9260 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -33557,7 +33664,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9824 \"springls.h\"\n",
+    "#line 9825 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -33709,7 +33816,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 9977 \"springls.h\"\n",
+    "#line 9978 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -33813,7 +33920,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10082 \"springls.h\"\n",
+    "#line 10083 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -33910,7 +34017,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10180 \"springls.h\"\n",
+    "#line 10181 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -34456,7 +34563,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10727 \"springls.h\"\n",
+    "#line 10728 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -34532,7 +34639,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10804 \"springls.h\"\n",
+    "#line 10805 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -34768,7 +34875,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11041 \"springls.h\"\n",
+    "#line 11042 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -34801,7 +34908,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11075 \"springls.h\"\n",
+    "#line 11076 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -34826,14 +34933,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11101 \"springls.h\"\n",
+    "#line 11102 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11108 \"springls.h\"\n",
+    "#line 11109 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34848,7 +34955,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11124 \"springls.h\"\n",
+    "#line 11125 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -34978,7 +35085,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11254 \"springls.h\"\n",
+    "#line 11255 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34993,7 +35100,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11269 \"springls.h\"\n",
+    "#line 11270 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35123,7 +35230,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11400 \"springls.h\"\n",
+    "#line 11401 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -35414,7 +35521,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11692 \"springls.h\"\n",
+    "#line 11693 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -35515,7 +35622,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 35519 \"springls.h\"\n",
+    "#line 35626 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
