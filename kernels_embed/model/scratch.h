@@ -81,6 +81,7 @@
     X(brick_list, int, 2)                       /* the bricks wanted                                                          */ \
     X(brick_centers, float, 1)                  /* the distance at the center of a brick                                      */ \
     X(region_members, int64_t, 1)               /* see springls__region                                                       */ \
+    X(initial_before, int, 1)                   /* initial springls of an active brick; summed up: of those before it         */ \
     /* components, events, volume_lock */                                                                                        \
     X(brick_nodes, int32_t, 3) X(node_sums_list, struct springls__node_sums, 4)                                                  \
     X(current_components, struct springls__current_component, 1)                                                                 \

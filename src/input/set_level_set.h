@@ -400,71 +400,176 @@ SPRINGLS__FN springls__v3 springls__to_zero_level(const springls__grid *g, sprin
     return x;
 }
 
-/* Makes the springl of triangle k of a marching cube with its corner at (x, y, z) and `stride` voxels a side. */
-SPRINGLS__FN springls__springl springls__initial_springl(const springls_context *ctx, springls__mc_cell cell, int mask, int k,
-                                                         springls__v3 corner, int stride)
+/* The marching cubes of an active brick on every `stride`-th voxel: where the first begin, and where none begins any more. At the
+   lower border of the domain they begin outside, so that the closing surface is met too. */
+typedef struct springls__initial_cubes { int lo[3], hi[3], stride; } springls__initial_cubes;
+
+SPRINGLS__FN springls__initial_cubes springls__initial_cubes_of(const springls_context *ctx, int i)
 {
     const springls__grid *g = &ctx->model.grid;
-    const bool project = ctx->model.params.project_initial != 0;
+    springls__initial_cubes cubes;
+    int o[3], d;
+    cubes.stride = ctx->model.params.initial_stride;
+    springls__slot_origin(g, g->active[i], o);
+    for (d = 0; d < 3; d++) {
+        cubes.lo[d] = o[d] == 0 ? -cubes.stride : o[d];
+        cubes.hi[d] = springls__imin(o[d] + 8, g->size[d]);
+    }
+    return cubes;
+}
+
+/* Moves on to the next cube, x fastest; false after the last one. */
+SPRINGLS__FN bool springls__next_initial_cube(const springls__initial_cubes *cubes, int at[3])
+{
+    int d;
+    for (d = 0; d < 3; d++) {
+        at[d] += cubes->stride;
+        if (at[d] < cubes->hi[d]) return true;
+        at[d] = cubes->lo[d];
+    }
+    return false;
+}
+
+SPRINGLS__FN springls__mc_cell springls__initial_cell(const springls__grid *g, const int at[3], int stride)
+{
+    springls__mc_cell cell;
+    int c;
+    for (c = 0; c < 8; c++)
+        cell.phi[c] = springls__grid_phi(g, g->phi, at[0] + stride * (c & 1), at[1] + stride * ((c >> 1) & 1),
+                                         at[2] + stride * (c >> 2));
+    return cell;
+}
+
+/* Vertices that are known on the edges of a layer of cubes, which share them. An edge that begins in plane z of corners has
+   its place in layer z & 1. */
+enum { SPRINGLS__INITIAL_SIDE = 10, SPRINGLS__INITIAL_LAYER = 3 * SPRINGLS__INITIAL_SIDE * SPRINGLS__INITIAL_SIDE };
+typedef struct springls__initial_vertices {
+    bool known[2][SPRINGLS__INITIAL_LAYER];
+    springls__v3 at[2][SPRINGLS__INITIAL_LAYER];
+} springls__initial_vertices;
+
+/* Forgets what the layer of cubes that begins at this cube does not share with the one before; any other cube changes nothing. */
+SPRINGLS__FN void springls__begin_initial_layer(const springls__initial_cubes *cubes, const int at[3],
+                                                springls__initial_vertices *vertices)
+{
+    const int layer = (at[2] - cubes->lo[2]) / cubes->stride;
+    if (at[0] != cubes->lo[0] || at[1] != cubes->lo[1]) return;
+    if (layer == 0) memset(vertices->known[0], 0, sizeof vertices->known[0]);
+    memset(vertices->known[(layer + 1) & 1], 0, sizeof vertices->known[0]);
+}
+
+/* Returns the vertex on an edge of the cube at `at`, on the zero level with project_initial = 1. */
+SPRINGLS__FN springls__v3 springls__initial_vertex(const springls_context *ctx, const springls__initial_cubes *cubes,
+                                                   springls__mc_cell cell, const int at[3], int edge,
+                                                   springls__initial_vertices *vertices)
+{
+    const int corner = springls__mc_edge_corner(edge);
+    int place[3], d, n, layer;
+    for (d = 0; d < 3; d++) place[d] = (at[d] - cubes->lo[d]) / cubes->stride + (corner >> d & 1);
+    n = place[0] + SPRINGLS__INITIAL_SIDE * (place[1] + SPRINGLS__INITIAL_SIDE * springls__mc_edge_axis(edge));
+    layer = place[2] & 1;
+    if (!vertices->known[layer][n]) {
+        springls__v3 x = springls__v3_make((float)at[0], (float)at[1], (float)at[2]);
+        x = springls__mad(x, springls__mc_point(0, 0, 0, edge, springls__mc_edge_crossing(cell, edge)), (float)cubes->stride);
+        if (ctx->model.params.project_initial) x = springls__to_zero_level(&ctx->model.grid, x);
+        vertices->at[layer][n] = x;
+        vertices->known[layer][n] = true;
+    }
+    return vertices->at[layer][n];
+}
+
+/* Returns the springl of three vertices. Its particle stays in their plane. */
+SPRINGLS__FN springls__springl springls__initial_springl(const springls_context *ctx, const springls__v3 vertices[3])
+{
     springls__springl s;
     int m;
-    for (m = 0; m < 3; m++) {
-        int edge = springls__mc_edge(mask, k, m);
-        s.q[m] = springls__mad(corner, springls__mc_point(0, 0, 0, edge, springls__mc_edge_crossing(cell, edge)), (float)stride);
-        if (project) s.q[m] = springls__to_zero_level(g, s.q[m]);
-    }
+    for (m = 0; m < 3; m++) s.q[m] = vertices[m];
     s.p = springls__tri_centroid(springls__springl_tri(s));
-    if (project) {
-        springls__v3 p = springls__to_zero_level(g, s.p);
-        for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(p, s.p)); /* the particle stays in the plane */
+    if (ctx->model.params.project_initial) {
+        springls__v3 p = springls__to_zero_level(&ctx->model.grid, s.p);
+        for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(p, s.p));
         s.p = p;
     }
     return s;
 }
 
-/* Appends the springls of one marching cube; none, and counts them as refused, when max_springls would be exceeded. */
-SPRINGLS__FN springls_status springls__initial_cube(springls_context *ctx, int x, int y, int z, int stride)
+enum { SPRINGLS__ANY_NUMBER = 0x7fffffff };
+
+/* Returns how many springls the cubes of active brick i have, without the cubes that exceed `room`; with vertices, makes them
+   from number `first` on. */
+SPRINGLS__FN int springls__initial_brick(const springls_context *ctx, int i, int first, int room,
+                                         springls__initial_vertices *vertices)
 {
-    const springls__grid *g = &ctx->model.grid;
-    springls__mc_cell cell;
-    int c, k, mask, triangles;
-    for (c = 0; c < 8; c++)
-        cell.phi[c] = springls__grid_phi(g, g->phi, x + stride * (c & 1), y + stride * ((c >> 1) & 1), z + stride * (c >> 2));
-    mask = springls__mc_case(cell);
-    triangles = springls__mc_count(mask);
-    if (triangles == 0) return SPRINGLS_OK;
-    if (ctx->model.set.count + triangles > ctx->desc.max_springls) {
-        ctx->stats.refused += triangles;
-        return SPRINGLS_OK;
+    const springls__initial_cubes cubes = springls__initial_cubes_of(ctx, i);
+    int at[3], count = 0, k, m;
+    memcpy(at, cubes.lo, sizeof at);
+    do {
+        const springls__mc_cell cell = springls__initial_cell(&ctx->model.grid, at, cubes.stride);
+        const int mask = springls__mc_case(cell), triangles = springls__mc_count(mask);
+        if (vertices) springls__begin_initial_layer(&cubes, at, vertices);
+        if (count + triangles > room) continue;
+        for (k = 0; vertices && k < triangles; k++) {
+            springls__v3 corners[3];
+            springls__springl s;
+            for (m = 0; m < 3; m++)
+                corners[m] = springls__initial_vertex(ctx, &cubes, cell, at, springls__mc_edge(mask, k, m), vertices);
+            s = springls__initial_springl(ctx, corners);
+            springls__springl_add(&ctx->model, first + count + k, springls__springl_finished(s), s.p, 0, 0);
+        }
+        count += triangles;
+    } while (springls__next_initial_cube(&cubes, at));
+    return count;
+}
+
+SPRINGLS__FN void springls__count_initial_task(void *arg, int begin, int end)
+{
+    const springls_context *ctx = (const springls_context *)arg;
+    for (; begin < end; begin++)
+        springls__initial_before(&ctx->model)[begin] = springls__initial_brick(ctx, begin, 0, SPRINGLS__ANY_NUMBER, NULL);
+}
+
+SPRINGLS__FN void springls__make_initial_task(void *arg, int begin, int end)
+{
+    const springls_context *ctx = (const springls_context *)arg;
+    const int *before = springls__initial_before(&ctx->model);
+    springls__initial_vertices vertices;
+    for (; begin < end; begin++)
+        if (before[begin] < before[begin + 1])
+            springls__initial_brick(ctx, begin, before[begin], before[begin + 1] - before[begin], &vertices);
+}
+
+/* Finds how many initial springls come before each active brick, and returns how many there are. Those of cubes that exceed
+   max_springls are refused. */
+SPRINGLS__FN int springls__scan_initial_counts(springls_context *ctx)
+{
+    const int bricks = ctx->model.grid.active_count;
+    int *before = springls__initial_before(&ctx->model), count = 0, i;
+    for (i = 0; i < bricks; i++) {
+        const int room = ctx->desc.max_springls - count, wanted = before[i];
+        const int allowed = wanted <= room ? wanted : springls__initial_brick(ctx, i, 0, room, NULL);
+        ctx->stats.refused += wanted - allowed;
+        before[i] = count;
+        count += allowed;
     }
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, ctx->model.set.count + triangles));
-    for (k = 0; k < triangles; k++) {
-        springls__v3 corner = springls__v3_make((float)x, (float)y, (float)z);
-        springls__springl s = springls__initial_springl(ctx, cell, mask, k, corner, stride);
-        springls__constellation_append(ctx, &s, s.p, 0, 0);
-    }
-    return SPRINGLS_OK;
+    before[bricks] = count;
+    return count;
 }
 
 /* Makes the springls of an empty constellation by marching cubes of phi on every `initial_stride`-th voxel (section 4.1), and
    makes the model the original surface. Fails when there are none. */
 SPRINGLS__FN springls_status springls__initial_springls(springls_context *ctx)
 {
-    const springls__grid *g = &ctx->model.grid;
-    const int stride = ctx->model.params.initial_stride;
-    int i, x, y, z;
-    for (i = 0; i < g->active_count; i++) {
-        int o[3], lo[3], axis;
-        springls__slot_origin(g, g->active[i], o);
-        for (axis = 0; axis < 3; axis++) lo[axis] = o[axis] == 0 ? -stride : o[axis];
-        for (z = lo[2]; z < springls__imin(o[2] + 8, g->size[2]); z += stride)
-            for (y = lo[1]; y < springls__imin(o[1] + 8, g->size[1]); y += stride)
-                for (x = lo[0]; x < springls__imin(o[0] + 8, g->size[0]); x += stride)
-                    SPRINGLS__TRY(springls__initial_cube(ctx, x, y, z, stride));
-    }
-    if (ctx->model.set.count == 0)
+    const int bricks = ctx->model.grid.active_count;
+    int count;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, initial_before, bricks + 1));
+    springls__parallel(ctx, bricks, 16, springls__count_initial_task, ctx);
+    count = springls__scan_initial_counts(ctx);
+    if (count == 0)
         return springls__fail(ctx, SPRINGLS_EMPTY_MODEL,
                               "the level set has no zero inside the grid, or is steeper than a distance");
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, count));
+    springls__parallel(ctx, bricks, 4, springls__make_initial_task, ctx);
+    springls__constellation_added(ctx, count);
     springls__constellation_changed(ctx);
     if (ctx->model.params.keep_edges && ctx->model.params.project_initial) springls__initial_edges(ctx);
     return springls__make_original(ctx);
