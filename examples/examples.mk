@@ -89,7 +89,7 @@ build/python/%.py: examples/python/%.py build/python/settings
 # page compares with. All is in one text, so that the page opens from a disk. Emscripten wants modules of Debian's Node. The SLP
 # vectorizer of clang 14 changes results for WebAssembly.
 WEB_SOURCES = examples/web/web.c examples/web/mesh_file.c $(patsubst %,examples/viewer/%.c,app camera file history model script solid tools) \
-              $(patsubst %,examples/common/%.c,surface/mesh_write pictures/raycast_camera base/cli base/progress base/same_file)
+              $(patsubst %,examples/common/%.c,surface/mesh_write pictures/raycast_camera base/cli base/progress base/same_file base/output_file)
 WEB_PICTURE = examples/viewer/gl.c examples/viewer/scene.c
 WEB_FLAGS   = -std=c99 $(WARNINGS) $(EXACT) -O3 -I. -Iexamples -Iexamples/common
 WEB_LINK    = --no-entry -sALLOW_MEMORY_GROWTH=1 -sMIN_WEBGL_VERSION=2 -sMAX_WEBGL_VERSION=2 -sSINGLE_FILE=1 \

@@ -24,6 +24,7 @@ int main(int argc, char **argv)
 #include "../../examples/common/base/bvh.h"
 #include "../../examples/common/base/cli.h"
 #include "../../examples/common/base/json.h"
+#include "../../examples/common/base/output_file.h"
 #include "../../examples/common/base/page.h"
 #include "../../examples/common/surface/mesh_io.h"
 #include "../../examples/common/surface/surface_distances.h"
@@ -248,13 +249,25 @@ TEST cli_refuses_to_overwrite(void)
         {{"@fast.ply", "--out", "@", "--mode", "fast"}, "INPUT @fast.ply would be overwritten by --out\n"},
         {{"@alone.ply", "--out", "@"}, "INPUT @alone.ply would be overwritten by --out\n"},
         {{"@alone.ply", "--out", "@", "--result", "@new"}, ""},
+        {{"@scan.nii", "--out", "@linked"}, "INPUT @scan.nii would be overwritten by --out\n"},
+        {{"@linked/labels.nii", "--out", "@"}, ""},
+        {{"@to_labels.nii", "--out", "@"}, "INPUT @to_labels.nii would be overwritten by --out\n"},
+        {{"@scan.nii", "--out", "@none", "--json", "@./none//labels.json"},
+         "--json @./none//labels.json would be overwritten by --out\n"},
+        {{"@scan.nii", "--out", "@none", "--json", "@to_none.json"}, "--json @to_none.json would be overwritten by --out\n"},
+        {{"@scan.nii", "--out", "@none", "--json", "@no/labels.json"}, ""},
+        {{"@scan.nii", "--out", "@taken"}, "@taken/labels.ply: cannot be written: it is a folder\n"},
     };
     ASSERT_EQ(0, mkdir(scratch("deep"), 0777));
     for (size_t f = 0; f < sizeof there / sizeof *there; ++f) {
         FILE *file = fopen(scratch(there[f]), "w");
         ASSERT(file && fclose(file) == 0);
     }
+    ASSERT(mkdir(scratch("linked"), 0777) == 0 && mkdir(scratch("taken"), 0777) == 0 && mkdir(scratch("taken/labels.ply"), 0777) == 0);
     ASSERT_EQ(0, symlink("scan.nii", scratch("link.nii")));
+    ASSERT_EQ(0, symlink("../scan.nii", scratch("linked/labels.nii")));
+    ASSERT_EQ(0, symlink("labels.nii", scratch("to_labels.nii")));
+    ASSERT_EQ(0, symlink("none/labels.json", scratch("to_none.json")));
     for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
         char error[512], expected[1200] = "";
         const int status = parse_files(cases[i].line, error);
@@ -343,22 +356,55 @@ TEST json_tells_misuse(void)
     PASS();
 }
 
+/* Limits the size of files to 100 bytes, or ends the limit. */
+static bool limit_files(bool limited)
+{
+    static struct rlimit before;
+    struct rlimit few;
+    if (!limited) {
+        return setrlimit(RLIMIT_FSIZE, &before) == 0;
+    }
+    signal(SIGXFSZ, SIG_IGN);
+    if (getrlimit(RLIMIT_FSIZE, &before) != 0) { return false; }
+    few = before;
+    few.rlim_cur = 100;
+    return setrlimit(RLIMIT_FSIZE, &few) == 0;
+}
+
+/* A file that cannot be written whole keeps what it had; a link stays a link. */
+TEST failed_files_keep_what_they_had(void)
+{
+    static char more[4096];
+    struct output_file output;
+    char path[512], text[64];
+    snprintf(path, sizeof path, "%s", scratch("link.bin"));
+    ASSERT_EQ(0, symlink("kept.bin", path));
+    ASSERT(output_file_open(&output, scratch("kept.bin")) && fputs("old", output.file) >= 0 && output_file_close(&output, true));
+    ASSERT(limit_files(true));
+    const bool opened = output_file_open(&output, path);
+    const bool good = opened && output_file_close(&output, fwrite(more, 1, sizeof more, output.file) == sizeof more);
+    ASSERT(limit_files(false));
+    ASSERT(opened && !good);
+    read_text(path, text, sizeof text);
+    ASSERT_STR_EQ("old", text);
+    ASSERT(access(scratch("kept.bin.part"), F_OK) != 0);
+    ASSERT(output_file_open(&output, path) && fputs("new", output.file) >= 0 && output_file_close(&output, true));
+    read_text(scratch("kept.bin"), text, sizeof text);
+    ASSERT_STR_EQ("new", text);
+    ASSERT(readlink(path, text, sizeof text) > 0);
+    PASS();
+}
+
 /* A page that cannot be written whole, here for a limit on the size of files, leaves no part. */
 TEST failed_pages_leave_no_file(void)
 {
     struct page page;
-    struct rlimit before, few;
     char path[512];
     snprintf(path, sizeof path, "%s", scratch("index.html"));
-    ASSERT_EQ(0, getrlimit(RLIMIT_FSIZE, &before));
-    few = before;
-    few.rlim_cur = 100;
-    void (*const handler)(int) = signal(SIGXFSZ, SIG_IGN);
-    ASSERT_EQ(0, setrlimit(RLIMIT_FSIZE, &few));
+    ASSERT(limit_files(true));
     const bool opened = page_open(&page, path, "a & b");
     const bool good = opened && page_close(&page);
-    ASSERT_EQ(0, setrlimit(RLIMIT_FSIZE, &before));
-    signal(SIGXFSZ, handler);
+    ASSERT(limit_files(false));
     ASSERT(opened && !good);
     ASSERT(access(path, F_OK) != 0);
     ASSERT(page_open(&page, path, "a & b") && page_close(&page));
@@ -921,6 +967,7 @@ int main(int argc, char **argv)
     RUN_TEST(a_full_disk_is_a_failure);
     RUN_TEST(json_is_exact_and_always_valid);
     RUN_TEST(json_tells_misuse);
+    RUN_TEST(failed_files_keep_what_they_had);
     RUN_TEST(failed_pages_leave_no_file);
     RUN_TEST(clock_and_memory_are_plausible);
     RUN_TEST(drawing_is_clipped_and_png_is_written);

@@ -8,6 +8,7 @@
 #include <float.h>
 #include <limits.h>
 #include <math.h>
+#include <signal.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -495,16 +496,21 @@ static const char *file_name(const struct line *line, int number, int k)
     return k == 0 ? line->given[number] : NULL;
 }
 
+/* Returns the patterns of the files that row w of the program's table has for an output, "": none. */
+static const char *written_files(const struct line *line, int output, int w)
+{
+    const struct cli_writes *writes = &line->program->writes[w];
+    const bool applies = strcmp(argument_name(line, output), "out") == 0 && (!writes->with || are_given(line, writes->with, true))
+        && !are_given(line, writes->without, false);
+    return applies ? writes->files : "";
+}
+
 /* Returns whether a file is written by an output of that value, or into the folder of --out. */
 static bool is_written(const struct line *line, int output, const char *file)
 {
-    const struct cli_program *program = line->program;
-    const bool folder = strcmp(argument_name(line, output), "out") == 0;
     bool written = same_file(line->given[output], file);
-    for (int w = 0; folder && w < program->writes_count && !written; ++w) {
-        const struct cli_writes *writes = &program->writes[w];
-        written = (!writes->with || are_given(line, writes->with, true)) && !are_given(line, writes->without, false)
-            && file_fits(file, line->given[output], writes->files);
+    for (int w = 0; w < line->program->writes_count && !written; ++w) {
+        written = file_fits(file, line->given[output], written_files(line, output, w));
     }
     return written;
 }
@@ -531,10 +537,16 @@ static bool is_overwritten(const struct line *line, int output, int number, cons
     return false;
 }
 
-/* Refuses an output that would overwrite an input or another output. */
+/* Refuses an output that would overwrite an input or another output, or that has a folder in its place. */
 static int check_output(const struct line *line, int output)
 {
     const char *text;
+    char path[1024];
+    for (int w = 0; w < line->program->writes_count; ++w) {
+        if (folder_fits(line->given[output], written_files(line, output, w), path, sizeof path)) {
+            return cli_fail(line->program->name, CLI_EXIT_USAGE, "%s: cannot be written: it is a folder", path);
+        }
+    }
     for (int n = 0; n < argument_count(line); ++n) {
         for (int k = 0; n != output && (text = file_name(line, n, k)) != NULL; ++k) {
             if (is_overwritten(line, output, n, text)) {
@@ -572,9 +584,18 @@ static void check_printed_at_exit(void)
     registered = registered || atexit(check_printed) == 0;
 }
 
+/* Lets a write beyond the limit of a file's size fail, as on a full disk, where it would end the program. */
+static void let_writes_fail(void)
+{
+#if defined(SIGXFSZ)
+    signal(SIGXFSZ, SIG_IGN);
+#endif
+}
+
 int cli_parse(const struct cli_program *program, int argc, char **argv)
 {
     check_printed_at_exit();
+    let_writes_fail();
     struct line line;
     int status = CLI_CONTINUE;
     bool options_over = false;

@@ -100,7 +100,8 @@ struct cli_common cli_common_defaults(void);
 
 /* Parses the command line. Returns CLI_CONTINUE, or the status for main to return: CLI_EXIT_OK after --help (usage on stdout),
  * CLI_EXIT_USAGE after one line on stderr, when some destinations may already be written. An output that would overwrite a file named
- * by another argument is refused too, or a result another output. From then on exit() fails with a line on stderr when standard output could not be written. */
+ * by another argument is refused too, or a result another output, or an output that has a folder in its place. From then on a write
+ * beyond the limit of a file's size fails, and exit() fails with a line on stderr when standard output could not be written. */
 int cli_parse(const struct cli_program *program, int argc, char **argv);
 
 /* Sets --grid to `standard` where it is not given. Returns CLI_CONTINUE, or CLI_EXIT_USAGE after one line on stderr when it is out of

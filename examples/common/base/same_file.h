@@ -3,15 +3,19 @@
 #define EXAMPLES_BASE_SAME_FILE_H
 
 #include <stdbool.h>
+#include <stddef.h>
 
 /* Returns whether there is a regular file. */
 bool file_exists(const char *path);
 
-/* Returns whether both paths lead to one regular file. Where neither is there, their folders and names are compared. */
+/* Returns whether both paths lead to one regular file. Where neither is there, the places are compared where they would be made. */
 bool same_file(const char *a, const char *b);
 
 /* Returns whether the path leads into the folder, to a file whose name there fits one of the patterns "labels.*|mode*.ply|points/?*",
- * of fnmatch but for their folders. */
+ * of fnmatch but for their folders; by links of either, too. */
 bool file_fits(const char *path, const char *folder, const char *patterns);
+
+/* Returns whether in the folder there is a folder whose name fits one of the patterns; path: the last one looked at. */
+bool folder_fits(const char *folder, const char *patterns, char *path, size_t size);
 
 #endif

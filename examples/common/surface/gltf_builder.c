@@ -1,6 +1,6 @@
 #include "surface/gltf_builder.h"
 
-#include "base/write_error.h"
+#include "base/output_file.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -24,21 +24,18 @@ void gltf_begin(struct gltf *g)
 
 static bool write_file(const struct gltf *g, const char *text, const char *path)
 {
-    FILE *file = fopen(path, "wb");
-    if (!file) {
+    struct output_file output;
+    if (!output_file_open(&output, path)) {
         return false;
     }
     const size_t length = strlen(text), padded = (length + 3) / 4 * 4;
     const uint32_t head[5] = {0x46546C67u, 2u, (uint32_t)(28 + padded + g->used), (uint32_t)padded, 0x4E4F534Au};
     const uint32_t data[2] = {(uint32_t)g->used, 0x004E4942u};
-    bool good = fwrite(head, 1, sizeof head, file) == sizeof head && fwrite(text, 1, length, file) == length
+    FILE *file = output.file;
+    const bool good = fwrite(head, 1, sizeof head, file) == sizeof head && fwrite(text, 1, length, file) == length
         && fwrite("   ", 1, padded - length, file) == padded - length && fwrite(data, 1, sizeof data, file) == sizeof data
         && fwrite(g->bytes, 1, g->used, file) == g->used;
-    good = fclose(file) == 0 && good;
-    if (!good) {
-        partial_file_remove(path);
-    }
-    return good;
+    return output_file_close(&output, good);
 }
 
 bool gltf_finish(struct gltf *g, const char *path)

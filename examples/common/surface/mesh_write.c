@@ -2,6 +2,7 @@
 
 #include "surface/mesh_io.h"
 
+#include "base/output_file.h"
 #include "base/vec3.h"
 #include "base/write_error.h"
 #include "surface/gltf_write.h"
@@ -21,19 +22,13 @@ static bool refuse(char error[MESH_TEXT], const char *path, const char *reason)
 /* Writes a file by one of the functions below, or none. */
 static bool write_file(const char *path, write_fn write, const struct mesh_arrays *mesh, char error[MESH_TEXT])
 {
+    struct output_file output;
     error[0] = '\0';
-    FILE *file = fopen(path, "wb");
-    if (!file) {
+    if (!output_file_open(&output, path)) {
         return write_error(error, MESH_TEXT, path);
     }
-    write(file, mesh);
-    const bool bad = ferror(file) != 0;
-    if (fclose(file) != 0 || bad) {
-        write_error(error, MESH_TEXT, path);
-        partial_file_remove(path);
-        return false;
-    }
-    return true;
+    write(output.file, mesh);
+    return output_file_close(&output, ferror(output.file) == 0) || write_error(error, MESH_TEXT, path);
 }
 
 /* Returns vertex k of a triangle. */

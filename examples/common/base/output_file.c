@@ -1,0 +1,55 @@
+#define _XOPEN_SOURCE 700
+
+#include "base/output_file.h"
+
+#include "base/write_error.h"
+
+#include <stdlib.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+/* Finds the regular file that is replaced, through links; "" for none. Returns false where it may not be written. */
+static bool find_place(const char *path, char place[OUTPUT_FILE_PATH])
+{
+    struct stat info;
+    place[0] = '\0';
+    if (stat(path, &info) != 0 || !S_ISREG(info.st_mode)) {
+        return true;
+    }
+    char *target = access(path, W_OK) == 0 ? realpath(path, NULL) : NULL;
+    const bool found = target && strlen(target) + 8 < OUTPUT_FILE_PATH;
+    snprintf(place, OUTPUT_FILE_PATH, "%s", found ? target : "");
+    free(target);
+    return found;
+}
+
+bool output_file_open(struct output_file *output, const char *path)
+{
+    errno = 0;
+    if (!find_place(path, output->place)) {
+        return false;
+    }
+    snprintf(output->path, sizeof output->path, "%.*s%s", OUTPUT_FILE_PATH - 8, output->place[0] ? output->place : path,
+             output->place[0] ? ".part" : "");
+    output->file = fopen(output->path, "wb");
+    return output->file != NULL;
+}
+
+/* Puts the new file, with the rights of the old one, in its place. */
+static bool replace(const struct output_file *output)
+{
+    struct stat info;
+    return output->place[0] == '\0'
+        || (stat(output->place, &info) == 0 && chmod(output->path, info.st_mode & 07777) == 0
+            && rename(output->path, output->place) == 0);
+}
+
+bool output_file_close(struct output_file *output, bool good)
+{
+    good = fclose(output->file) == 0 && good;
+    good = good && replace(output);
+    if (!good) {
+        partial_file_remove(output->path);
+    }
+    return good;
+}
