@@ -6,6 +6,8 @@
  *   atlas add --atlas hippocampus/atlas.json result/correspondence.ply --out larger
  *   atlas leave-one-out hippocampi                                    # how well that works: a table */
 #include "atlas/atlas.h"
+
+#include "base/same_file.h"
 #include "springls/run_options.h"
 
 #include <math.h>
@@ -95,6 +97,14 @@ static int build_main(int argc, char **argv)
     return status;
 }
 
+/* Refuses an --out whose files would replace those of the atlas. */
+static int check_out(const char *program, const char *atlas, const char *out)
+{
+    return out && file_fits(atlas, out, "*")
+               ? cli_fail(program, CLI_EXIT_USAGE, "--out %s is the folder of the atlas, whose files would be replaced", out)
+               : CLI_CONTINUE;
+}
+
 static int add_main(int argc, char **argv)
 {
     static struct atlas_build build = {
@@ -124,6 +134,7 @@ static int add_main(int argc, char **argv)
     if (status == CLI_CONTINUE && (!set->extends || !set->common.out)) {
         status = cli_fail("atlas add", CLI_EXIT_USAGE, "--atlas FILE and --out DIR are needed");
     }
+    status = status == CLI_CONTINUE ? check_out("atlas add", set->extends, set->common.out) : status;
     if (status == CLI_CONTINUE) {
         status = run_options("atlas add", &set->common, NULL, &build.params);
     }
@@ -195,6 +206,7 @@ static int segment_main(int argc, char **argv)
     } else if (status == CLI_CONTINUE && set->label_text && atlas_read_labels(set->label_text, labels) < 0) {
         status = cli_fail("atlas segment", CLI_EXIT_USAGE, "--label wants whole numbers K+K2+...");
     }
+    status = status == CLI_CONTINUE ? check_out("atlas segment", set->atlas, set->common.out) : status;
     set->windowed = window != NULL;
     set->of_profiles = !isnan(set->gvf) ? "--gvf" : set->modes >= 0 ? "--modes" : NULL;
     set->gvf = isnan(set->gvf) ? 0.2 : set->gvf;

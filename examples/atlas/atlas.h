@@ -191,6 +191,9 @@ enum { ATLAS_PROFILE_SAMPLES = 9 }; /* values of a profile, the surface in the m
 
 float atlas_intensity(const struct volume *image, const float place[3]); /* trilinear, mm; constant beyond the image */
 
+/* Refuses a constant image. */
+bool atlas_image_varies(const struct volume *image, const char *path);
+
 /* Computes mean and deviation of an image's intensities without the lowest and the highest 0.5 %. */
 void atlas_contrast(const struct volume *image, float *mean, float *deviation);
 

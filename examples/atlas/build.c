@@ -159,7 +159,9 @@ static bool take_vertices(struct atlas_build *build)
     struct atlas_template *template = &build->template;
     double center[3];
     if (build->settings.count < 2 || !atlas_same_triangles(build)) {
-        return atlas_fail("--same-vertices is for two or more meshes of the same triangles");
+        return build->settings.extends
+                   ? atlas_fail("meshes to add need the same triangles as the atlas, as correspondence.ply of atlas segment has")
+                   : atlas_fail("--same-vertices is for two or more meshes of the same triangles");
     }
     for (int s = 0; s < build->settings.count; ++s) {
         struct atlas_subject *subject = &build->subjects[s];

@@ -30,6 +30,8 @@ struct raw_array {
 
 enum { SHAPE_ARRAYS = 6, TEMPLATE_ARRAYS = 5, MAX_ARRAYS = SHAPE_ARRAYS + TEMPLATE_ARRAYS * FUSION_MAX_TEMPLATES };
 
+static const char *word_type(const struct raw_array *array) { return array->is_float ? "float32" : "int32"; }
+
 /* Lists what the file holds of a template. */
 static void list_template(const struct atlas *atlas, int t, struct raw_array *arrays)
 {
@@ -159,7 +161,7 @@ bool atlas_write(const char *folder, const struct atlas *atlas)
     for (int p = 0; p < count; ++p) {
         json_object_begin(&json, NULL);
         json_string(&json, "name", arrays[p].name);
-        json_string(&json, "type", arrays[p].is_float ? "float32" : "int32");
+        json_string(&json, "type", word_type(&arrays[p]));
         json_integer(&json, "count", (int64_t)arrays[p].count);
         json_object_end(&json);
     }
@@ -286,6 +288,25 @@ static const char *read_templates(const cJSON *header, struct atlas *atlas)
     return NULL;
 }
 
+/* Compares the list of arrays with what the sizes give. */
+static const char *check_arrays(const cJSON *header, const struct atlas *atlas)
+{
+    const cJSON *list = cJSON_GetObjectItemCaseSensitive(header, "arrays");
+    struct raw_array arrays[MAX_ARRAYS];
+    const int count = list_arrays(atlas, arrays);
+    bool good = cJSON_IsArray(list) && cJSON_GetArraySize(list) == count;
+    for (int p = 0; good && p < count; ++p) {
+        const cJSON *item = cJSON_GetArrayItem(list, p);
+        const char *name = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(item, "name"));
+        const char *type = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(item, "type"));
+        const double words = (double)arrays[p].count;
+        double number;
+        good = name && strcmp(name, arrays[p].name) == 0 && type && strcmp(type, word_type(&arrays[p])) == 0
+            && real(item, "count", words, words, &number);
+    }
+    return good ? NULL : "\"arrays\" does not fit the sizes";
+}
+
 static const char *check_values(const struct raw_array *array, int vertices)
 {
     for (size_t i = 0; i < array->count; ++i) {
@@ -385,6 +406,7 @@ static const char *read_header(const char *path, struct atlas *atlas, char *raw,
     cJSON *header = text ? cJSON_Parse(text) : NULL;
     const char *wrong = !text ? "cannot be read" : !header ? "not a JSON file" : read_scalars(header, atlas);
     wrong = wrong ? wrong : read_templates(header, atlas);
+    wrong = wrong ? wrong : check_arrays(header, atlas);
     const char *name = cJSON_GetStringValue(cJSON_GetObjectItemCaseSensitive(header, "raw"));
     if (!wrong && (!name || strchr(name, '/'))) {
         wrong = "\"raw\" is not the name of a file beside it";

@@ -49,6 +49,11 @@ static void sample_line(const struct volume *image, const float place[3], const 
     }
 }
 
+bool atlas_image_varies(const struct volume *image, const char *path)
+{
+    return image->minimum < image->maximum || atlas_fail("%.200s: the image is constant: there is nothing to find", path);
+}
+
 void atlas_contrast(const struct volume *image, float *mean, float *deviation)
 {
     const float low = segment_percentile(image, 0.005), high = segment_percentile(image, 0.995);

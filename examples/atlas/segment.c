@@ -488,10 +488,7 @@ bool atlas_segment_image(struct atlas_segment *run)
         return atlas_fail("%s", error);
     }
     volume_print_warning(&run->image, "atlas", NULL);
-    if (!(run->image.minimum < run->image.maximum)) {
-        return atlas_fail("%.200s: the image is constant: there is nothing to find", set->image);
-    }
-    if (!sizes_fit(run) || (set->reference && !read_reference(run))) {
+    if (!atlas_image_varies(&run->image, set->image) || !sizes_fit(run) || (set->reference && !read_reference(run))) {
         return false;
     }
     choose_window(run);

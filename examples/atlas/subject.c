@@ -9,6 +9,7 @@
 #include "surface/mesh_check.h"
 #include "surface/mesh_io.h"
 
+#include <errno.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -427,7 +428,9 @@ static bool read_image(const char *folder, const char *path, struct atlas_subjec
     if (!volume_read_one(image, -1, NULL, &subject->image, error)) {
         return atlas_fail("%s", error);
     }
-    return image_covers(&subject->image, &subject->mesh) || atlas_fail("%s: the subject %s lies outside this image", image, subject->name);
+    return atlas_image_varies(&subject->image, image)
+        && (image_covers(&subject->image, &subject->mesh)
+            || atlas_fail("%s: the subject %s lies outside this image", image, subject->name));
 }
 
 static bool read_label_map(const char *path, const int *labels, int count, const char *images, bool mirror, float *about,
@@ -465,8 +468,11 @@ static bool read_landmarks(const char *folder, const char *path, bool mirror, fl
     const char *slash = strrchr(path, '/'), *base = slash ? slash + 1 : path;
     snprintf(name, sizeof name, "%s/%.*s.csv", folder, (int)strcspn(base, "."), base);
     FILE *file = fopen(name, "r");
+    if (!file) {
+        return atlas_fail("%s: %s", name, strerror(errno));
+    }
     subject->landmarks = malloc(3 * ATLAS_MAX_LANDMARKS * sizeof *subject->landmarks);
-    bool good = file && subject->landmarks;
+    bool good = subject->landmarks != NULL;
     while (good && fgets(line, sizeof line, file)) {
         float *x = subject->landmarks + 3 * subject->landmark_count;
         char rest;
@@ -475,9 +481,7 @@ static bool read_landmarks(const char *folder, const char *path, bool mirror, fl
         x[0] = mirror ? 2.0f * middle - x[0] : x[0];
         subject->landmark_count += good;
     }
-    if (file) {
-        fclose(file);
-    }
+    fclose(file);
     return (good && subject->landmark_count >= 3) || atlas_fail("%s: expected 3 to %d lines x,y,z", name, ATLAS_MAX_LANDMARKS);
 }
 

@@ -110,17 +110,28 @@ static bool embed(const struct rig *rig, const char *path, const float *up, cons
     return good;
 }
 
+static bool read_character(const struct rig *rig, const char *path, struct character *character)
+{
+    char error[CHARACTER_TEXT];
+    if (!character_read(path, NULL, character, error)) { return rig_fail("%s", error); }
+    if (character->missing_pictures > 0 && !rig->settings.common.quiet) {
+        fprintf(stderr, "rig: %s: textures that cannot be read, and are left out: %d\n", path, character->missing_pictures);
+    }
+    return true;
+}
+
+/* Embeds the template in the body's surface. */
+static bool fit_template(const struct rig *rig, const char *path, const float *up, const float *facing, struct rig_body *body)
+{
+    return (grid_around(rig, &body->character, &body->grid) || rig_fail("%s: the body has no size", path))
+        && set_mesh(rig, path, body) && embed(rig, path, up, facing, body);
+}
+
 bool rig_body_read(const struct rig *rig, const char *path, const float *up, const float *facing,
                    struct rig_body *body)
 {
-    char error[CHARACTER_TEXT];
     memset(body, 0, sizeof *body);
-    if (!character_read(path, NULL, &body->character, error)) { return rig_fail("%s", error); }
-    if (body->character.missing_pictures > 0 && !rig->settings.common.quiet) {
-        fprintf(stderr, "rig: %s: textures that cannot be read, and are left out: %d\n", path, body->character.missing_pictures);
-    }
-    return (grid_around(rig, &body->character, &body->grid) || rig_fail("%s: the body has no size", path))
-        && set_mesh(rig, path, body) && embed(rig, path, up, facing, body);
+    return read_character(rig, path, &body->character) && fit_template(rig, path, up, facing, body);
 }
 
 void rig_body_free(struct rig_body *body)
@@ -170,24 +181,29 @@ bool rig_skin(struct rig *rig)
         && (skin_weights_transfer(&surface, rig->influences, &body->character) || rig_fail("not enough memory"));
 }
 
+bool rig_motion_read(struct rig *rig)
+{
+    const struct rig_settings *set = &rig->settings;
+    const struct character *other = &rig->other;
+    if (!read_character(rig, set->animation, &rig->other)) { return false; }
+    if (!other->skinned || other->animation_count == 0) { return rig_fail("%s: no skeleton that moves", set->animation); }
+    rig->motion = character_animation(other, set->motion);
+    return rig->motion >= 0 || rig_fail("%s: no animation %s (--motion)", set->animation, set->motion);
+}
+
 bool rig_move(struct rig *rig)
 {
     const struct rig_settings *set = &rig->settings;
-    struct rig_body other;
-    bool good = rig_body_read(rig, set->animation, NULL, NULL, &other);
-    const int animation = good ? character_animation(&other.character, set->motion) : -1;
-    if (good && (!other.character.skinned || animation < 0)) {
-        good = rig_fail(other.character.skinned && other.character.animation_count > 0 ? "%s: no such animation"
-                                                                                       : "%s: no skeleton that moves",
-                        set->animation);
-    }
+    struct rig_body other = {.character = rig->other};
+    memset(&rig->other, 0, sizeof rig->other); /* its owner is the body, until it is fitted */
+    bool good = fit_template(rig, set->animation, NULL, NULL, &other);
     if (good) {
         rig->theirs = other.embedding;
         rig->pairs = skeleton_pair(&rig->skeleton, &other.embedding, &other.character, rig->pair);
         good = (rig->pairs >= 5
                 || rig_fail("%s: only %d joints have a partner in the template", set->animation, rig->pairs))
             && (skeleton_retarget(&rig->skeleton, &rig->body.embedding, rig->joint_of, &other.character,
-                                  &other.embedding, rig->pair, animation, set->fps, &rig->body.character)
+                                  &other.embedding, rig->pair, rig->motion, set->fps, &rig->body.character)
                 || rig_fail("not enough memory"));
         rig->other = other.character;
         memset(&other.character, 0, sizeof other.character);

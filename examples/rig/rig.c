@@ -104,6 +104,7 @@ int main(int argc, char **argv)
     const bool up = unit(set->up), facing = unit(set->facing);
     bool good = rig_find_template(set->skeleton, argv[0], path, sizeof path)
         && (skeleton_template_read(path, &rig->skeleton, error) || rig_fail("%s", error))
+        && (!set->animation || rig_motion_read(rig))
         && rig_body_read(rig, set->mesh, up ? set->up : NULL, facing ? set->facing : NULL, &rig->body)
         && rig_skin(rig) && (!set->animation || rig_move(rig));
     rig->seconds = elapsed_seconds() - start;

@@ -43,6 +43,7 @@ struct rig {
     struct heat_report heat;
     int joint_of[TEMPLATE_JOINTS]; /* of the body, for each joint of the template */
     struct character other;        /* of --animation */
+    int motion;                    /* which of its animations */
     struct skeleton_embedding theirs;
     int pair[TEMPLATE_JOINTS], pairs;
     double seconds;
@@ -62,7 +63,8 @@ bool rig_body_read(const struct rig *rig, const char *path, const float *up, con
                    struct rig_body *body);
 void rig_body_free(struct rig_body *body);
 bool rig_skin(struct rig *rig);
-bool rig_move(struct rig *rig); /* by --animation */
+bool rig_motion_read(struct rig *rig); /* reads the character of --animation and finds its --motion */
+bool rig_move(struct rig *rig);        /* by that motion */
 bool rig_write(struct rig *rig);
 bool rig_report(const struct rig *rig, const char *path);
 void rig_print(const struct rig *rig);

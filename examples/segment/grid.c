@@ -76,7 +76,9 @@ static bool remove_parts(const struct segment *run, const int dims[3], double si
     if (!segment_remove_parts(dims, phi, least, set->keep_largest, parts)) {
         return segment_no_memory();
     }
-    return parts->voxels > 0 || segment_fail("nothing is left: no part of the result has the volume of --min-volume");
+    return parts->voxels > 0
+        || segment_fail(isnan(set->min_volume) ? "nothing is left: no part of the result has more than one voxel"
+                                               : "nothing is left: no part of the result has the volume of --min-volume");
 }
 
 bool segment_remove_islands(struct segment *run)

@@ -158,13 +158,19 @@ static bool read_two(struct track *track)
     return good;
 }
 
+/* Returns the file that has a frame's image. */
+static const char *frame_file(const struct track *track, int frame)
+{
+    return track->settings.second && frame > 0 ? track->settings.second : track->settings.image;
+}
+
 bool track_frame_image(const struct track *track, int frame, struct volume *image)
 {
     char error[VOLUME_TEXT];
     struct register_window window = {0.0f, 1.0f};
     struct field back;
     if (track->settings.second) {
-        return read_onto(&track->image, frame == 0 ? track->settings.image : track->settings.second, false, image);
+        return read_onto(&track->image, frame_file(track, frame), false, image);
     }
     if (track->settings.beat == 0) {
         return volume_read(track->settings.image, frame, image, error) || track_fail("frame %d: %s", frame, error);
@@ -450,7 +456,7 @@ static bool check_image(const struct track *track, int frame, const struct volum
 {
     const bool registers = !track->settings.fields && !track->settings.true_field;
     return !registers || image->maximum > image->minimum
-        || track_fail("frame %d: all voxels are equal: there is nothing to register", frame);
+        || track_fail("%.200s: frame %d: all voxels are equal: there is nothing to register", frame_file(track, frame), frame);
 }
 
 /* Reads what a frame needs: image, label and field. */

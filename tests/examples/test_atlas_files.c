@@ -91,6 +91,10 @@ TEST broken_atlas_files_are_refused(void)
         {"[2.5, 0.5]", "[2.5,\"a\"]"},
         {"\"atlas.raw\"", "\"../atlas.r\""},
         {"\"voxel_mm\"", "\"voxel_xx\""},
+        {"\"count\": 798", "\"count\": 99999999999"},
+        {"\"int32\"", "\"float32\""},
+        {"\"regions\"", "\"modes\""},
+        {"\"arrays\"", "\"array\""},
         {"{", "["},
     };
     struct atlas atlas;
@@ -137,7 +141,7 @@ TEST bad_subjects_are_refused(void)
     PASS();
 }
 
-/* An image of another place, and several in one file. */
+/* An image of another place, several in one file, and one that is constant. */
 TEST images_have_to_show_their_subjects(void)
 {
     const float none[3] = {0.0f, 0.0f, 0.0f}, center[3] = {6.0f, 28.0f, 26.0f}, half[3] = {13.0f, 9.0f, 8.0f};
@@ -149,11 +153,13 @@ TEST images_have_to_show_their_subjects(void)
     ASSERT(volume_create(image.dims, image.spacing, none, &elsewhere));
     ASSERT(volume_write(numbered(4, "far.nii.gz", 0), &elsewhere, VOLUME_FLOAT32, image.data, error));
     ASSERT(write_series(numbered(5, "many.nii", 0), &image));
+    memset(image.data, 0, volume_voxels(&image) * sizeof *image.data);
+    ASSERT(volume_write(numbered(7, "constant.nii.gz", 0), &image, VOLUME_FLOAT32, image.data, error));
     volume_free(&image);
     volume_free(&elsewhere);
     const char *const labels = numbered(0, "labels%d.nii.gz", 0);
-    static const char *const images[] = {"image0.nii.gz", "far.nii.gz", "many.nii"};
-    for (int i = 0; i < 3; ++i) {
+    static const char *const images[] = {"image0.nii.gz", "far.nii.gz", "many.nii", "constant.nii.gz"};
+    for (int i = 0; i < 4; ++i) {
         ASSERT_EQ(i == 0, atlas_subject_read(labels, numbered(3, images[i], 0), NULL, false, &subject));
         atlas_subject_free(&subject);
     }

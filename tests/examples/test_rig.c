@@ -643,6 +643,11 @@ TEST bad_input_ends_with_one_line(void)
     write_capsules(scratch("body.obj"), t_pose, COUNT(t_pose), &turns[0]);
     char body[512];
     snprintf(body, sizeof body, "%s", scratch("body.obj"));
+    struct character walker;
+    char walks[512], error[CHARACTER_TEXT];
+    snprintf(walks, sizeof walks, "%s", scratch("walker.glb"));
+    ASSERT(character_build(0, &walker, error) && gltf_write_character(walks, &walker));
+    character_free(&walker);
     const char *const lines[][8] = {{scratch("ball.obj"), NULL},
                                     {scratch("bowl.obj"), NULL},
                                     {scratch("flat.obj"), NULL},
@@ -652,6 +657,7 @@ TEST bad_input_ends_with_one_line(void)
                                     {body, "--template", "none.json", NULL},
                                     {body, "--animation", body, "--grid", "64", NULL},
                                     {body, "--animation", "none.glb", "--grid", "64", NULL},
+                                    {body, "--animation", walks, "--motion", "none", NULL},
                                     {body, "--template", "quadruped", "--grid", "64", NULL}};
     char point[512];
     snprintf(point, sizeof point, "%s", scratch("point.obj"));
@@ -671,6 +677,7 @@ TEST bad_input_ends_with_one_line(void)
     ASSERT_EQ(COUNT(lines) + COUNT(points) + COUNT(usage), count);
     const char *named = strstr(text, "point.obj: the body has no size");
     ASSERT(named && strstr(named + 1, "point.obj: the body has no size"));
+    ASSERT(strstr(text, "walker.glb: no animation none"));
     ASSERT(strstr(text, "the body has") && strstr(text, "encloses nothing")
            && strstr(text, "biped, quadruped or a JSON file"));
     free(text);

@@ -401,7 +401,7 @@ TEST all_frames_are_checked_first(void)
         float later;
         bool cut;
         const char *fields, *reason;
-    } cases[] = {{NAN, false, NULL, "frame 2: "}, {5.0f, false, NULL, "frame 2: all voxels are equal"},
+    } cases[] = {{NAN, false, NULL, "frame 2: "}, {5.0f, false, NULL, "sequence.nii: frame 2: all voxels are equal"},
                  {5.0f, true, NULL, "frame 2: "}, {5.0f, false, missing, "no_1.nii: "}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
         const char *const words[] = {"track4d", sequence, "--labels", moving, "--out", scratch("checked"),

@@ -511,8 +511,9 @@ static float shared(const struct register_window *a, const struct register_windo
 static bool choose_windows(struct pair *pair, bool *one_scale, char error[VOLUME_TEXT])
 {
     struct register_window *f = &pair->fixed_window, *m = &pair->moving_window;
-    if (!register_window_of(pair->fixed, f) || !register_window_of(pair->moving, m)) {
-        snprintf(error, VOLUME_TEXT, "an image is constant: there is nothing to register");
+    const bool fixed_varies = register_window_of(pair->fixed, f);
+    if (!fixed_varies || !register_window_of(pair->moving, m)) {
+        snprintf(error, VOLUME_TEXT, "the %s image is constant: there is nothing to register", fixed_varies ? "moving" : "fixed");
         return false;
     }
     *one_scale = *one_scale || shared(f, m) > nearly_one;
