@@ -2262,7 +2262,7 @@ SPRINGLS__MATHS springls__v3 springls__max3(springls__v3 a, springls__v3 b)
 /* A box along the axes. */
 typedef struct springls__box { springls__v3 lower, upper; } springls__box;
 
-/* Returns the box that has no place: springls__box_add makes it that of places. */
+/* Returns an empty box, to which springls__box_add adds places. */
 SPRINGLS__MATHS springls__box springls__box_empty(void)
 {
     springls__box box;
@@ -13769,7 +13769,7 @@ SPRINGLS__FN bool springls__is_on_own_grid(const springls_sampled_field *field)
     return field->grid.size[0] == 0 && field->grid.size[1] == 0 && field->grid.size[2] == 0;
 }
 
-/* Checks what of forces can be wrong before they act: the integrator, the region, the grids of sampled fields. */
+/* Checks the integrator, the region and the grids of sampled fields. */
 SPRINGLS__FN springls_status springls__check_forces(springls_context *ctx, const springls_forces *forces)
 {
     const springls_sampled_field *fields[2];
@@ -13981,7 +13981,7 @@ SPRINGLS__FN void springls__batch_points(springls_batch *batch, const springls__
     batch->vertex = m - 1;
 }
 
-/* Returns whether any force is given the springls' normals; they are not defined where none is. */
+/* Returns whether any force reads the springls' normals. Where none does, they are not computed. */
 SPRINGLS__FN bool springls__reads_normals(const springls_forces *forces)
 {
     return forces->pressure || forces->pressure_batch || forces->pressure_grid.data || forces->velocity_batch
@@ -19982,7 +19982,7 @@ SPRINGLS__FN int springls__scan_initial_counts(springls_context *ctx)
     int *before = springls__initial_before(&ctx->model), count = 0, i;
     for (i = 0; i < bricks; i++) {
         const int room = ctx->desc.max_springls - count, wanted = before[i];
-        const int allowed = wanted <= room ? wanted : springls__initial_brick(ctx, i, 0, room, NULL);
+        const int allowed = wanted <= room ? wanted : room > 0 ? springls__initial_brick(ctx, i, 0, room, NULL) : 0;
         ctx->stats.refused += wanted - allowed;
         before[i] = count;
         count += allowed;
@@ -26696,7 +26696,7 @@ static const char *const springls__kernel_lines[] = {
     "/* A box along the axes. */\n",
     "typedef struct springls__box { springls__v3 lower, upper; } springls__box;\n",
     "\n",
-    "/* Returns the box that has no place: springls__box_add makes it that of places. */\n",
+    "/* Returns an empty box, to which springls__box_add adds places. */\n",
     "SPRINGLS__MATHS springls__box springls__box_empty(void)\n",
     "{\n",
     "    springls__box box;\n",

@@ -355,7 +355,8 @@ static bool report_failure(const char *subject, springls_context *ctx)
     return cli_fail("csg", CLI_EXIT_FAILURE, "%s: %s", subject, *why ? why : "not enough memory") == CLI_CONTINUE;
 }
 
-/* Returns whether smoothing leaves nothing for certain: a ball lasts until the length is its radius, and what is in it no longer. */
+/* Returns whether smoothing leaves nothing for certain: a ball vanishes when the length reaches its radius, and a solid inside of it
+ * no later. */
 static bool vanishes(const struct csg *csg)
 {
     const struct solid *s = &csg->solids[0];

@@ -174,8 +174,7 @@ bool register_measure(struct run *run)
     }
     run->min_jacobian = field_jacobian(&run->forward, run->jacobian, &run->folded);
     register_windows(run, &fixed, &moving);
-    run->overlap = overlap_after(run);
-    if (run->overlap < 1.0) {
+    if (overlap_after(run) < 1.0) {
         return register_fail("the map takes most of the fixed image out of the moving one");
     }
     run->rms_before = rms(run, run->unmoved, fixed, moving);

@@ -30,7 +30,6 @@ struct run {
     float *jacobian;
     float min_jacobian;
     size_t folded;                 /* voxels at which the map folds */
-    double overlap;                /* of the registered images, over the least that is accepted */
     double correlation_before, correlation_after; /* over the voxels that both maps bring into the moving image */
     struct pair inverse_error;     /* |inverse(forward(x)) - x|, mm */
     double rms_before, rms_after;  /* of the normalised images */

@@ -72,6 +72,7 @@ static int read_command_line(struct track *track, int argc, char **argv)
         {.given = "fields+beat"},
         /* Two files lie apart: the motion from one to the other begins with a rigid one, which is not cut into parts. */
         {.given = "SECOND", .only = "IMAGE|labels|second-labels|label|similarity|set|grid|params|backend|threads|json|out|quiet"},
+        /* --large-steps compares numbers of steps, for one frame and without landmarks. */
         {.given = "steps+large-steps"},
         {.given = "landmarks+large-steps"},
     };

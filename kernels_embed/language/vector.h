@@ -48,7 +48,7 @@ SPRINGLS__MATHS springls__v3 springls__max3(springls__v3 a, springls__v3 b)
 /* A box along the axes. */
 typedef struct springls__box { springls__v3 lower, upper; } springls__box;
 
-/* Returns the box that has no place: springls__box_add makes it that of places. */
+/* Returns an empty box, to which springls__box_add adds places. */
 SPRINGLS__MATHS springls__box springls__box_empty(void)
 {
     springls__box box;

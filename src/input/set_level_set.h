@@ -546,7 +546,7 @@ SPRINGLS__FN int springls__scan_initial_counts(springls_context *ctx)
     int *before = springls__initial_before(&ctx->model), count = 0, i;
     for (i = 0; i < bricks; i++) {
         const int room = ctx->desc.max_springls - count, wanted = before[i];
-        const int allowed = wanted <= room ? wanted : springls__initial_brick(ctx, i, 0, room, NULL);
+        const int allowed = wanted <= room ? wanted : room > 0 ? springls__initial_brick(ctx, i, 0, room, NULL) : 0;
         ctx->stats.refused += wanted - allowed;
         before[i] = count;
         count += allowed;

@@ -13,7 +13,7 @@ SPRINGLS__FN bool springls__is_on_own_grid(const springls_sampled_field *field)
     return field->grid.size[0] == 0 && field->grid.size[1] == 0 && field->grid.size[2] == 0;
 }
 
-/* Checks what of forces can be wrong before they act: the integrator, the region, the grids of sampled fields. */
+/* Checks the integrator, the region and the grids of sampled fields. */
 SPRINGLS__FN springls_status springls__check_forces(springls_context *ctx, const springls_forces *forces)
 {
     const springls_sampled_field *fields[2];
@@ -225,7 +225,7 @@ SPRINGLS__FN void springls__batch_points(springls_batch *batch, const springls__
     batch->vertex = m - 1;
 }
 
-/* Returns whether any force is given the springls' normals; they are not defined where none is. */
+/* Returns whether any force reads the springls' normals. Where none does, they are not computed. */
 SPRINGLS__FN bool springls__reads_normals(const springls_forces *forces)
 {
     return forces->pressure || forces->pressure_batch || forces->pressure_grid.data || forces->velocity_batch

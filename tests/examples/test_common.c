@@ -250,6 +250,7 @@ TEST cli_refuses_to_overwrite(void)
         {{"@alone.ply", "--out", "@"}, "INPUT @alone.ply would be overwritten by --out\n"},
         {{"@alone.ply", "--out", "@", "--result", "@new"}, ""},
         {{"@scan.nii", "--out", "@linked"}, "INPUT @scan.nii would be overwritten by --out\n"},
+        {{"@scan.nii", "--out", "@one[1]"}, "INPUT @scan.nii would be overwritten by --out\n"},
         {{"@linked/labels.nii", "--out", "@"}, ""},
         {{"@to_labels.nii", "--out", "@"}, "INPUT @to_labels.nii would be overwritten by --out\n"},
         {{"@scan.nii", "--out", "@none", "--json", "@./none//labels.json"},
@@ -266,6 +267,7 @@ TEST cli_refuses_to_overwrite(void)
     ASSERT(mkdir(scratch("linked"), 0777) == 0 && mkdir(scratch("taken"), 0777) == 0 && mkdir(scratch("taken/labels.ply"), 0777) == 0);
     ASSERT_EQ(0, symlink("scan.nii", scratch("link.nii")));
     ASSERT_EQ(0, symlink("../scan.nii", scratch("linked/labels.nii")));
+    ASSERT(mkdir(scratch("one[1]"), 0777) == 0 && symlink("../scan.nii", scratch("one[1]/labels.nii")) == 0);
     ASSERT_EQ(0, symlink("labels.nii", scratch("to_labels.nii")));
     ASSERT_EQ(0, symlink("none/labels.json", scratch("to_none.json")));
     for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {

@@ -542,6 +542,9 @@ static int check_output(const struct line *line, int output)
 {
     const char *text;
     char path[1024];
+    if (strlen(line->given[output]) >= sizeof path) {
+        return cli_fail(line->program->name, CLI_EXIT_USAGE, "--%s: the path is too long", argument_name(line, output));
+    }
     for (int w = 0; w < line->program->writes_count; ++w) {
         if (folder_fits(line->given[output], written_files(line, output, w), path, sizeof path)) {
             return cli_fail(line->program->name, CLI_EXIT_USAGE, "%s: cannot be written: it is a folder", path);

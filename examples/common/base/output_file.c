@@ -18,20 +18,33 @@ static bool find_place(const char *path, char place[OUTPUT_FILE_PATH])
     }
     char *target = access(path, W_OK) == 0 ? realpath(path, NULL) : NULL;
     const bool found = target && strlen(target) + 8 < OUTPUT_FILE_PATH;
-    snprintf(place, OUTPUT_FILE_PATH, "%s", found ? target : "");
+    if (found) {
+        strcpy(place, target);
+    } else if (target) {
+        errno = ENAMETOOLONG;
+    }
     free(target);
     return found;
 }
 
 bool output_file_open(struct output_file *output, const char *path)
 {
-    errno = 0;
+    if (strlen(path) + sizeof ".part" > OUTPUT_FILE_PATH) {
+        errno = ENAMETOOLONG;
+        return false;
+    }
     if (!find_place(path, output->place)) {
         return false;
     }
-    snprintf(output->path, sizeof output->path, "%.*s%s", OUTPUT_FILE_PATH - 8, output->place[0] ? output->place : path,
-             output->place[0] ? ".part" : "");
+    errno = 0; /* of a new file the search has left that there is none */
+    strcpy(output->path, output->place[0] ? output->place : path);
+    strcat(output->path, output->place[0] ? ".part" : "");
     output->file = fopen(output->path, "wb");
+    if (!output->file && output->place[0]) { /* the folder takes no new file: the old one is written in place */
+        strcpy(output->path, output->place);
+        output->place[0] = '\0';
+        output->file = fopen(output->path, "wb");
+    }
     return output->file != NULL;
 }
 

@@ -1,4 +1,4 @@
-/* output_file.h - a file that keeps what it had until all of the new content is on the disk. */
+/* output_file.h - a file that keeps its old content until all of the new is written, where its folder takes new files. */
 #ifndef EXAMPLES_BASE_OUTPUT_FILE_H
 #define EXAMPLES_BASE_OUTPUT_FILE_H
 

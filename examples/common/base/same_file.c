@@ -27,8 +27,8 @@ static const char *split(const char *path, char folder[PLACE])
 
 static bool same_inode(const struct stat *a, const struct stat *b) { return a->st_dev == b->st_dev && a->st_ino == b->st_ino; }
 
-/* Shortens a path to a folder by its last name, and by slashes and "." around it; returns that name, which then stands one byte further
- * in the same text, NULL: none is left. */
+/* Splits the last name off a path to a folder, in place, and drops slashes and "." after it. Returns the name, which is moved by one
+ * byte to make room for the zero that ends the rest; NULL: none is left. */
 static const char *take_last(char *path)
 {
     size_t end = strlen(path), begin;
@@ -98,12 +98,25 @@ static bool fits(const char *path, const char *pattern)
     return fnmatch(wanted, name, 0) == 0 && same_folder(of_path, there);
 }
 
+/* Finds what is there and fits a pattern; its folder is taken as it is written, whatever characters it has. */
+static bool find(const char *pattern, glob_t *found)
+{
+    char escaped[2 * PLACE], *to = escaped;
+    const char *name = strrchr(pattern, '/'); /* take_pattern puts one */
+    for (const char *from = pattern; *from; ++from) {
+        if (from < name && strchr("*?[\\", *from)) { *to++ = '\\'; }
+        *to++ = *from;
+    }
+    *to = '\0';
+    return glob(escaped, 0, NULL, found) == 0;
+}
+
 /* Returns whether a file that is there and fits the pattern is the file at the path, by a link. */
 static bool is_linked(const char *path, const char *pattern)
 {
     glob_t found;
     bool linked = false;
-    if (glob(pattern, 0, NULL, &found) == 0) {
+    if (find(pattern, &found)) {
         for (size_t i = 0; i < found.gl_pathc && !linked; ++i) { linked = same_file(found.gl_pathv[i], path); }
         globfree(&found);
     }
@@ -139,7 +152,7 @@ bool folder_fits(const char *folder, const char *patterns, char *path, size_t si
     bool fits_one = false;
     while (*patterns && !fits_one) {
         patterns = take_pattern(patterns, folder, pattern);
-        if (glob(pattern, 0, NULL, &found) == 0) {
+        if (find(pattern, &found)) {
             for (size_t i = 0; i < found.gl_pathc && !fits_one; ++i) {
                 fits_one = stat(found.gl_pathv[i], &info) == 0 && S_ISDIR(info.st_mode);
                 snprintf(path, size, "%s", found.gl_pathv[i]);

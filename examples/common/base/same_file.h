@@ -11,8 +11,8 @@ bool file_exists(const char *path);
 /* Returns whether both paths lead to one regular file. Where neither is there, the places are compared where they would be made. */
 bool same_file(const char *a, const char *b);
 
-/* Returns whether the path leads into the folder, to a file whose name there fits one of the patterns "labels.*|mode*.ply|points/?*",
- * of fnmatch but for their folders; by links of either, too. */
+/* Returns whether a file in the folder whose name fits one of the patterns "labels.*|mode*.ply|points/?*" is the file at the path, by
+ * its place or by a link. Names are matched as by fnmatch; folders are taken as they are written. */
 bool file_fits(const char *path, const char *folder, const char *patterns);
 
 /* Returns whether in the folder there is a folder whose name fits one of the patterns; path: the last one looked at. */

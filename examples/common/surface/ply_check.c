@@ -143,8 +143,8 @@ static bool check_order(const struct ply *p)
         const struct element *element = &p->elements[e];
         if (strstr(known, element->name) || !(element->count > 0.0)) { continue; }
         if (e < vertex || (e < face && has_list(p, element))) {
-            return scene_fail(p->error, p->path, "elements '%s' before those of '%s' are not read: put them behind, or leave them out", element->name,
-                              e < vertex ? "vertex" : "face");
+            return scene_fail(p->error, p->path, "elements '%s' before those of '%s' are not read: put them behind, or leave them out",
+                              element->name, e < vertex ? "vertex" : "face");
         }
     }
     return true;
