@@ -495,24 +495,35 @@ TEST unreadable_points_and_meshes_are_refused(void)
     PASS();
 }
 
+/* Begins a run on the images of a scene, and makes a field of zero on the fixed one. */
+static bool begin_with_field(struct scene *scene, struct run *run, struct field *field)
+{
+    return make_scene(scene) && begin_run(scene, run) && field_create(&scene->fixed, field);
+}
+
+/* Writes the field, frees it, and lets the run take it from the file. */
+static bool take_field(struct run *run, struct field *field, const char *name)
+{
+    static char path[512];
+    char error[VOLUME_TEXT];
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    const bool written = field_write(path, field, error);
+    field_free(field);
+    run->field_path = path;
+    return written && register_fields(run);
+}
+
 /* A map that makes the fit worse, or folds, is no success. */
 TEST poor_results_are_reported(void)
 {
     struct scene scene;
     struct run run;
     struct field field;
-    char error[VOLUME_TEXT], path[512];
-    ASSERT(make_scene(&scene));
-    ASSERT(begin_run(&scene, &run));
-    ASSERT(field_create(&scene.fixed, &field));
+    ASSERT(begin_with_field(&scene, &run, &field));
     const struct beat_time wrong = {&scene.beat, -0.6};
     field_sample(beat_map, &wrong, &field);
     for (size_t n = 0; n < volume_voxels(&scene.fixed); ++n) field.mm[3 * n] *= n % 36 > 17 ? 4.0f : 1.0f; /* tears, and folds */
-    snprintf(path, sizeof path, "%s/wrong.nii.gz", folder);
-    ASSERT(field_write(path, &field, error));
-    field_free(&field);
-    run.field_path = path;
-    ASSERT(register_fields(&run));
+    ASSERT(take_field(&run, &field, "wrong.nii.gz"));
     ASSERT(register_measure(&run));
     ASSERT(!register_is_better(&run));
     ASSERT(run.folded > 0);
@@ -527,16 +538,9 @@ TEST maps_to_nowhere_are_refused(void)
     struct scene scene;
     struct run run;
     struct field field;
-    char error[VOLUME_TEXT], path[512];
-    ASSERT(make_scene(&scene));
-    ASSERT(begin_run(&scene, &run));
-    ASSERT(field_create(&scene.fixed, &field));
+    ASSERT(begin_with_field(&scene, &run, &field));
     for (size_t n = 0; n < 3 * volume_voxels(&scene.fixed); ++n) field.mm[n] = 1e4f;
-    snprintf(path, sizeof path, "%s/nowhere.nii.gz", folder);
-    ASSERT(field_write(path, &field, error));
-    field_free(&field);
-    run.field_path = path;
-    ASSERT(register_fields(&run));
+    ASSERT(take_field(&run, &field, "nowhere.nii.gz"));
     ASSERT(!register_measure(&run));
     register_free(&run);
     free_scene(&scene);
