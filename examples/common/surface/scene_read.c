@@ -157,7 +157,7 @@ static bool glb_is_whole(struct header *h)
         return true;
     }
     const double total = number_of(start + 8);
-    for (long at = FILE_HEADER; at < h->size && at < total;) {
+    for (long at = FILE_HEADER; at < h->size && (double)at < total;) {
         if (fseek(h->file, at, SEEK_SET) != 0 || fread(chunk, 1, CHUNK_HEADER, h->file) != CHUNK_HEADER) {
             return scene_fail(h->error, h->path, "the GLB file ends in the middle of a chunk");
         }
