@@ -185,10 +185,18 @@ SPRINGLS__MATHS void springls__reshape_element(const springls__model *model, spr
     model->set.s[i] = springls__springl_make(t, s.p);
 }
 
-/* Decides about springl i in a round of merging: of two springls of one side and body closer than merge_distance the younger is
-   removed; one of the mask counts as older than all others. It stays undecided until all older ones near it are decided, so that
-   only springls that are kept remove others. */
-SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i)
+/* Returns true when springl `other` outranks springl i in a merger: those of the mask come first, then the older. */
+SPRINGLS__MATHS bool springls__outranks(const springls__model *model, int other, int i)
+{
+    if (model->set.mask[other] || model->set.generation[other] < model->set.generation[i]) return true;
+    return model->set.generation[other] == model->set.generation[i] && other < i;
+}
+
+/* Decides about springl i in a round of merging: of two springls of one side and body closer than merge_distance the one of lower
+   rank is removed. It stays undecided until all of higher rank near it are decided, so that only springls that are kept remove
+   others; *awaited becomes one of these. */
+SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i,
+                                                SPRINGLS__GLOBAL int *awaited)
 {
     const float r = model->params.merge_distance;
     springls__springl s = model->set.s[i];
@@ -198,23 +206,29 @@ SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SP
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
-        bool older = model->set.mask[other] || model->set.generation[other] < model->set.generation[i]
-                  || (model->set.generation[other] == model->set.generation[i] && other < i);
-        if (!older || action[other] == SPRINGLS__REMOVE || springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;
+        if (!springls__outranks(model, other, i) || action[other] == SPRINGLS__REMOVE) continue;
+        if (springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;
         if (springls__dot(springls__springl_normal(*o), n) <= SPRINGLS__SAME_SIDE) continue;
         if (springls__of_two_contact_bodies(model, i, other)) continue;
         if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
         decided = SPRINGLS__UNDECIDED;
+        *awaited = other;
     }
     return decided;
 }
 
+/* Searches around an undecided springl again only once the one that it awaits is removed: a dense mesh takes hundreds of rounds. */
 SPRINGLS__MATHS void springls__merge_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL const uint8_t *action = springls__contract_action(model);
+    SPRINGLS__GLOBAL int *awaited = springls__awaited_springl(model) + i;
     uint8_t current = action[i];
     (void)args;
-    if (current == SPRINGLS__UNDECIDED) current = springls__resolve_merge(model, action, i);
+    if (current == SPRINGLS__UNDECIDED) {
+        uint8_t other = *awaited < 0 ? SPRINGLS__REMOVE : action[*awaited];
+        if (other == SPRINGLS__REMOVE) current = springls__resolve_merge(model, action, i, awaited);
+        else if (other == SPRINGLS__KEEP) current = SPRINGLS__REMOVE;
+    }
     springls__next_contract_action(model)[i] = current;
 }
 
@@ -223,6 +237,7 @@ SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model,
 {
     SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
     (void)args;
+    springls__awaited_springl(model)[i] = -1;
     if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;
 }
 

@@ -57,6 +57,7 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
         if (!(ctx->model.params.merge_distance > 0.0f)) return springls__next_phase(ctx, SPRINGLS__CONTRACT_REMOVE);
         SPRINGLS__TRY(springls__cell_list_build(ctx));
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, next_contract_action, count));
+        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, awaited_springl, count));
         springls__run(ctx, SPRINGLS__KERNEL_merge_begin, count, NULL);
         return springls__next_phase(ctx, SPRINGLS__CONTRACT_MERGE);
     case SPRINGLS__CONTRACT_MERGE:
