@@ -135,6 +135,7 @@ SPRINGLS__FN springls_status springls__split_all(springls_context *ctx)
 {
     const int max_passes = 40;
     int i, before = -1;
+    SPRINGLS__TRY(springls__run_to_completion(ctx, springls__contract_now));
     for (i = 0; i < max_passes && before != ctx->model.set.count; i++) {
         before = ctx->model.set.count;
         SPRINGLS__TRY(springls__run_to_completion(ctx, springls__resample));
@@ -273,12 +274,14 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
 
 /* ---- remesh ---- */
 
-/* Repeats split, relax, contract and fill until the number of springls stays the same, at most four times. Keeps phi, which is
-   the surface that the springls sample: a projection would round it off. */
+/* Contracts, so that a dense mesh becomes a few springls before all else. Then repeats split, relax, contract and fill until their
+   number stays the same, at most four times. Keeps phi, which is the surface that the springls sample: a projection would round it
+   off. */
 SPRINGLS__FN springls_status springls__remesh(springls_context *ctx)
 {
     const int max_passes = 4;
     int i, before = -1;
+    SPRINGLS__TRY(springls__run_to_completion(ctx, springls__contract_now));
     for (i = 0; i < max_passes && before != ctx->model.set.count; i++) {
         before = ctx->model.set.count;
         SPRINGLS__TRY(springls__split_all(ctx));
