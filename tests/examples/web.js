@@ -153,7 +153,7 @@ async function run() {
   check('so is one of another kind', /OBJ and binary STL/.test(await drop('notes.txt', '"?"')));
 
   await click('LeVeque’s flow');
-  await pause(1500);
+  await pause(800);
   await picture('flow.png');
   check('LeVeque’s flow has the native bits', / = native flow/.test(await settled()));
   await picture('flow_end.png');
