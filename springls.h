@@ -2795,7 +2795,7 @@ typedef union springls__arguments {
     X(displacement2, float, 1)                  /* of the particle, squared; FLT_MAX: not finite                              */ \
     X(turning2, float, 2)                       /* of a springl: see springls__turned2                                        */ \
     X(moved_error, float, 4)                    /* ERROR after a motion; trades places with it                                */ \
-    X(is_moving, uint8_t, 3)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \
+    X(motion_class, uint8_t, 3)                 /* how far a springl moves: SPRINGLS__MOTION_...                              */ \
     /* window */                                                                                                                 \
     X(extent, float, 7)                         /* of a particle: see springls__extent_element                                 */ \
     X(has_departed, uint8_t, 2)                 /* 1: is removed because it has left the window                               */ \
@@ -4910,7 +4910,7 @@ SPRINGLS__MATHS bool springls__is_held(const springls__grid *g, springls__v3 p, 
     return springls__held_by_topology(before, after, displacement, n);
 }
 
-/* A sampled field: from the model's voxels to its own samples. */
+/* A sampled field; from_voxel maps the model's voxel coordinates to those of its samples. */
 typedef struct springls__field { float from_voxel[12]; int size[3], channels; } springls__field;
 
 SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRINGLS__GLOBAL const float *data, springls__v3 x,
@@ -5016,21 +5016,21 @@ SPRINGLS__MATHS bool springls__has_flow(const springls__force_rule *rule)
 /* The points of a springl that move: its particle, and its vertices. */
 #define SPRINGLS__MOVERS 4
 
-#define SPRINGLS__MOVING2 1e-4f /* voxel^2: a particle moves where the square of its displacement is larger */
-#define SPRINGLS__STIRRING2 1e-6f /* voxel^2: the same of a point of a springl that stirs (sleep.h) */
+#define SPRINGLS__MOVING2 1e-4f /* voxel^2: a springl counts as moving where the square of its particle's displacement is larger */
+#define SPRINGLS__STIRRING2 1e-6f /* voxel^2: a springl stirs (sleep.h) where the square of a point's displacement is larger */
 
-/* Names how far a springl moves: not at all; less than it takes to stir; more; so far that its particle counts as moving. */
-#define SPRINGLS__MOVED_NOT 0
-#define SPRINGLS__MOVED_LESS 1
-#define SPRINGLS__MOVED_MORE 2
-#define SPRINGLS__MOVED_FAR 3
+/* Names how far a springl moves: not at all; without stirring; so that it stirs; so that it counts as moving. */
+#define SPRINGLS__MOTION_NONE 0
+#define SPRINGLS__MOTION_CALM 1
+#define SPRINGLS__MOTION_STIRS 2
+#define SPRINGLS__MOTION_COUNTS 3
 
-/* Returns how far a springl moves, by the squares of its particle's displacement and of the largest of all points. */
-SPRINGLS__MATHS uint8_t springls__how_far(float particle2, float largest2)
+/* Returns how far a springl moves, from the squares of its particle's displacement and of the largest one of its points. */
+SPRINGLS__MATHS uint8_t springls__motion_class_of(float particle2, float largest2)
 {
-    if (particle2 > SPRINGLS__MOVING2) return SPRINGLS__MOVED_FAR;
-    if (largest2 > SPRINGLS__STIRRING2) return SPRINGLS__MOVED_MORE;
-    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;
+    if (particle2 > SPRINGLS__MOVING2) return SPRINGLS__MOTION_COUNTS;
+    if (largest2 > SPRINGLS__STIRRING2) return SPRINGLS__MOTION_STIRS;
+    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;
 }
 
 /* -------- again: kernels_embed/language/width_float.h -------- */
@@ -5079,7 +5079,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rk4)(SPRINGLS__NUM3 k1, SPRINGLS__N
     return SPRINGLS__W(scale)(SPRINGLS__W(add)(SPRINGLS__W(add)(k1, k4), middle), SPRINGLS__W(broadcast)(dt * (1.0f / 6.0f)));
 }
 
-/* Returns the place at half time on the cubic between the ends of a step from x, from the displacement and the slopes at both. */
+/* Returns the place at half time on the cubic from x to x + displacement that has these slopes at its ends. */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cubic_middle)(SPRINGLS__NUM3 x, SPRINGLS__NUM3 displacement, SPRINGLS__NUM3 first,
                                                            SPRINGLS__NUM3 last, float dt)
 {
@@ -5087,9 +5087,9 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cubic_middle)(SPRINGLS__NUM3 x, SPR
     return SPRINGLS__W(add)(x, SPRINGLS__W(mad)(straight, SPRINGLS__W(sub)(first, last), SPRINGLS__W(broadcast)(0.125f * dt)));
 }
 
-/* Returns what the flow on that cubic, at half time and at its end, weighted 4 and 1, exceeds the flow of the stages 2, 3 and 4 by,
-   weighted 2, 2 and 1: a sixth of it is the difference from Simpson's rule along the path. middle: at half time; end: at the
-   end, less that of stage 4. */
+/* Returns 4 f(middle) + f(end) - 2 stage2 - 2 stage3 - stage4, where f is the flow on the cubic of cubic_middle and the stages' flows
+   are those of the Runge-Kutta scheme: times dt / 6 it is how far the scheme is off Simpson's rule along the cubic. middle: f at
+   half time; end: f at the end, less the flow of stage 4. */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(simpson_residual)(SPRINGLS__NUM3 stage2, SPRINGLS__NUM3 stage3, SPRINGLS__NUM3 middle,
                                                                SPRINGLS__NUM3 end)
 {
@@ -5097,7 +5097,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(simpson_residual)(SPRINGLS__NUM3 st
     return SPRINGLS__W(mad)(end, SPRINGLS__W(sub)(middle, stages), SPRINGLS__W(broadcast)(4.0f));
 }
 
-/* Estimates the error of that step from the residual. The second difference of the slopes shows what Simpson's rule leaves out. */
+/* Estimates the error of a Runge-Kutta step from simpson_residual and, for the error of Simpson's rule itself, from the second
+   difference of the slopes. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(rk4_error)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,
                                                        SPRINGLS__NUM3 residual, float dt)
 {
@@ -5110,7 +5111,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(rk4_error)(SPRINGLS__NUM3 k1, SPRING
     return springls__fabs(dt) * SPRINGLS__W(select)(speed2 > 0.0f, bent, sum);
 }
 
-/* Places of the points of a springl, or what moves them; error: of a displacement, the estimated error of the particle's
+/* The places, slopes or displacements of the points of a springl; error: with displacements, the estimated error of the particle's
    integration. */
 typedef struct SPRINGLS__W(movers) {
     SPRINGLS__NUM3 x[SPRINGLS__MOVERS];
@@ -5199,8 +5200,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(pushed)(const springls__model *mode
     return SPRINGLS__W(load_v3)(sum.x, sum.y, sum.z);
 }
 
-/* Returns the slopes of all points of a springl (eq. 2) in Runge-Kutta stage k: that of the particle, or, with vertex_velocity,
-   the flow at each point and the push at the particle. flow: that at the particle, without the push. */
+/* Returns the slopes of all points of a springl (eq. 2) in Runge-Kutta stage k: all are the particle's or, with vertex_velocity,
+   each is the flow at the point plus the push at the particle. *flow: the flow at the particle, without the push. */
 SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(slopes_of)(const springls__model *model, const springls__force_rule *rule,
                                                              SPRINGLS__W(movers) at, int k, SPRINGLS__NUM3 *flow)
 {
@@ -5230,8 +5231,8 @@ SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(moved_by)(SPRINGLS__W(movers) 
     return at;
 }
 
-/* Returns simpson_residual at a particle that moves from x by d. flow: at the stages; what pushes is taken to be as it was
-   there. */
+/* Returns simpson_residual at a particle that moves from x by d. flow: of the four stages. Pushes are not evaluated again: those
+   of the stages stand for them. */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(path_residual)(const springls__model *model, const springls__force_rule *rule,
                                                             SPRINGLS__NUM3 x, SPRINGLS__NUM3 d, SPRINGLS__NUM3 k1,
                                                             SPRINGLS__NUM3 k4, const SPRINGLS__NUM3 *flow)
@@ -5313,9 +5314,9 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error
     return SPRINGLS__W(select)(length2 > 0.0f, r, error);
 }
 
-/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far
-   each moves and turns, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite.
-   error: of their correspondences so far. */
+/* Stores springls first, first + 1, ..., which were at `at`, displaced by d: moved_springls, moved_error, motion_class, turning2, and
+   displacement2 of the particle, FLT_MAX when the displacement of a point or its square is not finite. error: of their
+   correspondences before. */
 SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,
                                                     SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)
 {
@@ -5335,7 +5336,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model
     SPRINGLS__W(store)(squares[0], particle2);
     SPRINGLS__W(store)(squares[1], largest2);
     for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
-        springls__is_moving(model)[first + lane] = springls__how_far(squares[0][lane], squares[1][lane]);
+        springls__motion_class(model)[first + lane] = springls__motion_class_of(squares[0][lane], squares[1][lane]);
     particle2 = SPRINGLS__W(select)(finite, particle2, SPRINGLS__W(broadcast)(FLT_MAX));
     SPRINGLS__W(store)(springls__displacement2(model) + first, particle2);
     turning2 = SPRINGLS__W(turned2)(at, d);
@@ -5347,7 +5348,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model
     SPRINGLS__W(springl_store)(springls__moved_springls(model), first, SPRINGLS__W(springl_finished)(s));
 }
 
-/* Returns where forces act on a particle: in their region. */
+/* Returns whether a particle lies in the region of the forces. */
 SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(in_force_region)(springls__v3 lower, springls__v3 upper, SPRINGLS__NUM3 p)
 {
     return (p.x >= lower.x) & (p.y >= lower.y) & (p.z >= lower.z) & (p.x <= upper.x) & (p.y <= upper.y) & (p.z <= upper.z);
@@ -5441,7 +5442,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rk4)(SPRINGLS__NUM3 k1, SPRINGLS__N
     return SPRINGLS__W(scale)(SPRINGLS__W(add)(SPRINGLS__W(add)(k1, k4), middle), SPRINGLS__W(broadcast)(dt * (1.0f / 6.0f)));
 }
 
-/* Returns the place at half time on the cubic between the ends of a step from x, from the displacement and the slopes at both. */
+/* Returns the place at half time on the cubic from x to x + displacement that has these slopes at its ends. */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cubic_middle)(SPRINGLS__NUM3 x, SPRINGLS__NUM3 displacement, SPRINGLS__NUM3 first,
                                                            SPRINGLS__NUM3 last, float dt)
 {
@@ -5449,9 +5450,9 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cubic_middle)(SPRINGLS__NUM3 x, SPR
     return SPRINGLS__W(add)(x, SPRINGLS__W(mad)(straight, SPRINGLS__W(sub)(first, last), SPRINGLS__W(broadcast)(0.125f * dt)));
 }
 
-/* Returns what the flow on that cubic, at half time and at its end, weighted 4 and 1, exceeds the flow of the stages 2, 3 and 4 by,
-   weighted 2, 2 and 1: a sixth of it is the difference from Simpson's rule along the path. middle: at half time; end: at the
-   end, less that of stage 4. */
+/* Returns 4 f(middle) + f(end) - 2 stage2 - 2 stage3 - stage4, where f is the flow on the cubic of cubic_middle and the stages' flows
+   are those of the Runge-Kutta scheme: times dt / 6 it is how far the scheme is off Simpson's rule along the cubic. middle: f at
+   half time; end: f at the end, less the flow of stage 4. */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(simpson_residual)(SPRINGLS__NUM3 stage2, SPRINGLS__NUM3 stage3, SPRINGLS__NUM3 middle,
                                                                SPRINGLS__NUM3 end)
 {
@@ -5459,7 +5460,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(simpson_residual)(SPRINGLS__NUM3 st
     return SPRINGLS__W(mad)(end, SPRINGLS__W(sub)(middle, stages), SPRINGLS__W(broadcast)(4.0f));
 }
 
-/* Estimates the error of that step from the residual. The second difference of the slopes shows what Simpson's rule leaves out. */
+/* Estimates the error of a Runge-Kutta step from simpson_residual and, for the error of Simpson's rule itself, from the second
+   difference of the slopes. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(rk4_error)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,
                                                        SPRINGLS__NUM3 residual, float dt)
 {
@@ -5472,7 +5474,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(rk4_error)(SPRINGLS__NUM3 k1, SPRING
     return springls__fabs(dt) * SPRINGLS__W(select)(speed2 > 0.0f, bent, sum);
 }
 
-/* Places of the points of a springl, or what moves them; error: of a displacement, the estimated error of the particle's
+/* The places, slopes or displacements of the points of a springl; error: with displacements, the estimated error of the particle's
    integration. */
 typedef struct SPRINGLS__W(movers) {
     SPRINGLS__NUM3 x[SPRINGLS__MOVERS];
@@ -5561,8 +5563,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(pushed)(const springls__model *mode
     return SPRINGLS__W(load_v3)(sum.x, sum.y, sum.z);
 }
 
-/* Returns the slopes of all points of a springl (eq. 2) in Runge-Kutta stage k: that of the particle, or, with vertex_velocity,
-   the flow at each point and the push at the particle. flow: that at the particle, without the push. */
+/* Returns the slopes of all points of a springl (eq. 2) in Runge-Kutta stage k: all are the particle's or, with vertex_velocity,
+   each is the flow at the point plus the push at the particle. *flow: the flow at the particle, without the push. */
 SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(slopes_of)(const springls__model *model, const springls__force_rule *rule,
                                                              SPRINGLS__W(movers) at, int k, SPRINGLS__NUM3 *flow)
 {
@@ -5592,8 +5594,8 @@ SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(moved_by)(SPRINGLS__W(movers) 
     return at;
 }
 
-/* Returns simpson_residual at a particle that moves from x by d. flow: at the stages; what pushes is taken to be as it was
-   there. */
+/* Returns simpson_residual at a particle that moves from x by d. flow: of the four stages. Pushes are not evaluated again: those
+   of the stages stand for them. */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(path_residual)(const springls__model *model, const springls__force_rule *rule,
                                                             SPRINGLS__NUM3 x, SPRINGLS__NUM3 d, SPRINGLS__NUM3 k1,
                                                             SPRINGLS__NUM3 k4, const SPRINGLS__NUM3 *flow)
@@ -5675,9 +5677,9 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error
     return SPRINGLS__W(select)(length2 > 0.0f, r, error);
 }
 
-/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far
-   each moves and turns, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite.
-   error: of their correspondences so far. */
+/* Stores springls first, first + 1, ..., which were at `at`, displaced by d: moved_springls, moved_error, motion_class, turning2, and
+   displacement2 of the particle, FLT_MAX when the displacement of a point or its square is not finite. error: of their
+   correspondences before. */
 SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,
                                                     SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)
 {
@@ -5697,7 +5699,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model
     SPRINGLS__W(store)(squares[0], particle2);
     SPRINGLS__W(store)(squares[1], largest2);
     for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
-        springls__is_moving(model)[first + lane] = springls__how_far(squares[0][lane], squares[1][lane]);
+        springls__motion_class(model)[first + lane] = springls__motion_class_of(squares[0][lane], squares[1][lane]);
     particle2 = SPRINGLS__W(select)(finite, particle2, SPRINGLS__W(broadcast)(FLT_MAX));
     SPRINGLS__W(store)(springls__displacement2(model) + first, particle2);
     turning2 = SPRINGLS__W(turned2)(at, d);
@@ -5709,7 +5711,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model
     SPRINGLS__W(springl_store)(springls__moved_springls(model), first, SPRINGLS__W(springl_finished)(s));
 }
 
-/* Returns where forces act on a particle: in their region. */
+/* Returns whether a particle lies in the region of the forces. */
 SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(in_force_region)(springls__v3 lower, springls__v3 upper, SPRINGLS__NUM3 p)
 {
     return (p.x >= lower.x) & (p.y >= lower.y) & (p.z >= lower.z) & (p.x <= upper.x) & (p.y <= upper.y) & (p.z <= upper.z);
@@ -5760,7 +5762,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, co
 }
 /* -------- back in kernels_embed/stages/advect.h -------- */
 
-/* Finds what becomes of springl i by the forces of the rule. */
+/* Displaces springl i by the forces of the rule, into moved_springls. */
 SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)
 {
     springls__force_rule rule = *model->force.rule;
@@ -5768,7 +5770,7 @@ SPRINGLS__MATHS void springls__displace_element(const springls__model *model, sp
     springls__displace(model, &rule, i);
 }
 
-/* Finds it for springls begin, ..., end - 1, several at once. */
+/* Displaces springls begin, ..., end - 1, several at once. */
 SPRINGLS__MATHS void springls__displace_elements(const springls__model *model, springls__arguments args, int begin, int end)
 {
     springls__force_rule rule = *model->force.rule;
@@ -10063,7 +10065,7 @@ SPRINGLS__MATHS bool springls__stirs(const springls__model *model, int i, int wh
         return action == SPRINGLS__REMOVE || action == SPRINGLS__RESHAPE;
     }
     if (which == SPRINGLS__STIR_ALL || springls__synced_distance2(model)[i] > SPRINGLS__REST * SPRINGLS__REST) return true;
-    return which == SPRINGLS__STIR_MOVING && springls__is_moving(model)[i] >= SPRINGLS__MOVED_MORE;
+    return which == SPRINGLS__STIR_MOVING && springls__motion_class(model)[i] >= SPRINGLS__MOTION_STIRS;
 }
 
 /* Ends the calm of the octant that a place lies in. */
@@ -11810,7 +11812,7 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
 #define SPRINGLS__SIMD_KERNELS(X)                                                                                                \
     X(displace, 128,                                                                                                             \
       SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \
-          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(is_moving))                                                     \
+          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))                                                  \
     X(relax, 128, SPRINGLS__ROLE_BIT(relaxed_springls))
 
 /* Lists kernels that only a device has, where work items do together what one loop does in C (collectives.cl, regions.cl): name,
@@ -13845,11 +13847,11 @@ enum {
     SPRINGLS__ADVECT_POINTS = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK  /* their particles, then their q0s, q1s and q2s */
 };
 
-/* What the springls of a block need in between; too much for a stack. */
+/* The working memory of a block of springls, which is too large for a stack. */
 typedef struct springls__force_block {
-    springls__v3 x[SPRINGLS__ADVECT_POINTS];     /* where the points were */
-    springls__v3 at[SPRINGLS__ADVECT_POINTS];    /* in a stage; at last their displacements */
-    springls__v3 along[SPRINGLS__ADVECT_POINTS]; /* on the way between the ends of the step */
+    springls__v3 x[SPRINGLS__ADVECT_POINTS];     /* where the points are before the step */
+    springls__v3 at[SPRINGLS__ADVECT_POINTS];    /* where they are in a stage; in the end, their displacements */
+    springls__v3 along[SPRINGLS__ADVECT_POINTS]; /* on the cubic through the ends of the step */
     springls__v3 slope[4][SPRINGLS__ADVECT_POINTS];
     springls__v3 flow[4][SPRINGLS__ADVECT_BLOCK]; /* at the particles, in the stages */
     springls__v3 flow_along[SPRINGLS__ADVECT_BLOCK], residual[SPRINGLS__ADVECT_BLOCK];
@@ -14024,21 +14026,39 @@ SPRINGLS__FN void springls__particle_flow(const springls__motion *motion, spring
     springls__flow(motion, block, flow);
 }
 
+/* Adds the affine maps of the callbacks to the slopes of all points of a block, where they are at x. */
+SPRINGLS__FN void springls__add_affine_maps(const springls__motion *motion, springls__force_block *block, const springls__v3 *x,
+                                            springls__v3 *slope)
+{
+    const springls_forces *forces = &motion->forces;
+    springls_batch *batch = &block->batch;
+    const springls_batch *given;
+    if (!forces->affine && !forces->affine_batch) return;
+    springls__batch_points(batch, x, 0);
+    given = springls__callback_batch(motion, block);
+    if (forces->affine) {
+        forces->affine(forces->user, given->points, given->correspondences, batch->count, batch->time, block->answer);
+        springls__add_affine(motion, block->answer, x, batch->count, slope);
+    }
+    if (forces->affine_batch) {
+        forces->affine_batch(forces->user, given, block->answer);
+        springls__add_affine(motion, block->answer, x, batch->count, slope);
+    }
+}
+
 /* Finds the slopes of all points of a block, where they are at x, and the flow at its particles. */
 SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls__force_block *block, const springls__v3 *x,
                                    float time, springls__v3 *slope, springls__v3 *flow)
 {
-    const springls_forces *forces = &motion->forces;
     springls_batch *batch = &block->batch;
     springls__v3 *push = block->push;
-    const springls_batch *given;
     int i, m, count = batch->count;
     springls__particle_flow(motion, block, x, time, flow);
     memcpy(slope, flow, (size_t)count * sizeof *slope);
     if (!motion->ctx->model.params.vertex_velocity) {
         springls__push(motion, block, slope);
         for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2 */
-    } else { /* what pushes, pushes the springl as a whole: its vertices have no normals of their own */
+    } else { /* a push moves the springl as a whole: its vertices have no normals of their own */
         memset(push, 0, (size_t)count * sizeof *push);
         springls__push(motion, block, push);
         for (m = 1; m < SPRINGLS__MOVERS; m++) {
@@ -14048,16 +14068,7 @@ SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls__for
         for (m = 0; m < SPRINGLS__MOVERS; m++)
             for (i = 0; i < count; i++) slope[m * count + i] = springls__add(slope[m * count + i], push[i]);
     }
-    springls__batch_points(batch, x, 0);
-    given = springls__callback_batch(motion, block);
-    if (forces->affine) {
-        forces->affine(forces->user, given->points, given->correspondences, count, time, block->answer);
-        springls__add_affine(motion, block->answer, x, count, slope);
-    }
-    if (forces->affine_batch) {
-        forces->affine_batch(forces->user, given, block->answer);
-        springls__add_affine(motion, block->answer, x, count, slope);
-    }
+    springls__add_affine_maps(motion, block, x, slope);
 }
 
 /* Finds springls__simpson_residual for the particles of a block, which a step displaces by `at`. */
@@ -14100,30 +14111,35 @@ SPRINGLS__FN void springls__advect_read(const springls__motion *motion, int firs
     }
 }
 
-/* Displaces the springls first, ..., first + count - 1 of a motion by fourth-order Runge-Kutta or one Euler step (eq. 2). */
-SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int first, int count, springls__force_block *block)
+/* Displaces the points of a block by fourth-order Runge-Kutta (eq. 2), whose first slopes are known, and estimates the errors. */
+SPRINGLS__FN void springls__runge_kutta(const springls__motion *motion, springls__force_block *block)
 {
     springls__v3 *x = block->x, *at = block->at, (*k)[SPRINGLS__ADVECT_POINTS] = block->slope;
-    springls_context *ctx = motion->ctx;
     const float *time = motion->rule.stage_time, dt = motion->rule.dt;
-    int i, n = SPRINGLS__MOVERS * count;
-    springls__advect_read(motion, first, count, block);
-    springls__slopes(motion, block, x, time[0], k[0], block->flow[0]);
-    if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
-        for (i = 0; i < n; i++) at[i] = springls__scale(k[0][i], dt);
-        memset(block->error, 0, sizeof block->error);
-    } else {
-        for (i = 0; i < n; i++) at[i] = springls__mad(x[i], k[0][i], 0.5f * dt);
-        springls__slopes(motion, block, at, time[1], k[1], block->flow[1]);
-        for (i = 0; i < n; i++) at[i] = springls__mad(x[i], k[1][i], 0.5f * dt);
-        springls__slopes(motion, block, at, time[2], k[2], block->flow[2]);
-        for (i = 0; i < n; i++) at[i] = springls__mad(x[i], k[2][i], dt);
-        springls__slopes(motion, block, at, time[3], k[3], block->flow[3]);
-        for (i = 0; i < n; i++) at[i] = springls__rk4(k[0][i], k[1][i], k[2][i], k[3][i], dt);
-        springls__path_residuals(motion, block);
-        for (i = 0; i < count; i++)
-            block->error[i] = springls__rk4_error(k[0][i], k[1][i], k[2][i], k[3][i], block->residual[i], dt);
+    int i, stage, count = block->batch.count, n = SPRINGLS__MOVERS * count;
+    for (stage = 1; stage < 4; stage++) {
+        const float span = stage == 3 ? dt : 0.5f * dt;
+        for (i = 0; i < n; i++) at[i] = springls__mad(x[i], k[stage - 1][i], span);
+        springls__slopes(motion, block, at, time[stage], k[stage], block->flow[stage]);
     }
+    for (i = 0; i < n; i++) at[i] = springls__rk4(k[0][i], k[1][i], k[2][i], k[3][i], dt);
+    springls__path_residuals(motion, block);
+    for (i = 0; i < count; i++)
+        block->error[i] = springls__rk4_error(k[0][i], k[1][i], k[2][i], k[3][i], block->residual[i], dt);
+}
+
+/* Displaces the springls first, ..., first + count - 1 of a motion by Runge-Kutta or one Euler step. */
+SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int first, int count, springls__force_block *block)
+{
+    springls__v3 *x = block->x, *at = block->at;
+    springls_context *ctx = motion->ctx;
+    int i;
+    springls__advect_read(motion, first, count, block);
+    springls__slopes(motion, block, x, motion->rule.stage_time[0], block->slope[0], block->flow[0]);
+    if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
+        for (i = 0; i < SPRINGLS__MOVERS * count; i++) at[i] = springls__scale(block->slope[0][i], motion->rule.dt);
+        memset(block->error, 0, sizeof block->error);
+    } else springls__runge_kutta(motion, block);
     for (i = 0; i + SPRINGLS__LANES <= count; i += SPRINGLS__LANES)
         springls__vec_displace_by(&ctx->model, &motion->rule, first + i, x + i, at + i, count, block->error + i,
                                   block->before + i);
@@ -14152,7 +14168,7 @@ SPRINGLS__FN void springls__advect_work(void *arg, int begin, int end, float *me
 /* advect.h - moves springls by the forces (section 4.2, eq. 1 and 2): by a kernel where it can evaluate them, else block by block
    (forces.h). */
 
-/* In voxels, of one advect, with a window that follows: beyond it a float has no sixteenth of a voxel. */
+/* Voxels, the largest motion of one advect in a window that follows: a float further out does not resolve a sixteenth of a voxel. */
 enum { SPRINGLS__FURTHEST_MOTION = 1000000 };
 
 /* Finds the region that forces act in: everywhere where none is given. */
@@ -14211,7 +14227,8 @@ SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
     return SPRINGLS_OK;
 }
 
-/* Lists the springls in the region of the forces, ascending. Of a model at rest only the cells of the region are looked at. */
+/* Lists the springls in the region of the forces, ascending. With a fresh cell list, as in a model at rest, only the cells of the
+   region are visited. */
 SPRINGLS__FN springls_status springls__list_region(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
@@ -14253,8 +14270,8 @@ SPRINGLS__FN springls_status springls__displace_in_blocks(springls__motion *moti
     return SPRINGLS_OK;
 }
 
-/* Finds, after that, how many particles move, how far springls turn at most, and the largest displacement: negative where that of a
-   point is not finite. */
+/* Finds how many particles springls__displace_all has moved, how far springls turn at most, and the largest displacement: negative
+   where that of a point is not finite. */
 SPRINGLS__FN void springls__displaced(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
@@ -14266,7 +14283,7 @@ SPRINGLS__FN void springls__displaced(springls__motion *motion)
     motion->moving = largest.more;
     motion->turned = springls__sqrt(springls__largest_found(ctx, SPRINGLS__COUNT_TURNING).value);
     motion->still = largest.value == 0.0f
-        && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), motion->count, SPRINGLS__MOVED_NOT) == motion->count;
+        && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(motion_class), motion->count, SPRINGLS__MOTION_NONE) == motion->count;
 }
 
 /* Returns true when the kernel can evaluate the forces, and completes the rule for it. On the host it has no samples, and does
@@ -14330,7 +14347,7 @@ SPRINGLS__FN springls_status springls__forces_to_device(springls__motion *motion
     return ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &motion->rule, sizeof motion->rule);
 }
 
-/* Returns true where there is nothing that moves springls. */
+/* Returns true when no force moves springls. */
 SPRINGLS__FN bool springls__has_no_force(const springls__motion *motion)
 {
     const springls_forces *f = &motion->forces;
@@ -14338,7 +14355,7 @@ SPRINGLS__FN bool springls__has_no_force(const springls__motion *motion)
         && !f->pressure_grid.data && !f->velocity_grid.data && f->curvature_weight == 0.0f && motion->rule.smoothing == 0.0f;
 }
 
-/* Finds what becomes of all springls. Ends with a loop, after which springls__displaced is to be called. */
+/* Displaces all springls, into moved_springls. Ends with a loop, after which springls__displaced is to be called. */
 SPRINGLS__FN springls_status springls__displace_all(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
@@ -14352,7 +14369,7 @@ SPRINGLS__FN springls_status springls__displace_all(springls__motion *motion)
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, moved_error, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement2, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, turning2, count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, is_moving, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, motion_class, count));
     if (ctx->on_device) SPRINGLS__TRY(springls__reserve_counts(ctx));
     if (by_kernel && ctx->on_device) {
         springls_status status = springls__forces_to_device(motion);
@@ -14367,27 +14384,27 @@ SPRINGLS__FN springls_status springls__displace_all(springls__motion *motion)
     return SPRINGLS_OK;
 }
 
-/* Takes moved_springls and moved_error for the springls. Those of a list go to their places, the last one first: a springl's
-   index is never below its place in the list, so nothing is overwritten before it has been taken. */
+/* Makes moved_springls and moved_error the springls and their errors. Where only some are listed these are copied to their places,
+   the last one first: an index is never below its place in the list, so no motion_class is overwritten before it is read. */
 SPRINGLS__FN springls_status springls__take_moved(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
     springls__constellation *set = &ctx->model.set;
-    uint8_t *how_far;
+    uint8_t *motion_class;
     int i;
     if (!motion->listed) {
         springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ROLE_ARRAY(moved_springls));
         springls__swap(ctx, SPRINGLS__ARRAY_ERROR, SPRINGLS__ROLE_ARRAY(moved_error));
         return SPRINGLS_OK;
     }
-    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(S) | SPRINGLS__BIT(ERROR) | SPRINGLS__ROLE_BIT(is_moving)));
-    how_far = springls__is_moving(&ctx->model);
-    memset(how_far + motion->count, SPRINGLS__MOVED_NOT, (size_t)(set->count - motion->count));
+    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(S) | SPRINGLS__BIT(ERROR) | SPRINGLS__ROLE_BIT(motion_class)));
+    motion_class = springls__motion_class(&ctx->model);
+    memset(motion_class + motion->count, SPRINGLS__MOTION_NONE, (size_t)(set->count - motion->count));
     for (i = motion->count - 1; i >= 0; i--) {
         int to = motion->listed[i];
-        uint8_t how = how_far[i];
-        how_far[i] = SPRINGLS__MOVED_NOT;
-        how_far[to] = how;
+        uint8_t moved = motion_class[i];
+        motion_class[i] = SPRINGLS__MOTION_NONE;
+        motion_class[to] = moved;
         set->s[to] = springls__moved_springls(&ctx->model)[i];
         set->error[to] = springls__moved_error(&ctx->model)[i];
     }
@@ -14397,8 +14414,8 @@ SPRINGLS__FN springls_status springls__take_moved(springls__motion *motion)
 enum { SPRINGLS__ADVECT_DISPLACE, SPRINGLS__ADVECT_MOVE };
 
 /* Moves all springls by the context's motion. When a particle would go further than max_displacement (0: no limit), all
-   displacements are computed again with a dt a little shorter than an even force would need; after TRIES of that there is no
-   limit. */
+   displacements are computed again with a dt a little shorter than a uniform force would need. After TRIES attempts the limit is
+   dropped. */
 SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
 {
     enum { TRIES = 40 };
@@ -27242,7 +27259,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(displacement2, float, 1)                  /* of the particle, squared; FLT_MAX: not finite                              */ \\\n",
     "    X(turning2, float, 2)                       /* of a springl: see springls__turned2                                        */ \\\n",
     "    X(moved_error, float, 4)                    /* ERROR after a motion; trades places with it                                */ \\\n",
-    "    X(is_moving, uint8_t, 3)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \\\n",
+    "    X(motion_class, uint8_t, 3)                 /* how far a springl moves: SPRINGLS__MOTION_...                              */ \\\n",
     "    /* window */                                                                                                                 \\\n",
     "    X(extent, float, 7)                         /* of a particle: see springls__extent_element                                 */ \\\n",
     "    X(has_departed, uint8_t, 2)                 /* 1: is removed because it has left the window                               */ \\\n",
@@ -29348,7 +29365,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__held_by_topology(before, after, displacement, n);\n",
     "}\n",
     "\n",
-    "/* A sampled field: from the model's voxels to its own samples. */\n",
+    "/* A sampled field; from_voxel maps the model's voxel coordinates to those of its samples. */\n",
     "typedef struct springls__field { float from_voxel[12]; int size[3], channels; } springls__field;\n",
     "\n",
     "SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRINGLS__GLOBAL const float *data, springls__v3 x,\n",
@@ -29454,21 +29471,21 @@ static const char *const springls__kernel_lines[] = {
     "/* The points of a springl that move: its particle, and its vertices. */\n",
     "#define SPRINGLS__MOVERS 4\n",
     "\n",
-    "#define SPRINGLS__MOVING2 1e-4f /* voxel^2: a particle moves where the square of its displacement is larger */\n",
-    "#define SPRINGLS__STIRRING2 1e-6f /* voxel^2: the same of a point of a springl that stirs (sleep.h) */\n",
+    "#define SPRINGLS__MOVING2 1e-4f /* voxel^2: a springl counts as moving where the square of its particle's displacement is larger */\n",
+    "#define SPRINGLS__STIRRING2 1e-6f /* voxel^2: a springl stirs (sleep.h) where the square of a point's displacement is larger */\n",
     "\n",
-    "/* Names how far a springl moves: not at all; less than it takes to stir; more; so far that its particle counts as moving. */\n",
-    "#define SPRINGLS__MOVED_NOT 0\n",
-    "#define SPRINGLS__MOVED_LESS 1\n",
-    "#define SPRINGLS__MOVED_MORE 2\n",
-    "#define SPRINGLS__MOVED_FAR 3\n",
+    "/* Names how far a springl moves: not at all; without stirring; so that it stirs; so that it counts as moving. */\n",
+    "#define SPRINGLS__MOTION_NONE 0\n",
+    "#define SPRINGLS__MOTION_CALM 1\n",
+    "#define SPRINGLS__MOTION_STIRS 2\n",
+    "#define SPRINGLS__MOTION_COUNTS 3\n",
     "\n",
-    "/* Returns how far a springl moves, by the squares of its particle's displacement and of the largest of all points. */\n",
-    "SPRINGLS__MATHS uint8_t springls__how_far(float particle2, float largest2)\n",
+    "/* Returns how far a springl moves, from the squares of its particle's displacement and of the largest one of its points. */\n",
+    "SPRINGLS__MATHS uint8_t springls__motion_class_of(float particle2, float largest2)\n",
     "{\n",
-    "    if (particle2 > SPRINGLS__MOVING2) return SPRINGLS__MOVED_FAR;\n",
-    "    if (largest2 > SPRINGLS__STIRRING2) return SPRINGLS__MOVED_MORE;\n",
-    "    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;\n",
+    "    if (particle2 > SPRINGLS__MOVING2) return SPRINGLS__MOTION_COUNTS;\n",
+    "    if (largest2 > SPRINGLS__STIRRING2) return SPRINGLS__MOTION_STIRS;\n",
+    "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
     "#line 5037 \"springls.h\"\n",
@@ -29516,7 +29533,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(scale)(SPRINGLS__W(add)(SPRINGLS__W(add)(k1, k4), middle), SPRINGLS__W(broadcast)(dt * (1.0f / 6.0f)));\n",
     "}\n",
     "\n",
-    "/* Returns the place at half time on the cubic between the ends of a step from x, from the displacement and the slopes at both. */\n",
+    "/* Returns the place at half time on the cubic from x to x + displacement that has these slopes at its ends. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cubic_middle)(SPRINGLS__NUM3 x, SPRINGLS__NUM3 displacement, SPRINGLS__NUM3 first,\n",
     "                                                           SPRINGLS__NUM3 last, float dt)\n",
     "{\n",
@@ -29524,9 +29541,9 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(add)(x, SPRINGLS__W(mad)(straight, SPRINGLS__W(sub)(first, last), SPRINGLS__W(broadcast)(0.125f * dt)));\n",
     "}\n",
     "\n",
-    "/* Returns what the flow on that cubic, at half time and at its end, weighted 4 and 1, exceeds the flow of the stages 2, 3 and 4 by,\n",
-    "   weighted 2, 2 and 1: a sixth of it is the difference from Simpson's rule along the path. middle: at half time; end: at the\n",
-    "   end, less that of stage 4. */\n",
+    "/* Returns 4 f(middle) + f(end) - 2 stage2 - 2 stage3 - stage4, where f is the flow on the cubic of cubic_middle and the stages' flows\n",
+    "   are those of the Runge-Kutta scheme: times dt / 6 it is how far the scheme is off Simpson's rule along the cubic. middle: f at\n",
+    "   half time; end: f at the end, less the flow of stage 4. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(simpson_residual)(SPRINGLS__NUM3 stage2, SPRINGLS__NUM3 stage3, SPRINGLS__NUM3 middle,\n",
     "                                                               SPRINGLS__NUM3 end)\n",
     "{\n",
@@ -29534,7 +29551,8 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(mad)(end, SPRINGLS__W(sub)(middle, stages), SPRINGLS__W(broadcast)(4.0f));\n",
     "}\n",
     "\n",
-    "/* Estimates the error of that step from the residual. The second difference of the slopes shows what Simpson's rule leaves out. */\n",
+    "/* Estimates the error of a Runge-Kutta step from simpson_residual and, for the error of Simpson's rule itself, from the second\n",
+    "   difference of the slopes. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(rk4_error)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,\n",
     "                                                       SPRINGLS__NUM3 residual, float dt)\n",
     "{\n",
@@ -29547,7 +29565,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__fabs(dt) * SPRINGLS__W(select)(speed2 > 0.0f, bent, sum);\n",
     "}\n",
     "\n",
-    "/* Places of the points of a springl, or what moves them; error: of a displacement, the estimated error of the particle's\n",
+    "/* The places, slopes or displacements of the points of a springl; error: with displacements, the estimated error of the particle's\n",
     "   integration. */\n",
     "typedef struct SPRINGLS__W(movers) {\n",
     "    SPRINGLS__NUM3 x[SPRINGLS__MOVERS];\n",
@@ -29636,8 +29654,8 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(load_v3)(sum.x, sum.y, sum.z);\n",
     "}\n",
     "\n",
-    "/* Returns the slopes of all points of a springl (eq. 2) in Runge-Kutta stage k: that of the particle, or, with vertex_velocity,\n",
-    "   the flow at each point and the push at the particle. flow: that at the particle, without the push. */\n",
+    "/* Returns the slopes of all points of a springl (eq. 2) in Runge-Kutta stage k: all are the particle's or, with vertex_velocity,\n",
+    "   each is the flow at the point plus the push at the particle. *flow: the flow at the particle, without the push. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(slopes_of)(const springls__model *model, const springls__force_rule *rule,\n",
     "                                                             SPRINGLS__W(movers) at, int k, SPRINGLS__NUM3 *flow)\n",
     "{\n",
@@ -29667,8 +29685,8 @@ static const char *const springls__kernel_lines[] = {
     "    return at;\n",
     "}\n",
     "\n",
-    "/* Returns simpson_residual at a particle that moves from x by d. flow: at the stages; what pushes is taken to be as it was\n",
-    "   there. */\n",
+    "/* Returns simpson_residual at a particle that moves from x by d. flow: of the four stages. Pushes are not evaluated again: those\n",
+    "   of the stages stand for them. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(path_residual)(const springls__model *model, const springls__force_rule *rule,\n",
     "                                                            SPRINGLS__NUM3 x, SPRINGLS__NUM3 d, SPRINGLS__NUM3 k1,\n",
     "                                                            SPRINGLS__NUM3 k4, const SPRINGLS__NUM3 *flow)\n",
@@ -29750,9 +29768,9 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(select)(length2 > 0.0f, r, error);\n",
     "}\n",
     "\n",
-    "/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far\n",
-    "   each moves and turns, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite.\n",
-    "   error: of their correspondences so far. */\n",
+    "/* Stores springls first, first + 1, ..., which were at `at`, displaced by d: moved_springls, moved_error, motion_class, turning2, and\n",
+    "   displacement2 of the particle, FLT_MAX when the displacement of a point or its square is not finite. error: of their\n",
+    "   correspondences before. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,\n",
     "                                                    SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)\n",
     "{\n",
@@ -29772,7 +29790,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__W(store)(squares[0], particle2);\n",
     "    SPRINGLS__W(store)(squares[1], largest2);\n",
     "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)\n",
-    "        springls__is_moving(model)[first + lane] = springls__how_far(squares[0][lane], squares[1][lane]);\n",
+    "        springls__motion_class(model)[first + lane] = springls__motion_class_of(squares[0][lane], squares[1][lane]);\n",
     "    particle2 = SPRINGLS__W(select)(finite, particle2, SPRINGLS__W(broadcast)(FLT_MAX));\n",
     "    SPRINGLS__W(store)(springls__displacement2(model) + first, particle2);\n",
     "    turning2 = SPRINGLS__W(turned2)(at, d);\n",
@@ -29784,7 +29802,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__W(springl_store)(springls__moved_springls(model), first, SPRINGLS__W(springl_finished)(s));\n",
     "}\n",
     "\n",
-    "/* Returns where forces act on a particle: in their region. */\n",
+    "/* Returns whether a particle lies in the region of the forces. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(in_force_region)(springls__v3 lower, springls__v3 upper, SPRINGLS__NUM3 p)\n",
     "{\n",
     "    return (p.x >= lower.x) & (p.y >= lower.y) & (p.z >= lower.z) & (p.x <= upper.x) & (p.y <= upper.y) & (p.z <= upper.z);\n",
@@ -29833,7 +29851,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5400 \"springls.h\"\n",
+    "#line 5401 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29848,7 +29866,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5415 \"springls.h\"\n",
+    "#line 5416 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -29878,7 +29896,7 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(scale)(SPRINGLS__W(add)(SPRINGLS__W(add)(k1, k4), middle), SPRINGLS__W(broadcast)(dt * (1.0f / 6.0f)));\n",
     "}\n",
     "\n",
-    "/* Returns the place at half time on the cubic between the ends of a step from x, from the displacement and the slopes at both. */\n",
+    "/* Returns the place at half time on the cubic from x to x + displacement that has these slopes at its ends. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cubic_middle)(SPRINGLS__NUM3 x, SPRINGLS__NUM3 displacement, SPRINGLS__NUM3 first,\n",
     "                                                           SPRINGLS__NUM3 last, float dt)\n",
     "{\n",
@@ -29886,9 +29904,9 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(add)(x, SPRINGLS__W(mad)(straight, SPRINGLS__W(sub)(first, last), SPRINGLS__W(broadcast)(0.125f * dt)));\n",
     "}\n",
     "\n",
-    "/* Returns what the flow on that cubic, at half time and at its end, weighted 4 and 1, exceeds the flow of the stages 2, 3 and 4 by,\n",
-    "   weighted 2, 2 and 1: a sixth of it is the difference from Simpson's rule along the path. middle: at half time; end: at the\n",
-    "   end, less that of stage 4. */\n",
+    "/* Returns 4 f(middle) + f(end) - 2 stage2 - 2 stage3 - stage4, where f is the flow on the cubic of cubic_middle and the stages' flows\n",
+    "   are those of the Runge-Kutta scheme: times dt / 6 it is how far the scheme is off Simpson's rule along the cubic. middle: f at\n",
+    "   half time; end: f at the end, less the flow of stage 4. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(simpson_residual)(SPRINGLS__NUM3 stage2, SPRINGLS__NUM3 stage3, SPRINGLS__NUM3 middle,\n",
     "                                                               SPRINGLS__NUM3 end)\n",
     "{\n",
@@ -29896,7 +29914,8 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(mad)(end, SPRINGLS__W(sub)(middle, stages), SPRINGLS__W(broadcast)(4.0f));\n",
     "}\n",
     "\n",
-    "/* Estimates the error of that step from the residual. The second difference of the slopes shows what Simpson's rule leaves out. */\n",
+    "/* Estimates the error of a Runge-Kutta step from simpson_residual and, for the error of Simpson's rule itself, from the second\n",
+    "   difference of the slopes. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(rk4_error)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,\n",
     "                                                       SPRINGLS__NUM3 residual, float dt)\n",
     "{\n",
@@ -29909,7 +29928,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__fabs(dt) * SPRINGLS__W(select)(speed2 > 0.0f, bent, sum);\n",
     "}\n",
     "\n",
-    "/* Places of the points of a springl, or what moves them; error: of a displacement, the estimated error of the particle's\n",
+    "/* The places, slopes or displacements of the points of a springl; error: with displacements, the estimated error of the particle's\n",
     "   integration. */\n",
     "typedef struct SPRINGLS__W(movers) {\n",
     "    SPRINGLS__NUM3 x[SPRINGLS__MOVERS];\n",
@@ -29998,8 +30017,8 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(load_v3)(sum.x, sum.y, sum.z);\n",
     "}\n",
     "\n",
-    "/* Returns the slopes of all points of a springl (eq. 2) in Runge-Kutta stage k: that of the particle, or, with vertex_velocity,\n",
-    "   the flow at each point and the push at the particle. flow: that at the particle, without the push. */\n",
+    "/* Returns the slopes of all points of a springl (eq. 2) in Runge-Kutta stage k: all are the particle's or, with vertex_velocity,\n",
+    "   each is the flow at the point plus the push at the particle. *flow: the flow at the particle, without the push. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(slopes_of)(const springls__model *model, const springls__force_rule *rule,\n",
     "                                                             SPRINGLS__W(movers) at, int k, SPRINGLS__NUM3 *flow)\n",
     "{\n",
@@ -30029,8 +30048,8 @@ static const char *const springls__kernel_lines[] = {
     "    return at;\n",
     "}\n",
     "\n",
-    "/* Returns simpson_residual at a particle that moves from x by d. flow: at the stages; what pushes is taken to be as it was\n",
-    "   there. */\n",
+    "/* Returns simpson_residual at a particle that moves from x by d. flow: of the four stages. Pushes are not evaluated again: those\n",
+    "   of the stages stand for them. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(path_residual)(const springls__model *model, const springls__force_rule *rule,\n",
     "                                                            SPRINGLS__NUM3 x, SPRINGLS__NUM3 d, SPRINGLS__NUM3 k1,\n",
     "                                                            SPRINGLS__NUM3 k4, const SPRINGLS__NUM3 *flow)\n",
@@ -30112,9 +30131,9 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(select)(length2 > 0.0f, r, error);\n",
     "}\n",
     "\n",
-    "/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far\n",
-    "   each moves and turns, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite.\n",
-    "   error: of their correspondences so far. */\n",
+    "/* Stores springls first, first + 1, ..., which were at `at`, displaced by d: moved_springls, moved_error, motion_class, turning2, and\n",
+    "   displacement2 of the particle, FLT_MAX when the displacement of a point or its square is not finite. error: of their\n",
+    "   correspondences before. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,\n",
     "                                                    SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)\n",
     "{\n",
@@ -30134,7 +30153,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__W(store)(squares[0], particle2);\n",
     "    SPRINGLS__W(store)(squares[1], largest2);\n",
     "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)\n",
-    "        springls__is_moving(model)[first + lane] = springls__how_far(squares[0][lane], squares[1][lane]);\n",
+    "        springls__motion_class(model)[first + lane] = springls__motion_class_of(squares[0][lane], squares[1][lane]);\n",
     "    particle2 = SPRINGLS__W(select)(finite, particle2, SPRINGLS__W(broadcast)(FLT_MAX));\n",
     "    SPRINGLS__W(store)(springls__displacement2(model) + first, particle2);\n",
     "    turning2 = SPRINGLS__W(turned2)(at, d);\n",
@@ -30146,7 +30165,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__W(springl_store)(springls__moved_springls(model), first, SPRINGLS__W(springl_finished)(s));\n",
     "}\n",
     "\n",
-    "/* Returns where forces act on a particle: in their region. */\n",
+    "/* Returns whether a particle lies in the region of the forces. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(in_force_region)(springls__v3 lower, springls__v3 upper, SPRINGLS__NUM3 p)\n",
     "{\n",
     "    return (p.x >= lower.x) & (p.y >= lower.y) & (p.z >= lower.z) & (p.x <= upper.x) & (p.y <= upper.y) & (p.z <= upper.z);\n",
@@ -30195,9 +30214,9 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5762 \"springls.h\"\n",
+    "#line 5764 \"springls.h\"\n",
     "\n",
-    "/* Finds what becomes of springl i by the forces of the rule. */\n",
+    "/* Displaces springl i by the forces of the rule, into moved_springls. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    springls__force_rule rule = *model->force.rule;\n",
@@ -30205,14 +30224,14 @@ static const char *const springls__kernel_lines[] = {
     "    springls__displace(model, &rule, i);\n",
     "}\n",
     "\n",
-    "/* Finds it for springls begin, ..., end - 1, several at once. */\n",
+    "/* Displaces springls begin, ..., end - 1, several at once. */\n",
     "SPRINGLS__MATHS void springls__displace_elements(const springls__model *model, springls__arguments args, int begin, int end)\n",
     "{\n",
     "    springls__force_rule rule = *model->force.rule;\n",
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 6368 \"springls.h\"\n",
+    "#line 6370 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -30238,7 +30257,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6395 \"springls.h\"\n",
+    "#line 6397 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -30327,7 +30346,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6485 \"springls.h\"\n",
+    "#line 6487 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -30467,7 +30486,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6626 \"springls.h\"\n",
+    "#line 6628 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -30560,7 +30579,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6720 \"springls.h\"\n",
+    "#line 6722 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
@@ -30796,7 +30815,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__awaited_springl(model)[i] = -1;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6957 \"springls.h\"\n",
+    "#line 6959 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -30826,7 +30845,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6987 \"springls.h\"\n",
+    "#line 6989 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30841,7 +30860,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7003 \"springls.h\"\n",
+    "#line 7005 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -31010,7 +31029,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7172 \"springls.h\"\n",
+    "#line 7174 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31025,7 +31044,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7187 \"springls.h\"\n",
+    "#line 7189 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -31194,7 +31213,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7356 \"springls.h\"\n",
+    "#line 7358 \"springls.h\"\n",
     "\n",
     "/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -31248,7 +31267,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7411 \"springls.h\"\n",
+    "#line 7413 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -31274,7 +31293,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7437 \"springls.h\"\n",
+    "#line 7439 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31289,7 +31308,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7453 \"springls.h\"\n",
+    "#line 7455 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -31372,7 +31391,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7536 \"springls.h\"\n",
+    "#line 7538 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31387,7 +31406,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7551 \"springls.h\"\n",
+    "#line 7553 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -31470,7 +31489,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7634 \"springls.h\"\n",
+    "#line 7636 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -31544,7 +31563,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7709 \"springls.h\"\n",
+    "#line 7711 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -32096,7 +32115,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8262 \"springls.h\"\n",
+    "#line 8264 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -32192,7 +32211,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8359 \"springls.h\"\n",
+    "#line 8361 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -32316,7 +32335,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8484 \"springls.h\"\n",
+    "#line 8486 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -32586,7 +32605,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8755 \"springls.h\"\n",
+    "#line 8757 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -32662,7 +32681,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8832 \"springls.h\"\n",
+    "#line 8834 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -32804,7 +32823,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 8975 \"springls.h\"\n",
+    "#line 8977 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -32993,7 +33012,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9165 \"springls.h\"\n",
+    "#line 9167 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -33120,7 +33139,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9293 \"springls.h\"\n",
+    "#line 9295 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -33153,7 +33172,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (others == 0) return 0;\n",
     "    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;\n",
     "}\n",
-    "#line 9327 \"springls.h\"\n",
+    "#line 9329 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -33697,7 +33716,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9872 \"springls.h\"\n",
+    "#line 9874 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -33847,7 +33866,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10023 \"springls.h\"\n",
+    "#line 10025 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -33891,7 +33910,7 @@ static const char *const springls__kernel_lines[] = {
     "        return action == SPRINGLS__REMOVE || action == SPRINGLS__RESHAPE;\n",
     "    }\n",
     "    if (which == SPRINGLS__STIR_ALL || springls__synced_distance2(model)[i] > SPRINGLS__REST * SPRINGLS__REST) return true;\n",
-    "    return which == SPRINGLS__STIR_MOVING && springls__is_moving(model)[i] >= SPRINGLS__MOVED_MORE;\n",
+    "    return which == SPRINGLS__STIR_MOVING && springls__motion_class(model)[i] >= SPRINGLS__MOTION_STIRS;\n",
     "}\n",
     "\n",
     "/* Ends the calm of the octant that a place lies in. */\n",
@@ -33951,7 +33970,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10128 \"springls.h\"\n",
+    "#line 10130 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -34048,7 +34067,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10226 \"springls.h\"\n",
+    "#line 10228 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -34586,7 +34605,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10765 \"springls.h\"\n",
+    "#line 10767 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -34662,7 +34681,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10842 \"springls.h\"\n",
+    "#line 10844 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -34898,7 +34917,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11079 \"springls.h\"\n",
+    "#line 11081 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -34931,7 +34950,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11113 \"springls.h\"\n",
+    "#line 11115 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -34956,14 +34975,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11139 \"springls.h\"\n",
+    "#line 11141 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11146 \"springls.h\"\n",
+    "#line 11148 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34978,7 +34997,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11162 \"springls.h\"\n",
+    "#line 11164 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35108,7 +35127,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11292 \"springls.h\"\n",
+    "#line 11294 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35123,7 +35142,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11307 \"springls.h\"\n",
+    "#line 11309 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35253,7 +35272,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11438 \"springls.h\"\n",
+    "#line 11440 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -35544,7 +35563,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11730 \"springls.h\"\n",
+    "#line 11732 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -35628,7 +35647,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SIMD_KERNELS(X)                                                                                                \\\n",
     "    X(displace, 128,                                                                                                             \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
-    "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(is_moving))                                                     \\\n",
+    "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))                                                  \\\n",
     "    X(relax, 128, SPRINGLS__ROLE_BIT(relaxed_springls))\n",
     "\n",
     "/* Lists kernels that only a device has, where work items do together what one loop does in C (collectives.cl, regions.cl): name,\n",
@@ -35645,7 +35664,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 35649 \"springls.h\"\n",
+    "#line 35668 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

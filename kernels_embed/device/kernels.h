@@ -108,7 +108,7 @@
 #define SPRINGLS__SIMD_KERNELS(X)                                                                                                \
     X(displace, 128,                                                                                                             \
       SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \
-          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(is_moving))                                                     \
+          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))                                                  \
     X(relax, 128, SPRINGLS__ROLE_BIT(relaxed_springls))
 
 /* Lists kernels that only a device has, where work items do together what one loop does in C (collectives.cl, regions.cl): name,

@@ -17,7 +17,7 @@
     X(displacement2, float, 1)                  /* of the particle, squared; FLT_MAX: not finite                              */ \
     X(turning2, float, 2)                       /* of a springl: see springls__turned2                                        */ \
     X(moved_error, float, 4)                    /* ERROR after a motion; trades places with it                                */ \
-    X(is_moving, uint8_t, 3)                    /* how far a springl moves: SPRINGLS__MOVED_...                               */ \
+    X(motion_class, uint8_t, 3)                 /* how far a springl moves: SPRINGLS__MOTION_...                              */ \
     /* window */                                                                                                                 \
     X(extent, float, 7)                         /* of a particle: see springls__extent_element                                 */ \
     X(has_departed, uint8_t, 2)                 /* 1: is removed because it has left the window                               */ \

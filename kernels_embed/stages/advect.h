@@ -30,7 +30,7 @@ SPRINGLS__MATHS bool springls__is_held(const springls__grid *g, springls__v3 p, 
     return springls__held_by_topology(before, after, displacement, n);
 }
 
-/* A sampled field: from the model's voxels to its own samples. */
+/* A sampled field; from_voxel maps the model's voxel coordinates to those of its samples. */
 typedef struct springls__field { float from_voxel[12]; int size[3], channels; } springls__field;
 
 SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRINGLS__GLOBAL const float *data, springls__v3 x,
@@ -136,21 +136,21 @@ SPRINGLS__MATHS bool springls__has_flow(const springls__force_rule *rule)
 /* The points of a springl that move: its particle, and its vertices. */
 #define SPRINGLS__MOVERS 4
 
-#define SPRINGLS__MOVING2 1e-4f /* voxel^2: a particle moves where the square of its displacement is larger */
-#define SPRINGLS__STIRRING2 1e-6f /* voxel^2: the same of a point of a springl that stirs (sleep.h) */
+#define SPRINGLS__MOVING2 1e-4f /* voxel^2: a springl counts as moving where the square of its particle's displacement is larger */
+#define SPRINGLS__STIRRING2 1e-6f /* voxel^2: a springl stirs (sleep.h) where the square of a point's displacement is larger */
 
-/* Names how far a springl moves: not at all; less than it takes to stir; more; so far that its particle counts as moving. */
-#define SPRINGLS__MOVED_NOT 0
-#define SPRINGLS__MOVED_LESS 1
-#define SPRINGLS__MOVED_MORE 2
-#define SPRINGLS__MOVED_FAR 3
+/* Names how far a springl moves: not at all; without stirring; so that it stirs; so that it counts as moving. */
+#define SPRINGLS__MOTION_NONE 0
+#define SPRINGLS__MOTION_CALM 1
+#define SPRINGLS__MOTION_STIRS 2
+#define SPRINGLS__MOTION_COUNTS 3
 
-/* Returns how far a springl moves, by the squares of its particle's displacement and of the largest of all points. */
-SPRINGLS__MATHS uint8_t springls__how_far(float particle2, float largest2)
+/* Returns how far a springl moves, from the squares of its particle's displacement and of the largest one of its points. */
+SPRINGLS__MATHS uint8_t springls__motion_class_of(float particle2, float largest2)
 {
-    if (particle2 > SPRINGLS__MOVING2) return SPRINGLS__MOVED_FAR;
-    if (largest2 > SPRINGLS__STIRRING2) return SPRINGLS__MOVED_MORE;
-    return largest2 > 0.0f ? SPRINGLS__MOVED_LESS : SPRINGLS__MOVED_NOT;
+    if (particle2 > SPRINGLS__MOVING2) return SPRINGLS__MOTION_COUNTS;
+    if (largest2 > SPRINGLS__STIRRING2) return SPRINGLS__MOTION_STIRS;
+    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;
 }
 
 #include "../language/width_float.h"
@@ -158,7 +158,7 @@ SPRINGLS__MATHS uint8_t springls__how_far(float particle2, float largest2)
 #include "../language/width_simd.h"
 #include "advect_body.h"
 
-/* Finds what becomes of springl i by the forces of the rule. */
+/* Displaces springl i by the forces of the rule, into moved_springls. */
 SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)
 {
     springls__force_rule rule = *model->force.rule;
@@ -166,7 +166,7 @@ SPRINGLS__MATHS void springls__displace_element(const springls__model *model, sp
     springls__displace(model, &rule, i);
 }
 
-/* Finds it for springls begin, ..., end - 1, several at once. */
+/* Displaces springls begin, ..., end - 1, several at once. */
 SPRINGLS__MATHS void springls__displace_elements(const springls__model *model, springls__arguments args, int begin, int end)
 {
     springls__force_rule rule = *model->force.rule;

@@ -27,7 +27,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rk4)(SPRINGLS__NUM3 k1, SPRINGLS__N
     return SPRINGLS__W(scale)(SPRINGLS__W(add)(SPRINGLS__W(add)(k1, k4), middle), SPRINGLS__W(broadcast)(dt * (1.0f / 6.0f)));
 }
 
-/* Returns the place at half time on the cubic between the ends of a step from x, from the displacement and the slopes at both. */
+/* Returns the place at half time on the cubic from x to x + displacement that has these slopes at its ends. */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cubic_middle)(SPRINGLS__NUM3 x, SPRINGLS__NUM3 displacement, SPRINGLS__NUM3 first,
                                                            SPRINGLS__NUM3 last, float dt)
 {
@@ -35,9 +35,9 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cubic_middle)(SPRINGLS__NUM3 x, SPR
     return SPRINGLS__W(add)(x, SPRINGLS__W(mad)(straight, SPRINGLS__W(sub)(first, last), SPRINGLS__W(broadcast)(0.125f * dt)));
 }
 
-/* Returns what the flow on that cubic, at half time and at its end, weighted 4 and 1, exceeds the flow of the stages 2, 3 and 4 by,
-   weighted 2, 2 and 1: a sixth of it is the difference from Simpson's rule along the path. middle: at half time; end: at the
-   end, less that of stage 4. */
+/* Returns 4 f(middle) + f(end) - 2 stage2 - 2 stage3 - stage4, where f is the flow on the cubic of cubic_middle and the stages' flows
+   are those of the Runge-Kutta scheme: times dt / 6 it is how far the scheme is off Simpson's rule along the cubic. middle: f at
+   half time; end: f at the end, less the flow of stage 4. */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(simpson_residual)(SPRINGLS__NUM3 stage2, SPRINGLS__NUM3 stage3, SPRINGLS__NUM3 middle,
                                                                SPRINGLS__NUM3 end)
 {
@@ -45,7 +45,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(simpson_residual)(SPRINGLS__NUM3 st
     return SPRINGLS__W(mad)(end, SPRINGLS__W(sub)(middle, stages), SPRINGLS__W(broadcast)(4.0f));
 }
 
-/* Estimates the error of that step from the residual. The second difference of the slopes shows what Simpson's rule leaves out. */
+/* Estimates the error of a Runge-Kutta step from simpson_residual and, for the error of Simpson's rule itself, from the second
+   difference of the slopes. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(rk4_error)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,
                                                        SPRINGLS__NUM3 residual, float dt)
 {
@@ -58,7 +59,7 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(rk4_error)(SPRINGLS__NUM3 k1, SPRING
     return springls__fabs(dt) * SPRINGLS__W(select)(speed2 > 0.0f, bent, sum);
 }
 
-/* Places of the points of a springl, or what moves them; error: of a displacement, the estimated error of the particle's
+/* The places, slopes or displacements of the points of a springl; error: with displacements, the estimated error of the particle's
    integration. */
 typedef struct SPRINGLS__W(movers) {
     SPRINGLS__NUM3 x[SPRINGLS__MOVERS];
@@ -147,8 +148,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(pushed)(const springls__model *mode
     return SPRINGLS__W(load_v3)(sum.x, sum.y, sum.z);
 }
 
-/* Returns the slopes of all points of a springl (eq. 2) in Runge-Kutta stage k: that of the particle, or, with vertex_velocity,
-   the flow at each point and the push at the particle. flow: that at the particle, without the push. */
+/* Returns the slopes of all points of a springl (eq. 2) in Runge-Kutta stage k: all are the particle's or, with vertex_velocity,
+   each is the flow at the point plus the push at the particle. *flow: the flow at the particle, without the push. */
 SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(slopes_of)(const springls__model *model, const springls__force_rule *rule,
                                                              SPRINGLS__W(movers) at, int k, SPRINGLS__NUM3 *flow)
 {
@@ -178,8 +179,8 @@ SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(moved_by)(SPRINGLS__W(movers) 
     return at;
 }
 
-/* Returns simpson_residual at a particle that moves from x by d. flow: at the stages; what pushes is taken to be as it was
-   there. */
+/* Returns simpson_residual at a particle that moves from x by d. flow: of the four stages. Pushes are not evaluated again: those
+   of the stages stand for them. */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(path_residual)(const springls__model *model, const springls__force_rule *rule,
                                                             SPRINGLS__NUM3 x, SPRINGLS__NUM3 d, SPRINGLS__NUM3 k1,
                                                             SPRINGLS__NUM3 k4, const SPRINGLS__NUM3 *flow)
@@ -261,9 +262,9 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error
     return SPRINGLS__W(select)(length2 > 0.0f, r, error);
 }
 
-/* Writes as springls first, first + 1, ... what those at `at` become by displacements d: moved_springls, moved_error, how far
-   each moves and turns, and the square of the particle's displacement, FLT_MAX when that of a point or its square is not finite.
-   error: of their correspondences so far. */
+/* Stores springls first, first + 1, ..., which were at `at`, displaced by d: moved_springls, moved_error, motion_class, turning2, and
+   displacement2 of the particle, FLT_MAX when the displacement of a point or its square is not finite. error: of their
+   correspondences before. */
 SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,
                                                     SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)
 {
@@ -283,7 +284,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model
     SPRINGLS__W(store)(squares[0], particle2);
     SPRINGLS__W(store)(squares[1], largest2);
     for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
-        springls__is_moving(model)[first + lane] = springls__how_far(squares[0][lane], squares[1][lane]);
+        springls__motion_class(model)[first + lane] = springls__motion_class_of(squares[0][lane], squares[1][lane]);
     particle2 = SPRINGLS__W(select)(finite, particle2, SPRINGLS__W(broadcast)(FLT_MAX));
     SPRINGLS__W(store)(springls__displacement2(model) + first, particle2);
     turning2 = SPRINGLS__W(turned2)(at, d);
@@ -295,7 +296,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model
     SPRINGLS__W(springl_store)(springls__moved_springls(model), first, SPRINGLS__W(springl_finished)(s));
 }
 
-/* Returns where forces act on a particle: in their region. */
+/* Returns whether a particle lies in the region of the forces. */
 SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(in_force_region)(springls__v3 lower, springls__v3 upper, SPRINGLS__NUM3 p)
 {
     return (p.x >= lower.x) & (p.y >= lower.y) & (p.z >= lower.z) & (p.x <= upper.x) & (p.y <= upper.y) & (p.z <= upper.z);

@@ -47,7 +47,7 @@ SPRINGLS__MATHS bool springls__stirs(const springls__model *model, int i, int wh
         return action == SPRINGLS__REMOVE || action == SPRINGLS__RESHAPE;
     }
     if (which == SPRINGLS__STIR_ALL || springls__synced_distance2(model)[i] > SPRINGLS__REST * SPRINGLS__REST) return true;
-    return which == SPRINGLS__STIR_MOVING && springls__is_moving(model)[i] >= SPRINGLS__MOVED_MORE;
+    return which == SPRINGLS__STIR_MOVING && springls__motion_class(model)[i] >= SPRINGLS__MOTION_STIRS;
 }
 
 /* Ends the calm of the octant that a place lies in. */

@@ -17,7 +17,7 @@
 #include "exact_flows.h"
 #include "forces.h"
 
-/* In voxels, of one advect, with a window that follows: beyond it a float has no sixteenth of a voxel. */
+/* Voxels, the largest motion of one advect in a window that follows: a float further out does not resolve a sixteenth of a voxel. */
 enum { SPRINGLS__FURTHEST_MOTION = 1000000 };
 
 /* Finds the region that forces act in: everywhere where none is given. */
@@ -76,7 +76,8 @@ SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
     return SPRINGLS_OK;
 }
 
-/* Lists the springls in the region of the forces, ascending. Of a model at rest only the cells of the region are looked at. */
+/* Lists the springls in the region of the forces, ascending. With a fresh cell list, as in a model at rest, only the cells of the
+   region are visited. */
 SPRINGLS__FN springls_status springls__list_region(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
@@ -118,8 +119,8 @@ SPRINGLS__FN springls_status springls__displace_in_blocks(springls__motion *moti
     return SPRINGLS_OK;
 }
 
-/* Finds, after that, how many particles move, how far springls turn at most, and the largest displacement: negative where that of a
-   point is not finite. */
+/* Finds how many particles springls__displace_all has moved, how far springls turn at most, and the largest displacement: negative
+   where that of a point is not finite. */
 SPRINGLS__FN void springls__displaced(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
@@ -131,7 +132,7 @@ SPRINGLS__FN void springls__displaced(springls__motion *motion)
     motion->moving = largest.more;
     motion->turned = springls__sqrt(springls__largest_found(ctx, SPRINGLS__COUNT_TURNING).value);
     motion->still = largest.value == 0.0f
-        && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(is_moving), motion->count, SPRINGLS__MOVED_NOT) == motion->count;
+        && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(motion_class), motion->count, SPRINGLS__MOTION_NONE) == motion->count;
 }
 
 /* Returns true when the kernel can evaluate the forces, and completes the rule for it. On the host it has no samples, and does
@@ -195,7 +196,7 @@ SPRINGLS__FN springls_status springls__forces_to_device(springls__motion *motion
     return ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &motion->rule, sizeof motion->rule);
 }
 
-/* Returns true where there is nothing that moves springls. */
+/* Returns true when no force moves springls. */
 SPRINGLS__FN bool springls__has_no_force(const springls__motion *motion)
 {
     const springls_forces *f = &motion->forces;
@@ -203,7 +204,7 @@ SPRINGLS__FN bool springls__has_no_force(const springls__motion *motion)
         && !f->pressure_grid.data && !f->velocity_grid.data && f->curvature_weight == 0.0f && motion->rule.smoothing == 0.0f;
 }
 
-/* Finds what becomes of all springls. Ends with a loop, after which springls__displaced is to be called. */
+/* Displaces all springls, into moved_springls. Ends with a loop, after which springls__displaced is to be called. */
 SPRINGLS__FN springls_status springls__displace_all(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
@@ -217,7 +218,7 @@ SPRINGLS__FN springls_status springls__displace_all(springls__motion *motion)
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, moved_error, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, displacement2, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, turning2, count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, is_moving, count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, motion_class, count));
     if (ctx->on_device) SPRINGLS__TRY(springls__reserve_counts(ctx));
     if (by_kernel && ctx->on_device) {
         springls_status status = springls__forces_to_device(motion);
@@ -232,27 +233,27 @@ SPRINGLS__FN springls_status springls__displace_all(springls__motion *motion)
     return SPRINGLS_OK;
 }
 
-/* Takes moved_springls and moved_error for the springls. Those of a list go to their places, the last one first: a springl's
-   index is never below its place in the list, so nothing is overwritten before it has been taken. */
+/* Makes moved_springls and moved_error the springls and their errors. Where only some are listed these are copied to their places,
+   the last one first: an index is never below its place in the list, so no motion_class is overwritten before it is read. */
 SPRINGLS__FN springls_status springls__take_moved(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
     springls__constellation *set = &ctx->model.set;
-    uint8_t *how_far;
+    uint8_t *motion_class;
     int i;
     if (!motion->listed) {
         springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ROLE_ARRAY(moved_springls));
         springls__swap(ctx, SPRINGLS__ARRAY_ERROR, SPRINGLS__ROLE_ARRAY(moved_error));
         return SPRINGLS_OK;
     }
-    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(S) | SPRINGLS__BIT(ERROR) | SPRINGLS__ROLE_BIT(is_moving)));
-    how_far = springls__is_moving(&ctx->model);
-    memset(how_far + motion->count, SPRINGLS__MOVED_NOT, (size_t)(set->count - motion->count));
+    SPRINGLS__TRY(springls__to_host(ctx, 0, SPRINGLS__BIT(S) | SPRINGLS__BIT(ERROR) | SPRINGLS__ROLE_BIT(motion_class)));
+    motion_class = springls__motion_class(&ctx->model);
+    memset(motion_class + motion->count, SPRINGLS__MOTION_NONE, (size_t)(set->count - motion->count));
     for (i = motion->count - 1; i >= 0; i--) {
         int to = motion->listed[i];
-        uint8_t how = how_far[i];
-        how_far[i] = SPRINGLS__MOVED_NOT;
-        how_far[to] = how;
+        uint8_t moved = motion_class[i];
+        motion_class[i] = SPRINGLS__MOTION_NONE;
+        motion_class[to] = moved;
         set->s[to] = springls__moved_springls(&ctx->model)[i];
         set->error[to] = springls__moved_error(&ctx->model)[i];
     }
@@ -262,8 +263,8 @@ SPRINGLS__FN springls_status springls__take_moved(springls__motion *motion)
 enum { SPRINGLS__ADVECT_DISPLACE, SPRINGLS__ADVECT_MOVE };
 
 /* Moves all springls by the context's motion. When a particle would go further than max_displacement (0: no limit), all
-   displacements are computed again with a dt a little shorter than an even force would need; after TRIES of that there is no
-   limit. */
+   displacements are computed again with a dt a little shorter than a uniform force would need. After TRIES attempts the limit is
+   dropped. */
 SPRINGLS__FN springls_status springls__advect(springls_context *ctx)
 {
     enum { TRIES = 40 };

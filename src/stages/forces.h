@@ -73,11 +73,11 @@ enum {
     SPRINGLS__ADVECT_POINTS = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK  /* their particles, then their q0s, q1s and q2s */
 };
 
-/* What the springls of a block need in between; too much for a stack. */
+/* The working memory of a block of springls, which is too large for a stack. */
 typedef struct springls__force_block {
-    springls__v3 x[SPRINGLS__ADVECT_POINTS];     /* where the points were */
-    springls__v3 at[SPRINGLS__ADVECT_POINTS];    /* in a stage; at last their displacements */
-    springls__v3 along[SPRINGLS__ADVECT_POINTS]; /* on the way between the ends of the step */
+    springls__v3 x[SPRINGLS__ADVECT_POINTS];     /* where the points are before the step */
+    springls__v3 at[SPRINGLS__ADVECT_POINTS];    /* where they are in a stage; in the end, their displacements */
+    springls__v3 along[SPRINGLS__ADVECT_POINTS]; /* on the cubic through the ends of the step */
     springls__v3 slope[4][SPRINGLS__ADVECT_POINTS];
     springls__v3 flow[4][SPRINGLS__ADVECT_BLOCK]; /* at the particles, in the stages */
     springls__v3 flow_along[SPRINGLS__ADVECT_BLOCK], residual[SPRINGLS__ADVECT_BLOCK];
@@ -252,21 +252,39 @@ SPRINGLS__FN void springls__particle_flow(const springls__motion *motion, spring
     springls__flow(motion, block, flow);
 }
 
+/* Adds the affine maps of the callbacks to the slopes of all points of a block, where they are at x. */
+SPRINGLS__FN void springls__add_affine_maps(const springls__motion *motion, springls__force_block *block, const springls__v3 *x,
+                                            springls__v3 *slope)
+{
+    const springls_forces *forces = &motion->forces;
+    springls_batch *batch = &block->batch;
+    const springls_batch *given;
+    if (!forces->affine && !forces->affine_batch) return;
+    springls__batch_points(batch, x, 0);
+    given = springls__callback_batch(motion, block);
+    if (forces->affine) {
+        forces->affine(forces->user, given->points, given->correspondences, batch->count, batch->time, block->answer);
+        springls__add_affine(motion, block->answer, x, batch->count, slope);
+    }
+    if (forces->affine_batch) {
+        forces->affine_batch(forces->user, given, block->answer);
+        springls__add_affine(motion, block->answer, x, batch->count, slope);
+    }
+}
+
 /* Finds the slopes of all points of a block, where they are at x, and the flow at its particles. */
 SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls__force_block *block, const springls__v3 *x,
                                    float time, springls__v3 *slope, springls__v3 *flow)
 {
-    const springls_forces *forces = &motion->forces;
     springls_batch *batch = &block->batch;
     springls__v3 *push = block->push;
-    const springls_batch *given;
     int i, m, count = batch->count;
     springls__particle_flow(motion, block, x, time, flow);
     memcpy(slope, flow, (size_t)count * sizeof *slope);
     if (!motion->ctx->model.params.vertex_velocity) {
         springls__push(motion, block, slope);
         for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2 */
-    } else { /* what pushes, pushes the springl as a whole: its vertices have no normals of their own */
+    } else { /* a push moves the springl as a whole: its vertices have no normals of their own */
         memset(push, 0, (size_t)count * sizeof *push);
         springls__push(motion, block, push);
         for (m = 1; m < SPRINGLS__MOVERS; m++) {
@@ -276,16 +294,7 @@ SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls__for
         for (m = 0; m < SPRINGLS__MOVERS; m++)
             for (i = 0; i < count; i++) slope[m * count + i] = springls__add(slope[m * count + i], push[i]);
     }
-    springls__batch_points(batch, x, 0);
-    given = springls__callback_batch(motion, block);
-    if (forces->affine) {
-        forces->affine(forces->user, given->points, given->correspondences, count, time, block->answer);
-        springls__add_affine(motion, block->answer, x, count, slope);
-    }
-    if (forces->affine_batch) {
-        forces->affine_batch(forces->user, given, block->answer);
-        springls__add_affine(motion, block->answer, x, count, slope);
-    }
+    springls__add_affine_maps(motion, block, x, slope);
 }
 
 /* Finds springls__simpson_residual for the particles of a block, which a step displaces by `at`. */
@@ -328,30 +337,35 @@ SPRINGLS__FN void springls__advect_read(const springls__motion *motion, int firs
     }
 }
 
-/* Displaces the springls first, ..., first + count - 1 of a motion by fourth-order Runge-Kutta or one Euler step (eq. 2). */
-SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int first, int count, springls__force_block *block)
+/* Displaces the points of a block by fourth-order Runge-Kutta (eq. 2), whose first slopes are known, and estimates the errors. */
+SPRINGLS__FN void springls__runge_kutta(const springls__motion *motion, springls__force_block *block)
 {
     springls__v3 *x = block->x, *at = block->at, (*k)[SPRINGLS__ADVECT_POINTS] = block->slope;
-    springls_context *ctx = motion->ctx;
     const float *time = motion->rule.stage_time, dt = motion->rule.dt;
-    int i, n = SPRINGLS__MOVERS * count;
-    springls__advect_read(motion, first, count, block);
-    springls__slopes(motion, block, x, time[0], k[0], block->flow[0]);
-    if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
-        for (i = 0; i < n; i++) at[i] = springls__scale(k[0][i], dt);
-        memset(block->error, 0, sizeof block->error);
-    } else {
-        for (i = 0; i < n; i++) at[i] = springls__mad(x[i], k[0][i], 0.5f * dt);
-        springls__slopes(motion, block, at, time[1], k[1], block->flow[1]);
-        for (i = 0; i < n; i++) at[i] = springls__mad(x[i], k[1][i], 0.5f * dt);
-        springls__slopes(motion, block, at, time[2], k[2], block->flow[2]);
-        for (i = 0; i < n; i++) at[i] = springls__mad(x[i], k[2][i], dt);
-        springls__slopes(motion, block, at, time[3], k[3], block->flow[3]);
-        for (i = 0; i < n; i++) at[i] = springls__rk4(k[0][i], k[1][i], k[2][i], k[3][i], dt);
-        springls__path_residuals(motion, block);
-        for (i = 0; i < count; i++)
-            block->error[i] = springls__rk4_error(k[0][i], k[1][i], k[2][i], k[3][i], block->residual[i], dt);
+    int i, stage, count = block->batch.count, n = SPRINGLS__MOVERS * count;
+    for (stage = 1; stage < 4; stage++) {
+        const float span = stage == 3 ? dt : 0.5f * dt;
+        for (i = 0; i < n; i++) at[i] = springls__mad(x[i], k[stage - 1][i], span);
+        springls__slopes(motion, block, at, time[stage], k[stage], block->flow[stage]);
     }
+    for (i = 0; i < n; i++) at[i] = springls__rk4(k[0][i], k[1][i], k[2][i], k[3][i], dt);
+    springls__path_residuals(motion, block);
+    for (i = 0; i < count; i++)
+        block->error[i] = springls__rk4_error(k[0][i], k[1][i], k[2][i], k[3][i], block->residual[i], dt);
+}
+
+/* Displaces the springls first, ..., first + count - 1 of a motion by Runge-Kutta or one Euler step. */
+SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int first, int count, springls__force_block *block)
+{
+    springls__v3 *x = block->x, *at = block->at;
+    springls_context *ctx = motion->ctx;
+    int i;
+    springls__advect_read(motion, first, count, block);
+    springls__slopes(motion, block, x, motion->rule.stage_time[0], block->slope[0], block->flow[0]);
+    if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
+        for (i = 0; i < SPRINGLS__MOVERS * count; i++) at[i] = springls__scale(block->slope[0][i], motion->rule.dt);
+        memset(block->error, 0, sizeof block->error);
+    } else springls__runge_kutta(motion, block);
     for (i = 0; i + SPRINGLS__LANES <= count; i += SPRINGLS__LANES)
         springls__vec_displace_by(&ctx->model, &motion->rule, first + i, x + i, at + i, count, block->error + i,
                                   block->before + i);
