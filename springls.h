@@ -3476,6 +3476,15 @@ SPRINGLS__MATHS springls__springl springls__springl_make(springls__tri t, spring
     return springls__springl_finished(s);
 }
 
+/* Returns the springl moved so that its particle is at p. */
+SPRINGLS__MATHS springls__springl springls__moved_to(springls__springl s, springls__v3 p)
+{
+    int m;
+    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(p, s.p));
+    s.p = p;
+    return s;
+}
+
 SPRINGLS__MATHS springls__tri springls__springl_tri(springls__springl s)
 {
     springls__tri t;
@@ -4133,6 +4142,13 @@ SPRINGLS__MATHS bool springls__brick_around(const springls__grid *g, const int o
     at[1] = origin[1] + 8 * (d / 3 % 3 - 1);
     at[2] = origin[2] + 8 * (d / 9 - 1);
     return springls__grid_contains(g, at[0], at[1], at[2]);
+}
+
+/* Returns the slot of the d-th brick around an active one, a constant one beyond the domain. */
+SPRINGLS__MATHS int springls__slot_around(const springls__grid *g, const int origin[3], int d)
+{
+    int at[3];
+    return springls__brick_around(g, origin, d, at) ? springls__slot_at(g, at[0], at[1], at[2]) : SPRINGLS__OUTSIDE;
 }
 
 #define SPRINGLS__ALL_AROUND 0x7ffffffu
@@ -6721,7 +6737,7 @@ SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, s
 /* ======== >>contract:kernel  (kernels_embed/stages/contract.h) ================================================= */
 /* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */
 
-/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */
+/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */
 #define SPRINGLS__SAME_SIDE 0.3f
 
 /* Returns the cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */
@@ -6868,7 +6884,7 @@ SPRINGLS__MATHS bool springls__in_another_body(const springls__model *model, int
     return springls__side_of_springls(model, springls__mad(s.p, springls__springl_normal(s), ahead), i, radius) < 0;
 }
 
-/* Decides whether to keep, remove or reshape springl i (contract_action). One of the mask is kept, and one that is asleep. */
+/* Decides whether to keep, remove or reshape springl i (contract_action). Springls that are masked or asleep are kept. */
 SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
@@ -6906,9 +6922,9 @@ SPRINGLS__MATHS bool springls__outranks(const springls__model *model, int other,
     return model->set.generation[other] == model->set.generation[i] && other < i;
 }
 
-/* Decides about springl i in a round of merging: of two springls of one side and body closer than merge_distance the one of lower
-   rank is removed. It stays undecided until all of higher rank near it are decided, so that only springls that are kept remove
-   others; *awaited becomes one of these. */
+/* Returns the action for springl i after a round of merging. Of two springls of one side and body that are closer than
+   merge_distance the one of lower rank is removed. A springl stays undecided until all of higher rank near it are decided, so that
+   only springls that are kept remove others; *awaited becomes one that is not decided. */
 SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i,
                                                 SPRINGLS__GLOBAL int *awaited)
 {
@@ -6946,7 +6962,7 @@ SPRINGLS__MATHS void springls__merge_element(const springls__model *model, sprin
     springls__next_contract_action(model)[i] = current;
 }
 
-/* Makes springl i undecided unless it is removed already, of the mask or asleep. */
+/* Makes springl i undecided unless it is removed already, masked or asleep. */
 SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
@@ -7356,14 +7372,14 @@ SPRINGLS__W_MATHS void SPRINGLS__W(relax_springl)(const springls__model *model, 
 }
 /* -------- back in kernels_embed/stages/relax.h -------- */
 
-/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */
+/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */
 SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)
 {
     if (!args.relax.kept) springls__relaxed_springls(model)[i] = model->set.s[i];
 }
 
-/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is, and one that is
-   asleep. */
+/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. Springls that are masked or asleep stay as they
+   are. */
 SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)
 {
     if (springls__is_asleep(model, i)) springls__keep_asleep(model, args, i);
@@ -7395,7 +7411,7 @@ SPRINGLS__MATHS bool springls__is_flipped(const springls__grid *g, springls__v3 
         && springls__fabs(springls__grid_sample(g, g->phi, p)) < 0.5f;
 }
 
-/* Turns a flipped triangle, unless it is beside another body, of the mask or asleep. */
+/* Turns a flipped triangle, unless its springl is masked, asleep or beside another body. */
 SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__arguments args, int i)
 {
     const float beside = 1.6f; /* voxels */
@@ -7508,8 +7524,8 @@ SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(other_side)(SPRINGLS__NUM distance,
     return (distance < 0.0f) != (phi < 0.0f);
 }
 
-/* Returns the value to take: the springls' where it is close to phi, which decides the side otherwise. It is also taken where
-   the springls are closer than |phi|: phi may have lost a sheet here. */
+/* Returns the springls' distance where it is close to phi, or on phi's side and shorter, since phi may have lost a sheet there;
+   elsewhere phi. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(corrected_phi)(SPRINGLS__NUM phi, SPRINGLS__W(projection) f)
 {
     SPRINGLS__NUM change = SPRINGLS__W(fabs)(f.distance - phi);
@@ -7518,8 +7534,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(corrected_phi)(SPRINGLS__NUM phi, SP
     return SPRINGLS__W(select)((change < f.trust) | (same_side & (closer | (change < 1.5f * f.trust))), f.distance, phi);
 }
 
-/* Returns whether phi may have lost a voxel of a sheet or gap: by the springls it is on the other side, no deeper than in one
-   that phi could lose, and not aside of them. */
+/* Returns whether phi may have lost a voxel of a sheet or gap: springls have it on the other side, no deeper than a sheet that phi
+   could lose is thick, and are not all to one side of it. */
 SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(can_nucleate)(SPRINGLS__NUM phi, SPRINGLS__W(projection) f)
 {
     return SPRINGLS__W(other_side)(f.distance, phi) & (SPRINGLS__W(fabs)(f.distance) < 0.8f) & (f.trust > 0.1f);
@@ -7606,8 +7622,8 @@ SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(other_side)(SPRINGLS__NUM distance,
     return (distance < 0.0f) != (phi < 0.0f);
 }
 
-/* Returns the value to take: the springls' where it is close to phi, which decides the side otherwise. It is also taken where
-   the springls are closer than |phi|: phi may have lost a sheet here. */
+/* Returns the springls' distance where it is close to phi, or on phi's side and shorter, since phi may have lost a sheet there;
+   elsewhere phi. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(corrected_phi)(SPRINGLS__NUM phi, SPRINGLS__W(projection) f)
 {
     SPRINGLS__NUM change = SPRINGLS__W(fabs)(f.distance - phi);
@@ -7616,8 +7632,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(corrected_phi)(SPRINGLS__NUM phi, SP
     return SPRINGLS__W(select)((change < f.trust) | (same_side & (closer | (change < 1.5f * f.trust))), f.distance, phi);
 }
 
-/* Returns whether phi may have lost a voxel of a sheet or gap: by the springls it is on the other side, no deeper than in one
-   that phi could lose, and not aside of them. */
+/* Returns whether phi may have lost a voxel of a sheet or gap: springls have it on the other side, no deeper than a sheet that phi
+   could lose is thick, and are not all to one side of it. */
 SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(can_nucleate)(SPRINGLS__NUM phi, SPRINGLS__W(projection) f)
 {
     return SPRINGLS__W(other_side)(f.distance, phi) & (SPRINGLS__W(fabs)(f.distance) < 0.8f) & (f.trust > 0.1f);
@@ -7648,7 +7664,7 @@ SPRINGLS__MATHS springls__estimate springls__oriented_distance(springls__v3 x, s
     return estimate;
 }
 
-/* Sums of less weight do not count. */
+/* The least weight of sums that count. */
 #define SPRINGLS__MIN_WEIGHT 1e-3f
 
 /* Returns phi of a voxel; one that the surface passes through, but for rounding, is outside. */
@@ -7665,7 +7681,7 @@ SPRINGLS__MATHS float springls__side_unknown(float phi, float far_value)
     return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;
 }
 
-/* Returns where phi bears that mark. */
+/* Returns where phi bears the mark of an unknown side. */
 SPRINGLS__VEC_MATHS springls__vmask springls__is_side_unknown(springls__vec phi, float far_value)
 {
     return springls__vec_fabs(phi) > 1.5f * far_value;
@@ -8401,16 +8417,13 @@ SPRINGLS__MATHS springls__half springls__place_child(const springls__model *mode
     springls__half child;
     springls__tri t = springls__split_half(springls__springl_tri(model->set.s[i]), second);
     springls__fit_result fit;
-    int m;
     child.s = springls__springl_make(t, springls__tri_centroid(t));
     child.a = model->set.a[i];
     child.error = 0.0f;
     if (model->params.placement != SPRINGLS_PLACEMENT_QUADRATIC) return child;
     fit = springls__fit_at(model, i, child.s.p, springls__tri_normal(t), child.a, model->set.count);
     if (!fit.ok) return child;
-    for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));
-    child.s.p = fit.point;
-    child.s = springls__springl_finished(child.s);
+    child.s = springls__springl_finished(springls__moved_to(child.s, fit.point));
     child.a = springls__project_on_original(model, fit.a);
     return child;
 }
@@ -8423,7 +8436,7 @@ SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, 
     return child;
 }
 
-/* Returns true when springl i has grown too large, and is not kept by the mask. */
+/* Returns true when springl i has grown too large, and is neither masked nor asleep. */
 SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, int i)
 {
     const springls_params *p = &model->params;
@@ -8521,7 +8534,7 @@ typedef struct springls__share {
 /* The surface about a particle, as a height over its tangent plane at x, y: slope_x x + slope_y y + bend (x^2 + y^2). */
 typedef struct springls__sheet { float slope_x, slope_y, bend; } springls__sheet;
 
-/* Sums over the neighbours of a springl, at x, y with the height h, by cosine^2 / r^2: of products, with r^2 = x^2 + y^2. */
+/* Sums of products over the neighbours of a springl, at x, y with the height h, weighted by cosine^2 / r^2, r^2 = x^2 + y^2. */
 typedef struct springls__sheet_sums { float xx, xy, yy, xr, yr, rr, xh, yh, rh; } springls__sheet_sums;
 
 SPRINGLS__MATHS void springls__sheet_add(springls__sheet_sums *sum, float x, float y, float h, float cosine2)
@@ -8538,11 +8551,11 @@ SPRINGLS__MATHS void springls__sheet_add(springls__sheet_sums *sum, float x, flo
     sum->rh += cosine2 * h;
 }
 
-/* Returns the sheet of least squares; level: true where it has no slopes. They are bounded: where neighbours are few, as at the rim
-   of a sheet, they are uncertain. */
+/* Returns the sheet of least squares. level: without slopes. Slopes are bounded, because few neighbours, as at the rim of a sheet,
+   leave them uncertain. */
 SPRINGLS__MATHS springls__sheet springls__fitted_sheet(springls__sheet_sums sum, bool level)
 {
-    const float flat = 0.5f, steepest = 0.15f; /* flat: a slope of few neighbours is less */
+    const float flat = 0.5f, steepest = 0.15f; /* flat: damps the slopes of few neighbours */
     springls__sheet sheet;
     float inverse = 1.0f / (sum.rr + 1e-6f), xx, xy, yy, xh, yh, scale, steep2;
     sheet.slope_x = sheet.slope_y = 0.0f;
@@ -8565,12 +8578,12 @@ SPRINGLS__MATHS springls__sheet springls__fitted_sheet(springls__sheet_sums sum,
 }
 
 /* A springl's cell in six directions of half a turn, 30 degrees apart, and in the opposite ones: 1 / distance to the nearest
-   side, 1 / voxel. Two of eight do not count. */
+   side, 1 / voxel. The last two of eight are padding. */
 typedef struct springls__cell_sides {
     springls__vec ahead[8 / SPRINGLS__LANES], behind[8 / SPRINGLS__LANES];
 } springls__cell_sides;
 
-/* cos(k a), sin(k a) of the six directions a; the row of k = 0 has the cosines alone. */
+/* cos(k a), sin(k a) of the six directions a for k = 1, 2, 3, after a row of ones. */
 SPRINGLS__CONST float springls__share_harmonics[7][8] = {
     { 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 0.0f, 0.0f },
     { 1.0f, 0.866025404f, 0.5f, 0.0f, -0.5f, -0.866025404f, 0.0f, 0.0f },
@@ -8634,7 +8647,7 @@ SPRINGLS__VEC_MATHS springls__share springls__share_of_cell(springls__cell_sides
     xy = mean / 4.0f * springls__sum_directions(fourth, 4) - 2.0f * x * y;
     share.longer = xx / spread;
     share.askew = xy / spread;
-    /* Moves the mean of z^3 to the centroid c: less 3 c times the second moment about it, and c^3. */
+    /* The mean of z^3 about the centroid c is less by 3 c times the second moment about c, and by c^3. */
     scale = 1.0f / (spread * springls__sqrt(spread));
     share.cosine = mean / 5.0f * springls__sum_directions(fifth, 5) - 3.0f * (x * xx - y * xy) - x * (x * x - 3.0f * y * y);
     share.sine = mean / 5.0f * springls__sum_directions(fifth, 6) - 3.0f * (x * xy + y * xx) - y * (3.0f * x * x - y * y);
@@ -8682,7 +8695,7 @@ SPRINGLS__MATHS springls__share springls__share_of(const springls__model *model,
     return springls__share_of_cell(sides);
 }
 
-/* Returns u, turned towards v by a third of the angle of (c, s), to two degrees. */
+/* Returns u, turned towards v by a third of the angle of (c, s), accurate to two degrees. */
 SPRINGLS__MATHS springls__v3 springls__turn_by_third(springls__v3 u, springls__v3 v, float c, float s)
 {
     float along = springls__sqrt(c * c + s * s) + c;
@@ -8728,7 +8741,7 @@ SPRINGLS__MATHS springls__tri springls__triangle_of_share(springls__v3 p, spring
     return springls__with_edges_below(t, center, longest_edge);
 }
 
-/* Gives springl i, from S to relaxed_springls, the triangle of its share. A masked one stays as it is. */
+/* Gives springl i, from S to relaxed_springls, the triangle of its share. Springls that are masked or asleep stay as they are. */
 SPRINGLS__MATHS void springls__cover_element(const springls__model *model, springls__arguments args, int i)
 {
     const float longest = 0.985f * model->params.split_edge; /* else it would be split for its shape */
@@ -9273,15 +9286,14 @@ SPRINGLS__MATHS void springls__fill_element(const springls__model *model, spring
 /* Fits the i-th new springl: finds its correspondence and, by the quadratic rule, its place. */
 SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *model, springls__arguments args, int i)
 {
-    int first = args.fit.first, n = first + i, m, beside;
+    int first = args.fit.first, n = first + i, beside;
     springls__springl s = model->set.s[n];
     springls__v3 a = springls__correspondence_of_neighbors(model, s, first, &beside);
     if (beside >= 0) springls__inherit_components(model, n, beside);
     if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {
         springls__fit_result fit = springls__fit_at(model, n, s.p, springls__springl_normal(s), a, first);
         if (fit.ok) {
-            for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(fit.point, s.p));
-            s.p = fit.point;
+            s = springls__moved_to(s, fit.point);
             a = fit.a;
         }
     }
@@ -9485,12 +9497,12 @@ SPRINGLS__MATHS int springls__last_near(float x, float radius) { return (int)spr
 
 /* The sums of a brick while springls are taken into them. */
 typedef struct springls__brick_sums {
-    SPRINGLS__LOCAL float *value;     /* SUMS_FLOATS; of rows that no springl has reached they are not begun */
+    SPRINGLS__LOCAL float *value;     /* SUMS_FLOATS; those of rows that no springl has reached are not set */
     SPRINGLS__GLOBAL uint8_t *opposed; /* whether springls near one voxel face against each other */
     bool reached[SPRINGLS__ROWS];     /* rows that springls are near */
 } springls__brick_sums;
 
-/* Begins the sums of a row, if no springl has reached it before; none is nearest yet. */
+/* Sets the sums of a row to none and its nearest springl to none, if no springl has reached it before. */
 SPRINGLS__MATHS void springls__reach_row(springls__brick_sums *sums, int row)
 {
     const float farthest2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
@@ -9571,7 +9583,7 @@ SPRINGLS__MATHS springls__box springls__edge_box_of(const springls__model *model
     return springls__box_widened(box, SPRINGLS__PROJECT_RADIUS);
 }
 
-/* Returns a weight that falls from 1 at x to 0 at PROJECT_RADIUS and on to less. */
+/* Returns a weight that falls from 1 at x to 0 at PROJECT_RADIUS, and is negative beyond. */
 SPRINGLS__MATHS float springls__edge_weight(springls__v3 p, springls__v3 x)
 {
     const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
@@ -9635,8 +9647,8 @@ SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const
 
 #define SPRINGLS__BESIDE_ZERO 1.2f /* voxels: none beyond it is next to the zero level */
 
-/* Returns phi at a voxel v that springls are near and have carried `phi` to: made exact by them, and put on the other side where
-   phi has lost a sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */
+/* Returns phi at voxel v near springls, which have carried `phi` there: their distance, on the other side where phi has lost a sheet
+   or gap thinner than a voxel and v lies between its two sides. A thread may break. */
 SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,
                                               const int origin[3], int v, springls__moments sum, springls__arguments args,
                                               springls__box edges, float phi)
@@ -9738,8 +9750,8 @@ SPRINGLS__MATHS float springls__passed_phi(const springls__model *model, springl
     return springls__fabs(phi) < max_displacement ? springls__side_unknown(phi, model->grid.far_value) : phi;
 }
 
-/* Returns whether the surface may have passed a voxel of a row that no springl is near; true too where each has to be looked at.
-   sums: of the row, if a springl has reached it. */
+/* Returns whether the surface may have passed a voxel of a row that no springl is near; true with contact SEPARATE, where
+   springls__may_be_passed decides. sums: of the row, if a springl has reached it. */
 SPRINGLS__MATHS bool springls__some_passed(const springls__model *model, SPRINGLS__GLOBAL const float *phi, bool reached,
                                            SPRINGLS__LOCAL const float *sums, float max_displacement)
 {
@@ -9792,11 +9804,11 @@ SPRINGLS__MATHS bool springls__project_row(const springls__model *model, const s
     return unknown;
 }
 
-/* In has_opposed: the brick is asleep, and was not looked into. */
+/* In has_opposed: the brick is asleep, and was not searched. */
 #define SPRINGLS__OPPOSED_ASLEEP 2
 
-/* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry
-   springls carry phi along. Finds too whether springls that face against each other are near one voxel: a thin sheet or gap. */
+/* Projects active brick i, from phi to phi_next; with args.project.carry springls carry phi along. Finds whether it has voxels whose
+   side is unknown, and voxels near springls that face against each other, as in a thin sheet or gap. */
 SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__arguments args, int i,
                                                SPRINGLS__LOCAL float *memory)
 {
@@ -9953,8 +9965,8 @@ SPRINGLS__VEC_MATHS springls__vec springls__eikonal(springls__vec3 n)
     return springls__vec_select(d > c, three, d);
 }
 
-/* Writes new distances of a row of eight voxels from their neighbours'; phi points into a tile. A voxel keeps its own at the
-   interface, and where it is near and one of its 26 neighbours on the other side: near springls alone are no surface. */
+/* Writes new distances of a row of eight voxels from their neighbours'; phi points into a tile. A voxel keeps its own distance at
+   the interface, and below NEAR where one of its 26 neighbours is on the other side. */
 SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
 {
     int i;
@@ -10100,11 +10112,11 @@ SPRINGLS__MATHS void springls__awake_element(const springls__model *model, sprin
 {
     const springls__grid *g = &model->grid;
     const int limit = springls__calm_limit(model);
-    int origin[3], at[3], d, o, awake = 0;
+    int origin[3], d, o, awake = 0;
     (void)args;
     springls__slot_origin(g, g->active[i], origin);
     for (d = 0; d < 27 && !awake; d++) {
-        int slot = springls__brick_around(g, origin, d, at) ? springls__slot_at(g, at[0], at[1], at[2]) : 0;
+        int slot = springls__slot_around(g, origin, d);
         if (slot < SPRINGLS__FIRST_SLOT) continue;
         for (o = 0; o < SPRINGLS__OCTANTS; o++)
             awake |= springls__octants_beside(d) >> o & 1 && g->calm[slot * SPRINGLS__OCTANTS + o] < limit;
@@ -10116,11 +10128,11 @@ SPRINGLS__MATHS void springls__awake_element(const springls__model *model, sprin
 SPRINGLS__MATHS void springls__near_awake_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
-    int origin[3], at[3], d, near_awake = g->awake[g->active[i]];
+    int origin[3], d, near_awake = g->awake[g->active[i]];
     (void)args;
     springls__slot_origin(g, g->active[i], origin);
     for (d = 0; d < 27 && !near_awake; d++) {
-        int slot = springls__brick_around(g, origin, d, at) ? springls__slot_at(g, at[0], at[1], at[2]) : 0;
+        int slot = springls__slot_around(g, origin, d);
         near_awake = slot >= SPRINGLS__FIRST_SLOT && g->awake[slot];
     }
     g->near_awake[g->active[i]] = (uint8_t)near_awake;
@@ -10783,10 +10795,30 @@ SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springl
     }
 }
 
-/* Returns whether omega of a brick is unknown, its first voxel below zero: the brick is new, or its springls have moved. */
+/* Returns whether omega of a brick is unknown, because the brick is new or springls have moved: its first voxel is below zero. */
 SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
 {
     return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
+}
+
+/* Lowers omega of a brick, whose first voxel is `origin`, to the distance to springl s, up to params.capture_range. */
+SPRINGLS__MATHS void springls__omega_of_springl(const springls__model *model, SPRINGLS__GLOBAL const springls__springl *s,
+                                                const int origin[3], SPRINGLS__GLOBAL float *omega)
+{
+    const float capture = model->params.capture_range;
+    const float radius = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may exclude a springl that is nearer */
+    springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
+    float ylo = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - capture - (float)origin[1];
+    float yhi = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + capture - (float)origin[1];
+    float zlo = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - capture - (float)origin[2];
+    float zhi = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + capture - (float)origin[2];
+    const int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);
+    const int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);
+    int y, z;
+    for (z = z0; z <= z1; z++)
+        for (y = y0; y <= y1; y++)
+            if (springls__is_mine(model->group, y + 8 * z))
+                springls__omega_row(&plan, s->p, radius, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);
 }
 
 /* Finds omega in active brick i where it is unknown: the exact distance to the springls, clamped at params.capture_range. */
@@ -10794,34 +10826,20 @@ SPRINGLS__MATHS void springls__omega_element(const springls__model *model, sprin
                                              SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
-    const float capture = model->params.capture_range;
     SPRINGLS__GLOBAL float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     bool unknown = springls__omega_unknown(g, g->active[i]);
-    int origin[3], v, y, z;
+    int origin[3], row, v;
     uint32_t k;
     (void)args;
     (void)memory;
     SPRINGLS__BARRIER; /* all items have read it before one writes omega */
     if (!unknown) return;
     springls__slot_origin(g, g->active[i], origin);
-    for (y = model->group.item; y < SPRINGLS__ROWS; y += model->group.items)
-        for (v = 8 * y; v < 8 * y + 8; v++) omega[v] = capture;
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++) omega[v] = model->params.capture_range;
     for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {
         int n = (int)model->cells.brick_list_ids[k];
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[n];
-        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
-        float ylo = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - capture - (float)origin[1];
-        float yhi = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + capture - (float)origin[1];
-        float zlo = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - capture - (float)origin[2];
-        float zhi = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + capture - (float)origin[2];
-        int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);
-        float radius = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */
-        int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);
-        if (springls__is_overlapped(model, n)) continue;
-        for (z = z0; z <= z1; z++)
-            for (y = y0; y <= y1; y++)
-                if (springls__is_mine(model->group, y + 8 * z))
-                    springls__omega_row(&plan, s->p, radius, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);
+        if (!springls__is_overlapped(model, n)) springls__omega_of_springl(model, &model->set.s[n], origin, omega);
     }
 }
 
@@ -10948,6 +10966,17 @@ SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x,
            || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);
 }
 
+/* Returns omega of the voxel of a block of b^3 that is nearest to a springl; omega: of the block's brick. */
+SPRINGLS__MATHS float springls__least_omega(SPRINGLS__GLOBAL const float *omega, int x, int y, int z, int b)
+{
+    float least = FLT_MAX;
+    int i, j, k;
+    for (k = z; k < z + b; k++)
+        for (j = y; j < y + b; j++)
+            for (i = x; i < x + b; i++) least = springls__min(least, omega[i + 8 * j + 64 * k]);
+    return least;
+}
+
 /* Grows the background once by blocks of args.grow.block^3 voxels, in an active brick, from phi to phi_next, and notes whether
    it has grown. A block is uniform, so one of its voxels stands for it. */
 SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__arguments args, int index,
@@ -10957,7 +10986,6 @@ SPRINGLS__MATHS void springls__grow_element(const springls__model *model, spring
     const springls__group group = model->group;
     const int b = args.grow.block, across = 8 / b;
     size_t first = (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__GLOBAL const float *omega = g->omega + first;
     SPRINGLS__GLOBAL const float *phi = g->phi + first;
     float grew = 0.0f;
     int o[3], block, v;
@@ -10966,11 +10994,7 @@ SPRINGLS__MATHS void springls__grow_element(const springls__model *model, spring
         int x = block % across * b, y = block / across % across * b, z = block / (across * across) * b, i, j, k;
         bool background = phi[x + 8 * y + 64 * z] > 0.0f;
         if (!background && springls__background_beside(g, o[0] + x, o[1] + y, o[2] + z, b)) {
-            float nearest = FLT_MAX;
-            for (k = z; k < z + b; k++)
-                for (j = y; j < y + b; j++)
-                    for (i = x; i < x + b; i++) nearest = springls__min(nearest, omega[i + 8 * j + 64 * k]);
-            background = nearest > SPRINGLS__SHELL;
+            background = springls__least_omega(g->omega + first, x, y, z, b) > SPRINGLS__SHELL;
             if (background) grew = 1.0f;
         }
         for (k = z; k < z + b; k++)
@@ -11013,6 +11037,25 @@ SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls
     }
 }
 
+/* Adds the votes of springl s to the sides of a brick's voxels near it; origin: the brick's first voxel. */
+SPRINGLS__MATHS void springls__add_side(const springls__model *model, SPRINGLS__GLOBAL const springls__springl *s,
+                                        const int origin[3], SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
+{
+    const float capture = model->params.capture_range, r = s->bounding_radius + capture;
+    const float py = s->p.y - (float)origin[1], pz = s->p.z - (float)origin[2];
+    springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
+    const int y0 = (int)springls__clamp(py - r, 0.0f, 7.0f), y1 = (int)springls__clamp(py + r, 0.0f, 7.0f);
+    const int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);
+    int y, z;
+    for (z = z0; z <= z1; z++)
+        for (y = y0; y <= y1; y++) {
+            const int v = 8 * y + 64 * z;
+            if (springls__is_mine(model->group, y + 8 * z))
+                springls__side_row(&plan, s->p, s->bounding_radius, capture, origin[0], origin[1] + y, origin[2] + z, omega + v,
+                                   side + v);
+        }
+}
+
 /* Sets the sign of phi in active brick i, near springls, to the side of the nearest ones. */
 SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__arguments args, int i,
                                              SPRINGLS__LOCAL float *side)
@@ -11021,7 +11064,7 @@ SPRINGLS__MATHS void springls__sides_element(const springls__model *model, sprin
     const float capture = model->params.capture_range;
     SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    int y, z, row, v, o[3];
+    int row, v, o[3];
     uint32_t k;
     (void)args;
     springls__slot_origin(g, g->active[i], o);
@@ -11029,18 +11072,7 @@ SPRINGLS__MATHS void springls__sides_element(const springls__model *model, sprin
         for (v = 8 * row; v < 8 * row + 8; v++) side[v] = 0.0f;
     for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {
         int n = (int)model->cells.brick_list_ids[k];
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[n];
-        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
-        float r = s->bounding_radius + capture, py = s->p.y - (float)o[1], pz = s->p.z - (float)o[2];
-        int y0 = (int)springls__clamp(py - r, 0.0f, 7.0f), y1 = (int)springls__clamp(py + r, 0.0f, 7.0f);
-        int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);
-        if (springls__is_overlapped(model, n)) continue;
-        for (z = z0; z <= z1; z++)
-            for (y = y0; y <= y1; y++) {
-                v = 8 * y + 64 * z;
-                if (springls__is_mine(model->group, y + 8 * z))
-                    springls__side_row(&plan, s->p, s->bounding_radius, capture, o[0], o[1] + y, o[2] + z, omega + v, side + v);
-            }
+        if (!springls__is_overlapped(model, n)) springls__add_side(model, &model->set.s[n], o, omega, side);
     }
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
         for (v = 8 * row; v < 8 * row + 8; v++)
@@ -15244,8 +15276,8 @@ SPRINGLS__FN springls_status springls__rouse_moved(springls_context *ctx)
 /* ======== >>contract  (src/stages/contract.h) ================================================================== */
 /* contract.h - removes poor springls and those far from the zero level (section 4.6). */
 
-/* Samples phi at the particles (phi_n), when the level set follows the springls. In Algorithm 2 that is before they move: after
-   a step as long as d_max a good springl is further from the old zero level than contract allows. Ends with a loop. */
+/* Samples phi at the particles (phi_n), for contract. Algorithm 2 does so before springls move: after a step as long as d_max a good
+   springl is further from the old zero level than contract allows. Ends with a loop. */
 SPRINGLS__FN springls_status springls__sample_phi(springls_context *ctx)
 {
     springls__loop(ctx, SPRINGLS__KERNEL_sample_phi, ctx->model.set.count, NULL);
@@ -16421,7 +16453,7 @@ SPRINGLS__FN springls_status springls__find_exposed(springls_context *ctx, float
     return SPRINGLS_OK;
 }
 
-/* Adds springls there, as many as there is room for. */
+/* Adds springls at the exposed triangles, as many as there is room for. */
 SPRINGLS__FN springls_status springls__fill_exposed(springls_context *ctx)
 {
     springls__arguments args;
@@ -16463,7 +16495,7 @@ enum {
 
 SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
 {
-    const float covered = 0.75f, on_sheets = 1.5f; /* voxels: after filling from springls, fewer are added here */
+    const float covered = 0.75f, on_sheets = 1.5f; /* voxels: after filling from springls, less of the zero level is bare */
     const float d_max = ctx->model.params.d_max;
     const int count = ctx->model.set.count;
     const bool springls_first = ctx->model.params.fill_from_springls != 0;
@@ -16510,29 +16542,14 @@ SPRINGLS__FN void springls__redistance_sweeps(springls_context *ctx, int sweeps)
     }
 }
 
-/* Adds the bricks that the band has reached (band_mask), and drops those that it has left. */
-SPRINGLS__FN springls_status springls__change_bricks(springls_context *ctx)
+/* Finds, from band_mask, which active bricks the band reaches (band_keeps), how many they are, and which others it reaches
+   (band_bricks). Returns the number of the latter. */
+SPRINGLS__FN int springls__find_band_bricks(const springls__model *model, int *kept)
 {
-    springls__grid *g = &ctx->model.grid;
-    uint32_t *mask;
-    uint8_t *keep;
-    int *wanted, *rank, i, d, missing = 0, kept = 0;
-    if (ctx->on_device) {
-        springls_status status = ctx->backend->band_move(ctx);
-        springls__discard_cell_list(ctx); /* it lives in the bricks */
-        if (!springls__repeat_on_host(ctx, &status)) return status;
-    }
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_keeps, g->active_count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_bricks, (size_t)g->active_count * 26));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_rank, g->slot_count));
-    mask = springls__band_mask(&ctx->model);
-    keep = springls__band_keeps(&ctx->model);
-    wanted = springls__band_bricks(&ctx->model);
-    rank = springls__band_rank(&ctx->model);
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__ROLE_BIT(band_mask) | SPRINGLS__BIT(PHI),
-                                    SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE)
-                                        | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__ROLE_BIT(band_keeps)
-                                        | SPRINGLS__ROLE_BIT(band_bricks) | SPRINGLS__ROLE_BIT(band_rank)));
+    const springls__grid *g = &model->grid;
+    const uint32_t *mask = springls__band_mask(model);
+    uint8_t *keep = springls__band_keeps(model);
+    int *rank = springls__band_rank(model), i, d, missing = 0;
     for (i = 0; i < g->active_count; i++) {
         rank[g->active[i]] = i;
         keep[i] = 0;
@@ -16545,14 +16562,35 @@ SPRINGLS__FN springls_status springls__change_bricks(springls_context *ctx)
             if (!(mask[i] >> d & 1u) || !springls__brick_around(g, origin, d, at)) continue;
             slot = springls__slot_at(g, at[0], at[1], at[2]);
             if (slot >= SPRINGLS__FIRST_SLOT) keep[rank[slot]] = 1;
-            else wanted[missing++] = springls__brick_at(g, at[0], at[1], at[2]);
+            else springls__band_bricks(model)[missing++] = springls__brick_at(g, at[0], at[1], at[2]);
         }
     }
-    for (i = 0; i < g->active_count; i++) kept += keep[i];
+    for (*kept = i = 0; i < g->active_count; i++) *kept += keep[i];
+    return missing;
+}
+
+/* Adds the bricks that the band has reached (band_mask), and drops those that it has left. */
+SPRINGLS__FN springls_status springls__change_bricks(springls_context *ctx)
+{
+    springls__grid *g = &ctx->model.grid;
+    int missing, kept;
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->band_move(ctx);
+        springls__discard_cell_list(ctx); /* it lives in the bricks */
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_keeps, g->active_count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_bricks, (size_t)g->active_count * 26));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_rank, g->slot_count));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__ROLE_BIT(band_mask) | SPRINGLS__BIT(PHI),
+                                    SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE)
+                                        | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__ROLE_BIT(band_keeps)
+                                        | SPRINGLS__ROLE_BIT(band_bricks) | SPRINGLS__ROLE_BIT(band_rank)));
+    missing = springls__find_band_bricks(&ctx->model, &kept);
     if (missing == 0 && kept == g->active_count) return SPRINGLS_OK;
     springls__discard_cell_list(ctx);
-    springls__grid_drop_bricks(g, keep);
-    return springls__grid_add_bricks(ctx, wanted, missing);
+    springls__grid_drop_bricks(g, springls__band_keeps(&ctx->model));
+    return springls__grid_add_bricks(ctx, springls__band_bricks(&ctx->model), missing);
 }
 
 enum { SPRINGLS__BAND_FIND, SPRINGLS__BAND_CHANGE };
@@ -16702,8 +16740,8 @@ SPRINGLS__FN springls_status springls__orient(springls_context *ctx)
 /* ======== >>resample  (src/stages/resample.h) ================================================================== */
 /* resample.h - splits springls that have grown too large, at their longest edge (section 4.6, Table 2). */
 
-/* Counts the springls that are to be split in ctx->work.added, as many as there is room for. A device that makes the cell list
-   meanwhile is waited for once; what fills gaps next needs the list, too. */
+/* Counts the springls that are to be split in ctx->work.added, as many as there is room for. A device builds the cell list, which
+   fill_gaps needs next, before the count is read, so that the host waits only once. */
 SPRINGLS__FN springls_status springls__count_splits(springls_context *ctx)
 {
     int count = ctx->model.set.count, room = springls__imax(ctx->desc.max_springls - count, 0), wanted = 0;
@@ -27936,6 +27974,15 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__springl_finished(s);\n",
     "}\n",
     "\n",
+    "/* Returns the springl moved so that its particle is at p. */\n",
+    "SPRINGLS__MATHS springls__springl springls__moved_to(springls__springl s, springls__v3 p)\n",
+    "{\n",
+    "    int m;\n",
+    "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(p, s.p));\n",
+    "    s.p = p;\n",
+    "    return s;\n",
+    "}\n",
+    "\n",
     "SPRINGLS__MATHS springls__tri springls__springl_tri(springls__springl s)\n",
     "{\n",
     "    springls__tri t;\n",
@@ -28079,7 +28126,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3624 \"springls.h\"\n",
+    "#line 3633 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -28594,6 +28641,13 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__grid_contains(g, at[0], at[1], at[2]);\n",
     "}\n",
     "\n",
+    "/* Returns the slot of the d-th brick around an active one, a constant one beyond the domain. */\n",
+    "SPRINGLS__MATHS int springls__slot_around(const springls__grid *g, const int origin[3], int d)\n",
+    "{\n",
+    "    int at[3];\n",
+    "    return springls__brick_around(g, origin, d, at) ? springls__slot_at(g, at[0], at[1], at[2]) : SPRINGLS__OUTSIDE;\n",
+    "}\n",
+    "\n",
     "#define SPRINGLS__ALL_AROUND 0x7ffffffu\n",
     "\n",
     "/* Finds the voxel (i, j) beside face d (-x +x -y +y -z +z) of a block of size^3 voxels at `at`. */\n",
@@ -28758,7 +28812,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4304 \"springls.h\"\n",
+    "#line 4320 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -29019,7 +29073,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4566 \"springls.h\"\n",
+    "#line 4582 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -29221,7 +29275,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 4769 \"springls.h\"\n",
+    "#line 4785 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -29338,7 +29392,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 4887 \"springls.h\"\n",
+    "#line 4903 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -29488,7 +29542,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5037 \"springls.h\"\n",
+    "#line 5053 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29503,7 +29557,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5053 \"springls.h\"\n",
+    "#line 5069 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -29851,7 +29905,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5401 \"springls.h\"\n",
+    "#line 5417 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29866,7 +29920,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5416 \"springls.h\"\n",
+    "#line 5432 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -30214,7 +30268,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5764 \"springls.h\"\n",
+    "#line 5780 \"springls.h\"\n",
     "\n",
     "/* Displaces springl i by the forces of the rule, into moved_springls. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -30231,7 +30285,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 6370 \"springls.h\"\n",
+    "#line 6386 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -30257,7 +30311,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6397 \"springls.h\"\n",
+    "#line 6413 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -30346,7 +30400,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6487 \"springls.h\"\n",
+    "#line 6503 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -30486,7 +30540,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6628 \"springls.h\"\n",
+    "#line 6644 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -30579,10 +30633,10 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6722 \"springls.h\"\n",
+    "#line 6738 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
-    "/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */\n",
+    "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
     "#define SPRINGLS__SAME_SIDE 0.3f\n",
     "\n",
     "/* Returns the cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */\n",
@@ -30729,7 +30783,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__side_of_springls(model, springls__mad(s.p, springls__springl_normal(s), ahead), i, radius) < 0;\n",
     "}\n",
     "\n",
-    "/* Decides whether to keep, remove or reshape springl i (contract_action). One of the mask is kept, and one that is asleep. */\n",
+    "/* Decides whether to keep, remove or reshape springl i (contract_action). Springls that are masked or asleep are kept. */\n",
     "SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;\n",
@@ -30767,9 +30821,9 @@ static const char *const springls__kernel_lines[] = {
     "    return model->set.generation[other] == model->set.generation[i] && other < i;\n",
     "}\n",
     "\n",
-    "/* Decides about springl i in a round of merging: of two springls of one side and body closer than merge_distance the one of lower\n",
-    "   rank is removed. It stays undecided until all of higher rank near it are decided, so that only springls that are kept remove\n",
-    "   others; *awaited becomes one of these. */\n",
+    "/* Returns the action for springl i after a round of merging. Of two springls of one side and body that are closer than\n",
+    "   merge_distance the one of lower rank is removed. A springl stays undecided until all of higher rank near it are decided, so that\n",
+    "   only springls that are kept remove others; *awaited becomes one that is not decided. */\n",
     "SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i,\n",
     "                                                SPRINGLS__GLOBAL int *awaited)\n",
     "{\n",
@@ -30807,7 +30861,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__next_contract_action(model)[i] = current;\n",
     "}\n",
     "\n",
-    "/* Makes springl i undecided unless it is removed already, of the mask or asleep. */\n",
+    "/* Makes springl i undecided unless it is removed already, masked or asleep. */\n",
     "SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;\n",
@@ -30815,7 +30869,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__awaited_springl(model)[i] = -1;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6959 \"springls.h\"\n",
+    "#line 6975 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -30845,7 +30899,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6989 \"springls.h\"\n",
+    "#line 7005 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30860,7 +30914,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7005 \"springls.h\"\n",
+    "#line 7021 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -31029,7 +31083,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7174 \"springls.h\"\n",
+    "#line 7190 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31044,7 +31098,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7189 \"springls.h\"\n",
+    "#line 7205 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -31213,16 +31267,16 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7358 \"springls.h\"\n",
+    "#line 7374 \"springls.h\"\n",
     "\n",
-    "/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */\n",
+    "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    if (!args.relax.kept) springls__relaxed_springls(model)[i] = model->set.s[i];\n",
     "}\n",
     "\n",
-    "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is, and one that is\n",
-    "   asleep. */\n",
+    "/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. Springls that are masked or asleep stay as they\n",
+    "   are. */\n",
     "SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    if (springls__is_asleep(model, i)) springls__keep_asleep(model, args, i);\n",
@@ -31254,7 +31308,7 @@ static const char *const springls__kernel_lines[] = {
     "        && springls__fabs(springls__grid_sample(g, g->phi, p)) < 0.5f;\n",
     "}\n",
     "\n",
-    "/* Turns a flipped triangle, unless it is beside another body, of the mask or asleep. */\n",
+    "/* Turns a flipped triangle, unless its springl is masked, asleep or beside another body. */\n",
     "SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const float beside = 1.6f; /* voxels */\n",
@@ -31267,7 +31321,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7413 \"springls.h\"\n",
+    "#line 7429 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -31293,7 +31347,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7439 \"springls.h\"\n",
+    "#line 7455 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31308,7 +31362,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7455 \"springls.h\"\n",
+    "#line 7471 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -31365,8 +31419,8 @@ static const char *const springls__kernel_lines[] = {
     "    return (distance < 0.0f) != (phi < 0.0f);\n",
     "}\n",
     "\n",
-    "/* Returns the value to take: the springls' where it is close to phi, which decides the side otherwise. It is also taken where\n",
-    "   the springls are closer than |phi|: phi may have lost a sheet here. */\n",
+    "/* Returns the springls' distance where it is close to phi, or on phi's side and shorter, since phi may have lost a sheet there;\n",
+    "   elsewhere phi. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(corrected_phi)(SPRINGLS__NUM phi, SPRINGLS__W(projection) f)\n",
     "{\n",
     "    SPRINGLS__NUM change = SPRINGLS__W(fabs)(f.distance - phi);\n",
@@ -31375,8 +31429,8 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(select)((change < f.trust) | (same_side & (closer | (change < 1.5f * f.trust))), f.distance, phi);\n",
     "}\n",
     "\n",
-    "/* Returns whether phi may have lost a voxel of a sheet or gap: by the springls it is on the other side, no deeper than in one\n",
-    "   that phi could lose, and not aside of them. */\n",
+    "/* Returns whether phi may have lost a voxel of a sheet or gap: springls have it on the other side, no deeper than a sheet that phi\n",
+    "   could lose is thick, and are not all to one side of it. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(can_nucleate)(SPRINGLS__NUM phi, SPRINGLS__W(projection) f)\n",
     "{\n",
     "    return SPRINGLS__W(other_side)(f.distance, phi) & (SPRINGLS__W(fabs)(f.distance) < 0.8f) & (f.trust > 0.1f);\n",
@@ -31391,7 +31445,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7538 \"springls.h\"\n",
+    "#line 7554 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31406,7 +31460,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7553 \"springls.h\"\n",
+    "#line 7569 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -31463,8 +31517,8 @@ static const char *const springls__kernel_lines[] = {
     "    return (distance < 0.0f) != (phi < 0.0f);\n",
     "}\n",
     "\n",
-    "/* Returns the value to take: the springls' where it is close to phi, which decides the side otherwise. It is also taken where\n",
-    "   the springls are closer than |phi|: phi may have lost a sheet here. */\n",
+    "/* Returns the springls' distance where it is close to phi, or on phi's side and shorter, since phi may have lost a sheet there;\n",
+    "   elsewhere phi. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(corrected_phi)(SPRINGLS__NUM phi, SPRINGLS__W(projection) f)\n",
     "{\n",
     "    SPRINGLS__NUM change = SPRINGLS__W(fabs)(f.distance - phi);\n",
@@ -31473,8 +31527,8 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(select)((change < f.trust) | (same_side & (closer | (change < 1.5f * f.trust))), f.distance, phi);\n",
     "}\n",
     "\n",
-    "/* Returns whether phi may have lost a voxel of a sheet or gap: by the springls it is on the other side, no deeper than in one\n",
-    "   that phi could lose, and not aside of them. */\n",
+    "/* Returns whether phi may have lost a voxel of a sheet or gap: springls have it on the other side, no deeper than a sheet that phi\n",
+    "   could lose is thick, and are not all to one side of it. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(can_nucleate)(SPRINGLS__NUM phi, SPRINGLS__W(projection) f)\n",
     "{\n",
     "    return SPRINGLS__W(other_side)(f.distance, phi) & (SPRINGLS__W(fabs)(f.distance) < 0.8f) & (f.trust > 0.1f);\n",
@@ -31489,7 +31543,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7636 \"springls.h\"\n",
+    "#line 7652 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -31505,7 +31559,7 @@ static const char *const springls__kernel_lines[] = {
     "    return estimate;\n",
     "}\n",
     "\n",
-    "/* Sums of less weight do not count. */\n",
+    "/* The least weight of sums that count. */\n",
     "#define SPRINGLS__MIN_WEIGHT 1e-3f\n",
     "\n",
     "/* Returns phi of a voxel; one that the surface passes through, but for rounding, is outside. */\n",
@@ -31522,7 +31576,7 @@ static const char *const springls__kernel_lines[] = {
     "    return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;\n",
     "}\n",
     "\n",
-    "/* Returns where phi bears that mark. */\n",
+    "/* Returns where phi bears the mark of an unknown side. */\n",
     "SPRINGLS__VEC_MATHS springls__vmask springls__is_side_unknown(springls__vec phi, float far_value)\n",
     "{\n",
     "    return springls__vec_fabs(phi) > 1.5f * far_value;\n",
@@ -31563,7 +31617,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7711 \"springls.h\"\n",
+    "#line 7727 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -32115,7 +32169,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8264 \"springls.h\"\n",
+    "#line 8280 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -32211,7 +32265,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8361 \"springls.h\"\n",
+    "#line 8377 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -32255,16 +32309,13 @@ static const char *const springls__kernel_lines[] = {
     "    springls__half child;\n",
     "    springls__tri t = springls__split_half(springls__springl_tri(model->set.s[i]), second);\n",
     "    springls__fit_result fit;\n",
-    "    int m;\n",
     "    child.s = springls__springl_make(t, springls__tri_centroid(t));\n",
     "    child.a = model->set.a[i];\n",
     "    child.error = 0.0f;\n",
     "    if (model->params.placement != SPRINGLS_PLACEMENT_QUADRATIC) return child;\n",
     "    fit = springls__fit_at(model, i, child.s.p, springls__tri_normal(t), child.a, model->set.count);\n",
     "    if (!fit.ok) return child;\n",
-    "    for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));\n",
-    "    child.s.p = fit.point;\n",
-    "    child.s = springls__springl_finished(child.s);\n",
+    "    child.s = springls__springl_finished(springls__moved_to(child.s, fit.point));\n",
     "    child.a = springls__project_on_original(model, fit.a);\n",
     "    return child;\n",
     "}\n",
@@ -32277,7 +32328,7 @@ static const char *const springls__kernel_lines[] = {
     "    return child;\n",
     "}\n",
     "\n",
-    "/* Returns true when springl i has grown too large, and is not kept by the mask. */\n",
+    "/* Returns true when springl i has grown too large, and is neither masked nor asleep. */\n",
     "SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, int i)\n",
     "{\n",
     "    const springls_params *p = &model->params;\n",
@@ -32335,7 +32386,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8486 \"springls.h\"\n",
+    "#line 8499 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -32374,7 +32425,7 @@ static const char *const springls__kernel_lines[] = {
     "/* The surface about a particle, as a height over its tangent plane at x, y: slope_x x + slope_y y + bend (x^2 + y^2). */\n",
     "typedef struct springls__sheet { float slope_x, slope_y, bend; } springls__sheet;\n",
     "\n",
-    "/* Sums over the neighbours of a springl, at x, y with the height h, by cosine^2 / r^2: of products, with r^2 = x^2 + y^2. */\n",
+    "/* Sums of products over the neighbours of a springl, at x, y with the height h, weighted by cosine^2 / r^2, r^2 = x^2 + y^2. */\n",
     "typedef struct springls__sheet_sums { float xx, xy, yy, xr, yr, rr, xh, yh, rh; } springls__sheet_sums;\n",
     "\n",
     "SPRINGLS__MATHS void springls__sheet_add(springls__sheet_sums *sum, float x, float y, float h, float cosine2)\n",
@@ -32391,11 +32442,11 @@ static const char *const springls__kernel_lines[] = {
     "    sum->rh += cosine2 * h;\n",
     "}\n",
     "\n",
-    "/* Returns the sheet of least squares; level: true where it has no slopes. They are bounded: where neighbours are few, as at the rim\n",
-    "   of a sheet, they are uncertain. */\n",
+    "/* Returns the sheet of least squares. level: without slopes. Slopes are bounded, because few neighbours, as at the rim of a sheet,\n",
+    "   leave them uncertain. */\n",
     "SPRINGLS__MATHS springls__sheet springls__fitted_sheet(springls__sheet_sums sum, bool level)\n",
     "{\n",
-    "    const float flat = 0.5f, steepest = 0.15f; /* flat: a slope of few neighbours is less */\n",
+    "    const float flat = 0.5f, steepest = 0.15f; /* flat: damps the slopes of few neighbours */\n",
     "    springls__sheet sheet;\n",
     "    float inverse = 1.0f / (sum.rr + 1e-6f), xx, xy, yy, xh, yh, scale, steep2;\n",
     "    sheet.slope_x = sheet.slope_y = 0.0f;\n",
@@ -32418,12 +32469,12 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* A springl's cell in six directions of half a turn, 30 degrees apart, and in the opposite ones: 1 / distance to the nearest\n",
-    "   side, 1 / voxel. Two of eight do not count. */\n",
+    "   side, 1 / voxel. The last two of eight are padding. */\n",
     "typedef struct springls__cell_sides {\n",
     "    springls__vec ahead[8 / SPRINGLS__LANES], behind[8 / SPRINGLS__LANES];\n",
     "} springls__cell_sides;\n",
     "\n",
-    "/* cos(k a), sin(k a) of the six directions a; the row of k = 0 has the cosines alone. */\n",
+    "/* cos(k a), sin(k a) of the six directions a for k = 1, 2, 3, after a row of ones. */\n",
     "SPRINGLS__CONST float springls__share_harmonics[7][8] = {\n",
     "    { 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 0.0f, 0.0f },\n",
     "    { 1.0f, 0.866025404f, 0.5f, 0.0f, -0.5f, -0.866025404f, 0.0f, 0.0f },\n",
@@ -32487,7 +32538,7 @@ static const char *const springls__kernel_lines[] = {
     "    xy = mean / 4.0f * springls__sum_directions(fourth, 4) - 2.0f * x * y;\n",
     "    share.longer = xx / spread;\n",
     "    share.askew = xy / spread;\n",
-    "    /* Moves the mean of z^3 to the centroid c: less 3 c times the second moment about it, and c^3. */\n",
+    "    /* The mean of z^3 about the centroid c is less by 3 c times the second moment about c, and by c^3. */\n",
     "    scale = 1.0f / (spread * springls__sqrt(spread));\n",
     "    share.cosine = mean / 5.0f * springls__sum_directions(fifth, 5) - 3.0f * (x * xx - y * xy) - x * (x * x - 3.0f * y * y);\n",
     "    share.sine = mean / 5.0f * springls__sum_directions(fifth, 6) - 3.0f * (x * xy + y * xx) - y * (3.0f * x * x - y * y);\n",
@@ -32535,7 +32586,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__share_of_cell(sides);\n",
     "}\n",
     "\n",
-    "/* Returns u, turned towards v by a third of the angle of (c, s), to two degrees. */\n",
+    "/* Returns u, turned towards v by a third of the angle of (c, s), accurate to two degrees. */\n",
     "SPRINGLS__MATHS springls__v3 springls__turn_by_third(springls__v3 u, springls__v3 v, float c, float s)\n",
     "{\n",
     "    float along = springls__sqrt(c * c + s * s) + c;\n",
@@ -32581,7 +32632,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__with_edges_below(t, center, longest_edge);\n",
     "}\n",
     "\n",
-    "/* Gives springl i, from S to relaxed_springls, the triangle of its share. A masked one stays as it is. */\n",
+    "/* Gives springl i, from S to relaxed_springls, the triangle of its share. Springls that are masked or asleep stay as they are. */\n",
     "SPRINGLS__MATHS void springls__cover_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const float longest = 0.985f * model->params.split_edge; /* else it would be split for its shape */\n",
@@ -32605,7 +32656,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8757 \"springls.h\"\n",
+    "#line 8770 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -32681,7 +32732,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8834 \"springls.h\"\n",
+    "#line 8847 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -32823,7 +32874,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 8977 \"springls.h\"\n",
+    "#line 8990 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -33012,7 +33063,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9167 \"springls.h\"\n",
+    "#line 9180 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -33122,15 +33173,14 @@ static const char *const springls__kernel_lines[] = {
     "/* Fits the i-th new springl: finds its correspondence and, by the quadratic rule, its place. */\n",
     "SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    int first = args.fit.first, n = first + i, m, beside;\n",
+    "    int first = args.fit.first, n = first + i, beside;\n",
     "    springls__springl s = model->set.s[n];\n",
     "    springls__v3 a = springls__correspondence_of_neighbors(model, s, first, &beside);\n",
     "    if (beside >= 0) springls__inherit_components(model, n, beside);\n",
     "    if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {\n",
     "        springls__fit_result fit = springls__fit_at(model, n, s.p, springls__springl_normal(s), a, first);\n",
     "        if (fit.ok) {\n",
-    "            for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(fit.point, s.p));\n",
-    "            s.p = fit.point;\n",
+    "            s = springls__moved_to(s, fit.point);\n",
     "            a = fit.a;\n",
     "        }\n",
     "    }\n",
@@ -33139,7 +33189,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9295 \"springls.h\"\n",
+    "#line 9307 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -33172,7 +33222,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (others == 0) return 0;\n",
     "    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;\n",
     "}\n",
-    "#line 9329 \"springls.h\"\n",
+    "#line 9341 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -33332,12 +33382,12 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* The sums of a brick while springls are taken into them. */\n",
     "typedef struct springls__brick_sums {\n",
-    "    SPRINGLS__LOCAL float *value;     /* SUMS_FLOATS; of rows that no springl has reached they are not begun */\n",
+    "    SPRINGLS__LOCAL float *value;     /* SUMS_FLOATS; those of rows that no springl has reached are not set */\n",
     "    SPRINGLS__GLOBAL uint8_t *opposed; /* whether springls near one voxel face against each other */\n",
     "    bool reached[SPRINGLS__ROWS];     /* rows that springls are near */\n",
     "} springls__brick_sums;\n",
     "\n",
-    "/* Begins the sums of a row, if no springl has reached it before; none is nearest yet. */\n",
+    "/* Sets the sums of a row to none and its nearest springl to none, if no springl has reached it before. */\n",
     "SPRINGLS__MATHS void springls__reach_row(springls__brick_sums *sums, int row)\n",
     "{\n",
     "    const float farthest2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;\n",
@@ -33418,7 +33468,7 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__box_widened(box, SPRINGLS__PROJECT_RADIUS);\n",
     "}\n",
     "\n",
-    "/* Returns a weight that falls from 1 at x to 0 at PROJECT_RADIUS and on to less. */\n",
+    "/* Returns a weight that falls from 1 at x to 0 at PROJECT_RADIUS, and is negative beyond. */\n",
     "SPRINGLS__MATHS float springls__edge_weight(springls__v3 p, springls__v3 x)\n",
     "{\n",
     "    const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;\n",
@@ -33482,8 +33532,8 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "#define SPRINGLS__BESIDE_ZERO 1.2f /* voxels: none beyond it is next to the zero level */\n",
     "\n",
-    "/* Returns phi at a voxel v that springls are near and have carried `phi` to: made exact by them, and put on the other side where\n",
-    "   phi has lost a sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */\n",
+    "/* Returns phi at voxel v near springls, which have carried `phi` there: their distance, on the other side where phi has lost a sheet\n",
+    "   or gap thinner than a voxel and v lies between its two sides. A thread may break. */\n",
     "SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,\n",
     "                                              const int origin[3], int v, springls__moments sum, springls__arguments args,\n",
     "                                              springls__box edges, float phi)\n",
@@ -33585,8 +33635,8 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__fabs(phi) < max_displacement ? springls__side_unknown(phi, model->grid.far_value) : phi;\n",
     "}\n",
     "\n",
-    "/* Returns whether the surface may have passed a voxel of a row that no springl is near; true too where each has to be looked at.\n",
-    "   sums: of the row, if a springl has reached it. */\n",
+    "/* Returns whether the surface may have passed a voxel of a row that no springl is near; true with contact SEPARATE, where\n",
+    "   springls__may_be_passed decides. sums: of the row, if a springl has reached it. */\n",
     "SPRINGLS__MATHS bool springls__some_passed(const springls__model *model, SPRINGLS__GLOBAL const float *phi, bool reached,\n",
     "                                           SPRINGLS__LOCAL const float *sums, float max_displacement)\n",
     "{\n",
@@ -33639,11 +33689,11 @@ static const char *const springls__kernel_lines[] = {
     "    return unknown;\n",
     "}\n",
     "\n",
-    "/* In has_opposed: the brick is asleep, and was not looked into. */\n",
+    "/* In has_opposed: the brick is asleep, and was not searched. */\n",
     "#define SPRINGLS__OPPOSED_ASLEEP 2\n",
     "\n",
-    "/* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry\n",
-    "   springls carry phi along. Finds too whether springls that face against each other are near one voxel: a thin sheet or gap. */\n",
+    "/* Projects active brick i, from phi to phi_next; with args.project.carry springls carry phi along. Finds whether it has voxels whose\n",
+    "   side is unknown, and voxels near springls that face against each other, as in a thin sheet or gap. */\n",
     "SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                               SPRINGLS__LOCAL float *memory)\n",
     "{\n",
@@ -33716,7 +33766,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9874 \"springls.h\"\n",
+    "#line 9886 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -33799,8 +33849,8 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__vec_select(d > c, three, d);\n",
     "}\n",
     "\n",
-    "/* Writes new distances of a row of eight voxels from their neighbours'; phi points into a tile. A voxel keeps its own at the\n",
-    "   interface, and where it is near and one of its 26 neighbours on the other side: near springls alone are no surface. */\n",
+    "/* Writes new distances of a row of eight voxels from their neighbours'; phi points into a tile. A voxel keeps its own distance at\n",
+    "   the interface, and below NEAR where one of its 26 neighbours is on the other side. */\n",
     "SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    int i;\n",
@@ -33866,7 +33916,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10025 \"springls.h\"\n",
+    "#line 10037 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -33945,11 +33995,11 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const int limit = springls__calm_limit(model);\n",
-    "    int origin[3], at[3], d, o, awake = 0;\n",
+    "    int origin[3], d, o, awake = 0;\n",
     "    (void)args;\n",
     "    springls__slot_origin(g, g->active[i], origin);\n",
     "    for (d = 0; d < 27 && !awake; d++) {\n",
-    "        int slot = springls__brick_around(g, origin, d, at) ? springls__slot_at(g, at[0], at[1], at[2]) : 0;\n",
+    "        int slot = springls__slot_around(g, origin, d);\n",
     "        if (slot < SPRINGLS__FIRST_SLOT) continue;\n",
     "        for (o = 0; o < SPRINGLS__OCTANTS; o++)\n",
     "            awake |= springls__octants_beside(d) >> o & 1 && g->calm[slot * SPRINGLS__OCTANTS + o] < limit;\n",
@@ -33961,16 +34011,16 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__near_awake_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
-    "    int origin[3], at[3], d, near_awake = g->awake[g->active[i]];\n",
+    "    int origin[3], d, near_awake = g->awake[g->active[i]];\n",
     "    (void)args;\n",
     "    springls__slot_origin(g, g->active[i], origin);\n",
     "    for (d = 0; d < 27 && !near_awake; d++) {\n",
-    "        int slot = springls__brick_around(g, origin, d, at) ? springls__slot_at(g, at[0], at[1], at[2]) : 0;\n",
+    "        int slot = springls__slot_around(g, origin, d);\n",
     "        near_awake = slot >= SPRINGLS__FIRST_SLOT && g->awake[slot];\n",
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10130 \"springls.h\"\n",
+    "#line 10142 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -34067,7 +34117,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10228 \"springls.h\"\n",
+    "#line 10240 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -34605,7 +34655,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10767 \"springls.h\"\n",
+    "#line 10779 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -34625,10 +34675,30 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
-    "/* Returns whether omega of a brick is unknown, its first voxel below zero: the brick is new, or its springls have moved. */\n",
+    "/* Returns whether omega of a brick is unknown, because the brick is new or springls have moved: its first voxel is below zero. */\n",
     "SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)\n",
     "{\n",
     "    return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;\n",
+    "}\n",
+    "\n",
+    "/* Lowers omega of a brick, whose first voxel is `origin`, to the distance to springl s, up to params.capture_range. */\n",
+    "SPRINGLS__MATHS void springls__omega_of_springl(const springls__model *model, SPRINGLS__GLOBAL const springls__springl *s,\n",
+    "                                                const int origin[3], SPRINGLS__GLOBAL float *omega)\n",
+    "{\n",
+    "    const float capture = model->params.capture_range;\n",
+    "    const float radius = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may exclude a springl that is nearer */\n",
+    "    springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
+    "    float ylo = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - capture - (float)origin[1];\n",
+    "    float yhi = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + capture - (float)origin[1];\n",
+    "    float zlo = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - capture - (float)origin[2];\n",
+    "    float zhi = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + capture - (float)origin[2];\n",
+    "    const int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);\n",
+    "    const int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);\n",
+    "    int y, z;\n",
+    "    for (z = z0; z <= z1; z++)\n",
+    "        for (y = y0; y <= y1; y++)\n",
+    "            if (springls__is_mine(model->group, y + 8 * z))\n",
+    "                springls__omega_row(&plan, s->p, radius, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);\n",
     "}\n",
     "\n",
     "/* Finds omega in active brick i where it is unknown: the exact distance to the springls, clamped at params.capture_range. */\n",
@@ -34636,34 +34706,20 @@ static const char *const springls__kernel_lines[] = {
     "                                             SPRINGLS__LOCAL float *memory)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
-    "    const float capture = model->params.capture_range;\n",
     "    SPRINGLS__GLOBAL float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    bool unknown = springls__omega_unknown(g, g->active[i]);\n",
-    "    int origin[3], v, y, z;\n",
+    "    int origin[3], row, v;\n",
     "    uint32_t k;\n",
     "    (void)args;\n",
     "    (void)memory;\n",
     "    SPRINGLS__BARRIER; /* all items have read it before one writes omega */\n",
     "    if (!unknown) return;\n",
     "    springls__slot_origin(g, g->active[i], origin);\n",
-    "    for (y = model->group.item; y < SPRINGLS__ROWS; y += model->group.items)\n",
-    "        for (v = 8 * y; v < 8 * y + 8; v++) omega[v] = capture;\n",
+    "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
+    "        for (v = 8 * row; v < 8 * row + 8; v++) omega[v] = model->params.capture_range;\n",
     "    for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {\n",
     "        int n = (int)model->cells.brick_list_ids[k];\n",
-    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[n];\n",
-    "        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
-    "        float ylo = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - capture - (float)origin[1];\n",
-    "        float yhi = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + capture - (float)origin[1];\n",
-    "        float zlo = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - capture - (float)origin[2];\n",
-    "        float zhi = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + capture - (float)origin[2];\n",
-    "        int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);\n",
-    "        float radius = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */\n",
-    "        int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);\n",
-    "        if (springls__is_overlapped(model, n)) continue;\n",
-    "        for (z = z0; z <= z1; z++)\n",
-    "            for (y = y0; y <= y1; y++)\n",
-    "                if (springls__is_mine(model->group, y + 8 * z))\n",
-    "                    springls__omega_row(&plan, s->p, radius, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);\n",
+    "        if (!springls__is_overlapped(model, n)) springls__omega_of_springl(model, &model->set.s[n], origin, omega);\n",
     "    }\n",
     "}\n",
     "\n",
@@ -34681,7 +34737,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10844 \"springls.h\"\n",
+    "#line 10862 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -34789,6 +34845,17 @@ static const char *const springls__kernel_lines[] = {
     "           || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);\n",
     "}\n",
     "\n",
+    "/* Returns omega of the voxel of a block of b^3 that is nearest to a springl; omega: of the block's brick. */\n",
+    "SPRINGLS__MATHS float springls__least_omega(SPRINGLS__GLOBAL const float *omega, int x, int y, int z, int b)\n",
+    "{\n",
+    "    float least = FLT_MAX;\n",
+    "    int i, j, k;\n",
+    "    for (k = z; k < z + b; k++)\n",
+    "        for (j = y; j < y + b; j++)\n",
+    "            for (i = x; i < x + b; i++) least = springls__min(least, omega[i + 8 * j + 64 * k]);\n",
+    "    return least;\n",
+    "}\n",
+    "\n",
     "/* Grows the background once by blocks of args.grow.block^3 voxels, in an active brick, from phi to phi_next, and notes whether\n",
     "   it has grown. A block is uniform, so one of its voxels stands for it. */\n",
     "SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__arguments args, int index,\n",
@@ -34798,7 +34865,6 @@ static const char *const springls__kernel_lines[] = {
     "    const springls__group group = model->group;\n",
     "    const int b = args.grow.block, across = 8 / b;\n",
     "    size_t first = (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;\n",
-    "    SPRINGLS__GLOBAL const float *omega = g->omega + first;\n",
     "    SPRINGLS__GLOBAL const float *phi = g->phi + first;\n",
     "    float grew = 0.0f;\n",
     "    int o[3], block, v;\n",
@@ -34807,11 +34873,7 @@ static const char *const springls__kernel_lines[] = {
     "        int x = block % across * b, y = block / across % across * b, z = block / (across * across) * b, i, j, k;\n",
     "        bool background = phi[x + 8 * y + 64 * z] > 0.0f;\n",
     "        if (!background && springls__background_beside(g, o[0] + x, o[1] + y, o[2] + z, b)) {\n",
-    "            float nearest = FLT_MAX;\n",
-    "            for (k = z; k < z + b; k++)\n",
-    "                for (j = y; j < y + b; j++)\n",
-    "                    for (i = x; i < x + b; i++) nearest = springls__min(nearest, omega[i + 8 * j + 64 * k]);\n",
-    "            background = nearest > SPRINGLS__SHELL;\n",
+    "            background = springls__least_omega(g->omega + first, x, y, z, b) > SPRINGLS__SHELL;\n",
     "            if (background) grew = 1.0f;\n",
     "        }\n",
     "        for (k = z; k < z + b; k++)\n",
@@ -34854,6 +34916,25 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
+    "/* Adds the votes of springl s to the sides of a brick's voxels near it; origin: the brick's first voxel. */\n",
+    "SPRINGLS__MATHS void springls__add_side(const springls__model *model, SPRINGLS__GLOBAL const springls__springl *s,\n",
+    "                                        const int origin[3], SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)\n",
+    "{\n",
+    "    const float capture = model->params.capture_range, r = s->bounding_radius + capture;\n",
+    "    const float py = s->p.y - (float)origin[1], pz = s->p.z - (float)origin[2];\n",
+    "    springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
+    "    const int y0 = (int)springls__clamp(py - r, 0.0f, 7.0f), y1 = (int)springls__clamp(py + r, 0.0f, 7.0f);\n",
+    "    const int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);\n",
+    "    int y, z;\n",
+    "    for (z = z0; z <= z1; z++)\n",
+    "        for (y = y0; y <= y1; y++) {\n",
+    "            const int v = 8 * y + 64 * z;\n",
+    "            if (springls__is_mine(model->group, y + 8 * z))\n",
+    "                springls__side_row(&plan, s->p, s->bounding_radius, capture, origin[0], origin[1] + y, origin[2] + z, omega + v,\n",
+    "                                   side + v);\n",
+    "        }\n",
+    "}\n",
+    "\n",
     "/* Sets the sign of phi in active brick i, near springls, to the side of the nearest ones. */\n",
     "SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__arguments args, int i,\n",
     "                                             SPRINGLS__LOCAL float *side)\n",
@@ -34862,7 +34943,7 @@ static const char *const springls__kernel_lines[] = {
     "    const float capture = model->params.capture_range;\n",
     "    SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
     "    SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;\n",
-    "    int y, z, row, v, o[3];\n",
+    "    int row, v, o[3];\n",
     "    uint32_t k;\n",
     "    (void)args;\n",
     "    springls__slot_origin(g, g->active[i], o);\n",
@@ -34870,18 +34951,7 @@ static const char *const springls__kernel_lines[] = {
     "        for (v = 8 * row; v < 8 * row + 8; v++) side[v] = 0.0f;\n",
     "    for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {\n",
     "        int n = (int)model->cells.brick_list_ids[k];\n",
-    "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[n];\n",
-    "        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));\n",
-    "        float r = s->bounding_radius + capture, py = s->p.y - (float)o[1], pz = s->p.z - (float)o[2];\n",
-    "        int y0 = (int)springls__clamp(py - r, 0.0f, 7.0f), y1 = (int)springls__clamp(py + r, 0.0f, 7.0f);\n",
-    "        int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);\n",
-    "        if (springls__is_overlapped(model, n)) continue;\n",
-    "        for (z = z0; z <= z1; z++)\n",
-    "            for (y = y0; y <= y1; y++) {\n",
-    "                v = 8 * y + 64 * z;\n",
-    "                if (springls__is_mine(model->group, y + 8 * z))\n",
-    "                    springls__side_row(&plan, s->p, s->bounding_radius, capture, o[0], o[1] + y, o[2] + z, omega + v, side + v);\n",
-    "            }\n",
+    "        if (!springls__is_overlapped(model, n)) springls__add_side(model, &model->set.s[n], o, omega, side);\n",
     "    }\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++)\n",
@@ -34917,7 +34987,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11081 \"springls.h\"\n",
+    "#line 11113 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -34950,7 +35020,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11115 \"springls.h\"\n",
+    "#line 11147 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -34975,14 +35045,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11141 \"springls.h\"\n",
+    "#line 11173 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11148 \"springls.h\"\n",
+    "#line 11180 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34997,7 +35067,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11164 \"springls.h\"\n",
+    "#line 11196 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35127,7 +35197,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11294 \"springls.h\"\n",
+    "#line 11326 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35142,7 +35212,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11309 \"springls.h\"\n",
+    "#line 11341 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35272,7 +35342,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11440 \"springls.h\"\n",
+    "#line 11472 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -35563,7 +35633,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11732 \"springls.h\"\n",
+    "#line 11764 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -35664,7 +35734,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 35668 \"springls.h\"\n",
+    "#line 35738 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

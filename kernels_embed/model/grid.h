@@ -516,6 +516,13 @@ SPRINGLS__MATHS bool springls__brick_around(const springls__grid *g, const int o
     return springls__grid_contains(g, at[0], at[1], at[2]);
 }
 
+/* Returns the slot of the d-th brick around an active one, a constant one beyond the domain. */
+SPRINGLS__MATHS int springls__slot_around(const springls__grid *g, const int origin[3], int d)
+{
+    int at[3];
+    return springls__brick_around(g, origin, d, at) ? springls__slot_at(g, at[0], at[1], at[2]) : SPRINGLS__OUTSIDE;
+}
+
 #define SPRINGLS__ALL_AROUND 0x7ffffffu
 
 /* Finds the voxel (i, j) beside face d (-x +x -y +y -z +z) of a block of size^3 voxels at `at`. */

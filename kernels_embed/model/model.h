@@ -235,6 +235,15 @@ SPRINGLS__MATHS springls__springl springls__springl_make(springls__tri t, spring
     return springls__springl_finished(s);
 }
 
+/* Returns the springl moved so that its particle is at p. */
+SPRINGLS__MATHS springls__springl springls__moved_to(springls__springl s, springls__v3 p)
+{
+    int m;
+    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(p, s.p));
+    s.p = p;
+    return s;
+}
+
 SPRINGLS__MATHS springls__tri springls__springl_tri(springls__springl s)
 {
     springls__tri t;

@@ -7,7 +7,7 @@
 #include "../model/model.h"
 #include "../model/neighborhood.h"
 
-/* Two springls are of one side of the surface where the cosine of the angle between their normals is larger. */
+/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */
 #define SPRINGLS__SAME_SIDE 0.3f
 
 /* Returns the cosine of the angle at a between b and c; 1 (angle 0) where a side has no length. */
@@ -154,7 +154,7 @@ SPRINGLS__MATHS bool springls__in_another_body(const springls__model *model, int
     return springls__side_of_springls(model, springls__mad(s.p, springls__springl_normal(s), ahead), i, radius) < 0;
 }
 
-/* Decides whether to keep, remove or reshape springl i (contract_action). One of the mask is kept, and one that is asleep. */
+/* Decides whether to keep, remove or reshape springl i (contract_action). Springls that are masked or asleep are kept. */
 SPRINGLS__MATHS void springls__contract_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
@@ -192,9 +192,9 @@ SPRINGLS__MATHS bool springls__outranks(const springls__model *model, int other,
     return model->set.generation[other] == model->set.generation[i] && other < i;
 }
 
-/* Decides about springl i in a round of merging: of two springls of one side and body closer than merge_distance the one of lower
-   rank is removed. It stays undecided until all of higher rank near it are decided, so that only springls that are kept remove
-   others; *awaited becomes one of these. */
+/* Returns the action for springl i after a round of merging. Of two springls of one side and body that are closer than
+   merge_distance the one of lower rank is removed. A springl stays undecided until all of higher rank near it are decided, so that
+   only springls that are kept remove others; *awaited becomes one that is not decided. */
 SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i,
                                                 SPRINGLS__GLOBAL int *awaited)
 {
@@ -232,7 +232,7 @@ SPRINGLS__MATHS void springls__merge_element(const springls__model *model, sprin
     springls__next_contract_action(model)[i] = current;
 }
 
-/* Makes springl i undecided unless it is removed already, of the mask or asleep. */
+/* Makes springl i undecided unless it is removed already, masked or asleep. */
 SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;

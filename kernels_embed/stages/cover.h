@@ -44,7 +44,7 @@ typedef struct springls__share {
 /* The surface about a particle, as a height over its tangent plane at x, y: slope_x x + slope_y y + bend (x^2 + y^2). */
 typedef struct springls__sheet { float slope_x, slope_y, bend; } springls__sheet;
 
-/* Sums over the neighbours of a springl, at x, y with the height h, by cosine^2 / r^2: of products, with r^2 = x^2 + y^2. */
+/* Sums of products over the neighbours of a springl, at x, y with the height h, weighted by cosine^2 / r^2, r^2 = x^2 + y^2. */
 typedef struct springls__sheet_sums { float xx, xy, yy, xr, yr, rr, xh, yh, rh; } springls__sheet_sums;
 
 SPRINGLS__MATHS void springls__sheet_add(springls__sheet_sums *sum, float x, float y, float h, float cosine2)
@@ -61,11 +61,11 @@ SPRINGLS__MATHS void springls__sheet_add(springls__sheet_sums *sum, float x, flo
     sum->rh += cosine2 * h;
 }
 
-/* Returns the sheet of least squares; level: true where it has no slopes. They are bounded: where neighbours are few, as at the rim
-   of a sheet, they are uncertain. */
+/* Returns the sheet of least squares. level: without slopes. Slopes are bounded, because few neighbours, as at the rim of a sheet,
+   leave them uncertain. */
 SPRINGLS__MATHS springls__sheet springls__fitted_sheet(springls__sheet_sums sum, bool level)
 {
-    const float flat = 0.5f, steepest = 0.15f; /* flat: a slope of few neighbours is less */
+    const float flat = 0.5f, steepest = 0.15f; /* flat: damps the slopes of few neighbours */
     springls__sheet sheet;
     float inverse = 1.0f / (sum.rr + 1e-6f), xx, xy, yy, xh, yh, scale, steep2;
     sheet.slope_x = sheet.slope_y = 0.0f;
@@ -88,12 +88,12 @@ SPRINGLS__MATHS springls__sheet springls__fitted_sheet(springls__sheet_sums sum,
 }
 
 /* A springl's cell in six directions of half a turn, 30 degrees apart, and in the opposite ones: 1 / distance to the nearest
-   side, 1 / voxel. Two of eight do not count. */
+   side, 1 / voxel. The last two of eight are padding. */
 typedef struct springls__cell_sides {
     springls__vec ahead[8 / SPRINGLS__LANES], behind[8 / SPRINGLS__LANES];
 } springls__cell_sides;
 
-/* cos(k a), sin(k a) of the six directions a; the row of k = 0 has the cosines alone. */
+/* cos(k a), sin(k a) of the six directions a for k = 1, 2, 3, after a row of ones. */
 SPRINGLS__CONST float springls__share_harmonics[7][8] = {
     { 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 1.0f, 0.0f, 0.0f },
     { 1.0f, 0.866025404f, 0.5f, 0.0f, -0.5f, -0.866025404f, 0.0f, 0.0f },
@@ -157,7 +157,7 @@ SPRINGLS__VEC_MATHS springls__share springls__share_of_cell(springls__cell_sides
     xy = mean / 4.0f * springls__sum_directions(fourth, 4) - 2.0f * x * y;
     share.longer = xx / spread;
     share.askew = xy / spread;
-    /* Moves the mean of z^3 to the centroid c: less 3 c times the second moment about it, and c^3. */
+    /* The mean of z^3 about the centroid c is less by 3 c times the second moment about c, and by c^3. */
     scale = 1.0f / (spread * springls__sqrt(spread));
     share.cosine = mean / 5.0f * springls__sum_directions(fifth, 5) - 3.0f * (x * xx - y * xy) - x * (x * x - 3.0f * y * y);
     share.sine = mean / 5.0f * springls__sum_directions(fifth, 6) - 3.0f * (x * xy + y * xx) - y * (3.0f * x * x - y * y);
@@ -205,7 +205,7 @@ SPRINGLS__MATHS springls__share springls__share_of(const springls__model *model,
     return springls__share_of_cell(sides);
 }
 
-/* Returns u, turned towards v by a third of the angle of (c, s), to two degrees. */
+/* Returns u, turned towards v by a third of the angle of (c, s), accurate to two degrees. */
 SPRINGLS__MATHS springls__v3 springls__turn_by_third(springls__v3 u, springls__v3 v, float c, float s)
 {
     float along = springls__sqrt(c * c + s * s) + c;
@@ -251,7 +251,7 @@ SPRINGLS__MATHS springls__tri springls__triangle_of_share(springls__v3 p, spring
     return springls__with_edges_below(t, center, longest_edge);
 }
 
-/* Gives springl i, from S to relaxed_springls, the triangle of its share. A masked one stays as it is. */
+/* Gives springl i, from S to relaxed_springls, the triangle of its share. Springls that are masked or asleep stay as they are. */
 SPRINGLS__MATHS void springls__cover_element(const springls__model *model, springls__arguments args, int i)
 {
     const float longest = 0.985f * model->params.split_edge; /* else it would be split for its shape */

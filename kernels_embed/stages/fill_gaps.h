@@ -117,15 +117,14 @@ SPRINGLS__MATHS void springls__fill_element(const springls__model *model, spring
 /* Fits the i-th new springl: finds its correspondence and, by the quadratic rule, its place. */
 SPRINGLS__MATHS void springls__fit_new_springls_element(const springls__model *model, springls__arguments args, int i)
 {
-    int first = args.fit.first, n = first + i, m, beside;
+    int first = args.fit.first, n = first + i, beside;
     springls__springl s = model->set.s[n];
     springls__v3 a = springls__correspondence_of_neighbors(model, s, first, &beside);
     if (beside >= 0) springls__inherit_components(model, n, beside);
     if (model->params.placement == SPRINGLS_PLACEMENT_QUADRATIC) {
         springls__fit_result fit = springls__fit_at(model, n, s.p, springls__springl_normal(s), a, first);
         if (fit.ok) {
-            for (m = 0; m < 3; m++) s.q[m] = springls__add(s.q[m], springls__sub(fit.point, s.p));
-            s.p = fit.point;
+            s = springls__moved_to(s, fit.point);
             a = fit.a;
         }
     }

@@ -46,7 +46,7 @@ SPRINGLS__MATHS springls__estimate springls__oriented_distance(springls__v3 x, s
     return estimate;
 }
 
-/* Sums of less weight do not count. */
+/* The least weight of sums that count. */
 #define SPRINGLS__MIN_WEIGHT 1e-3f
 
 /* Returns phi of a voxel; one that the surface passes through, but for rounding, is outside. */
@@ -63,7 +63,7 @@ SPRINGLS__MATHS float springls__side_unknown(float phi, float far_value)
     return phi < 0.0f ? phi - 2.0f * far_value : phi + 2.0f * far_value;
 }
 
-/* Returns where phi bears that mark. */
+/* Returns where phi bears the mark of an unknown side. */
 SPRINGLS__VEC_MATHS springls__vmask springls__is_side_unknown(springls__vec phi, float far_value)
 {
     return springls__vec_fabs(phi) > 1.5f * far_value;

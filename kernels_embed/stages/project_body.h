@@ -54,8 +54,8 @@ SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(other_side)(SPRINGLS__NUM distance,
     return (distance < 0.0f) != (phi < 0.0f);
 }
 
-/* Returns the value to take: the springls' where it is close to phi, which decides the side otherwise. It is also taken where
-   the springls are closer than |phi|: phi may have lost a sheet here. */
+/* Returns the springls' distance where it is close to phi, or on phi's side and shorter, since phi may have lost a sheet there;
+   elsewhere phi. */
 SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(corrected_phi)(SPRINGLS__NUM phi, SPRINGLS__W(projection) f)
 {
     SPRINGLS__NUM change = SPRINGLS__W(fabs)(f.distance - phi);
@@ -64,8 +64,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(corrected_phi)(SPRINGLS__NUM phi, SP
     return SPRINGLS__W(select)((change < f.trust) | (same_side & (closer | (change < 1.5f * f.trust))), f.distance, phi);
 }
 
-/* Returns whether phi may have lost a voxel of a sheet or gap: by the springls it is on the other side, no deeper than in one
-   that phi could lose, and not aside of them. */
+/* Returns whether phi may have lost a voxel of a sheet or gap: springls have it on the other side, no deeper than a sheet that phi
+   could lose is thick, and are not all to one side of it. */
 SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(can_nucleate)(SPRINGLS__NUM phi, SPRINGLS__W(projection) f)
 {
     return SPRINGLS__W(other_side)(f.distance, phi) & (SPRINGLS__W(fabs)(f.distance) < 0.8f) & (f.trust > 0.1f);

@@ -168,12 +168,12 @@ SPRINGLS__MATHS int springls__last_near(float x, float radius) { return (int)spr
 
 /* The sums of a brick while springls are taken into them. */
 typedef struct springls__brick_sums {
-    SPRINGLS__LOCAL float *value;     /* SUMS_FLOATS; of rows that no springl has reached they are not begun */
+    SPRINGLS__LOCAL float *value;     /* SUMS_FLOATS; those of rows that no springl has reached are not set */
     SPRINGLS__GLOBAL uint8_t *opposed; /* whether springls near one voxel face against each other */
     bool reached[SPRINGLS__ROWS];     /* rows that springls are near */
 } springls__brick_sums;
 
-/* Begins the sums of a row, if no springl has reached it before; none is nearest yet. */
+/* Sets the sums of a row to none and its nearest springl to none, if no springl has reached it before. */
 SPRINGLS__MATHS void springls__reach_row(springls__brick_sums *sums, int row)
 {
     const float farthest2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
@@ -254,7 +254,7 @@ SPRINGLS__MATHS springls__box springls__edge_box_of(const springls__model *model
     return springls__box_widened(box, SPRINGLS__PROJECT_RADIUS);
 }
 
-/* Returns a weight that falls from 1 at x to 0 at PROJECT_RADIUS and on to less. */
+/* Returns a weight that falls from 1 at x to 0 at PROJECT_RADIUS, and is negative beyond. */
 SPRINGLS__MATHS float springls__edge_weight(springls__v3 p, springls__v3 x)
 {
     const float radius2 = SPRINGLS__PROJECT_RADIUS * SPRINGLS__PROJECT_RADIUS;
@@ -318,8 +318,8 @@ SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const
 
 #define SPRINGLS__BESIDE_ZERO 1.2f /* voxels: none beyond it is next to the zero level */
 
-/* Returns phi at a voxel v that springls are near and have carried `phi` to: made exact by them, and put on the other side where
-   phi has lost a sheet or a gap thinner than a voxel, between whose two sides the voxel lies; a thread may break. */
+/* Returns phi at voxel v near springls, which have carried `phi` there: their distance, on the other side where phi has lost a sheet
+   or gap thinner than a voxel and v lies between its two sides. A thread may break. */
 SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,
                                               const int origin[3], int v, springls__moments sum, springls__arguments args,
                                               springls__box edges, float phi)
@@ -421,8 +421,8 @@ SPRINGLS__MATHS float springls__passed_phi(const springls__model *model, springl
     return springls__fabs(phi) < max_displacement ? springls__side_unknown(phi, model->grid.far_value) : phi;
 }
 
-/* Returns whether the surface may have passed a voxel of a row that no springl is near; true too where each has to be looked at.
-   sums: of the row, if a springl has reached it. */
+/* Returns whether the surface may have passed a voxel of a row that no springl is near; true with contact SEPARATE, where
+   springls__may_be_passed decides. sums: of the row, if a springl has reached it. */
 SPRINGLS__MATHS bool springls__some_passed(const springls__model *model, SPRINGLS__GLOBAL const float *phi, bool reached,
                                            SPRINGLS__LOCAL const float *sums, float max_displacement)
 {
@@ -475,11 +475,11 @@ SPRINGLS__MATHS bool springls__project_row(const springls__model *model, const s
     return unknown;
 }
 
-/* In has_opposed: the brick is asleep, and was not looked into. */
+/* In has_opposed: the brick is asleep, and was not searched. */
 #define SPRINGLS__OPPOSED_ASLEEP 2
 
-/* Projects active brick i, from phi to phi_next, and finds whether it has voxels whose side is unknown. With args.project.carry
-   springls carry phi along. Finds too whether springls that face against each other are near one voxel: a thin sheet or gap. */
+/* Projects active brick i, from phi to phi_next; with args.project.carry springls carry phi along. Finds whether it has voxels whose
+   side is unknown, and voxels near springls that face against each other, as in a thin sheet or gap. */
 SPRINGLS__MATHS void springls__project_element(const springls__model *model, springls__arguments args, int i,
                                                SPRINGLS__LOCAL float *memory)
 {

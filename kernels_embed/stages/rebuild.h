@@ -85,8 +85,8 @@ SPRINGLS__VEC_MATHS springls__vec springls__eikonal(springls__vec3 n)
     return springls__vec_select(d > c, three, d);
 }
 
-/* Writes new distances of a row of eight voxels from their neighbours'; phi points into a tile. A voxel keeps its own at the
-   interface, and where it is near and one of its 26 neighbours on the other side: near springls alone are no surface. */
+/* Writes new distances of a row of eight voxels from their neighbours'; phi points into a tile. A voxel keeps its own distance at
+   the interface, and below NEAR where one of its 26 neighbours is on the other side. */
 SPRINGLS__MATHS void springls__redistance_row(SPRINGLS__LOCAL const float *phi, float far_value, SPRINGLS__GLOBAL float *out)
 {
     int i;

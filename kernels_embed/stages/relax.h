@@ -38,14 +38,14 @@ SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_para
 #include "../language/width_simd.h"
 #include "relax_body.h"
 
-/* Makes relaxed_springls have springl i, which is asleep, as it was before its arms were shortened. */
+/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */
 SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)
 {
     if (!args.relax.kept) springls__relaxed_springls(model)[i] = model->set.s[i];
 }
 
-/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. A masked one stays as it is, and one that is
-   asleep. */
+/* Does one iteration of Algorithm 1 for springl i, from S to relaxed_springls. Springls that are masked or asleep stay as they
+   are. */
 SPRINGLS__MATHS void springls__relax_element(const springls__model *model, springls__arguments args, int i)
 {
     if (springls__is_asleep(model, i)) springls__keep_asleep(model, args, i);
@@ -77,7 +77,7 @@ SPRINGLS__MATHS bool springls__is_flipped(const springls__grid *g, springls__v3 
         && springls__fabs(springls__grid_sample(g, g->phi, p)) < 0.5f;
 }
 
-/* Turns a flipped triangle, unless it is beside another body, of the mask or asleep. */
+/* Turns a flipped triangle, unless its springl is masked, asleep or beside another body. */
 SPRINGLS__MATHS void springls__orient_element(const springls__model *model, springls__arguments args, int i)
 {
     const float beside = 1.6f; /* voxels */

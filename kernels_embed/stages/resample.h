@@ -48,16 +48,13 @@ SPRINGLS__MATHS springls__half springls__place_child(const springls__model *mode
     springls__half child;
     springls__tri t = springls__split_half(springls__springl_tri(model->set.s[i]), second);
     springls__fit_result fit;
-    int m;
     child.s = springls__springl_make(t, springls__tri_centroid(t));
     child.a = model->set.a[i];
     child.error = 0.0f;
     if (model->params.placement != SPRINGLS_PLACEMENT_QUADRATIC) return child;
     fit = springls__fit_at(model, i, child.s.p, springls__tri_normal(t), child.a, model->set.count);
     if (!fit.ok) return child;
-    for (m = 0; m < 3; m++) child.s.q[m] = springls__add(child.s.q[m], springls__sub(fit.point, child.s.p));
-    child.s.p = fit.point;
-    child.s = springls__springl_finished(child.s);
+    child.s = springls__springl_finished(springls__moved_to(child.s, fit.point));
     child.a = springls__project_on_original(model, fit.a);
     return child;
 }
@@ -70,7 +67,7 @@ SPRINGLS__MATHS springls__half springls__child_of(const springls__model *model, 
     return child;
 }
 
-/* Returns true when springl i has grown too large, and is not kept by the mask. */
+/* Returns true when springl i has grown too large, and is neither masked nor asleep. */
 SPRINGLS__MATHS bool springls__is_overgrown(const springls__model *model, int i)
 {
     const springls_params *p = &model->params;

@@ -82,11 +82,11 @@ SPRINGLS__MATHS void springls__awake_element(const springls__model *model, sprin
 {
     const springls__grid *g = &model->grid;
     const int limit = springls__calm_limit(model);
-    int origin[3], at[3], d, o, awake = 0;
+    int origin[3], d, o, awake = 0;
     (void)args;
     springls__slot_origin(g, g->active[i], origin);
     for (d = 0; d < 27 && !awake; d++) {
-        int slot = springls__brick_around(g, origin, d, at) ? springls__slot_at(g, at[0], at[1], at[2]) : 0;
+        int slot = springls__slot_around(g, origin, d);
         if (slot < SPRINGLS__FIRST_SLOT) continue;
         for (o = 0; o < SPRINGLS__OCTANTS; o++)
             awake |= springls__octants_beside(d) >> o & 1 && g->calm[slot * SPRINGLS__OCTANTS + o] < limit;
@@ -98,11 +98,11 @@ SPRINGLS__MATHS void springls__awake_element(const springls__model *model, sprin
 SPRINGLS__MATHS void springls__near_awake_element(const springls__model *model, springls__arguments args, int i)
 {
     const springls__grid *g = &model->grid;
-    int origin[3], at[3], d, near_awake = g->awake[g->active[i]];
+    int origin[3], d, near_awake = g->awake[g->active[i]];
     (void)args;
     springls__slot_origin(g, g->active[i], origin);
     for (d = 0; d < 27 && !near_awake; d++) {
-        int slot = springls__brick_around(g, origin, d, at) ? springls__slot_at(g, at[0], at[1], at[2]) : 0;
+        int slot = springls__slot_around(g, origin, d);
         near_awake = slot >= SPRINGLS__FIRST_SLOT && g->awake[slot];
     }
     g->near_awake[g->active[i]] = (uint8_t)near_awake;

@@ -22,10 +22,30 @@ SPRINGLS__MATHS void springls__omega_row(const springls__tri_plan *plan, springl
     }
 }
 
-/* Returns whether omega of a brick is unknown, its first voxel below zero: the brick is new, or its springls have moved. */
+/* Returns whether omega of a brick is unknown, because the brick is new or springls have moved: its first voxel is below zero. */
 SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
 {
     return g->omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
+}
+
+/* Lowers omega of a brick, whose first voxel is `origin`, to the distance to springl s, up to params.capture_range. */
+SPRINGLS__MATHS void springls__omega_of_springl(const springls__model *model, SPRINGLS__GLOBAL const springls__springl *s,
+                                                const int origin[3], SPRINGLS__GLOBAL float *omega)
+{
+    const float capture = model->params.capture_range;
+    const float radius = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may exclude a springl that is nearer */
+    springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
+    float ylo = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - capture - (float)origin[1];
+    float yhi = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + capture - (float)origin[1];
+    float zlo = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - capture - (float)origin[2];
+    float zhi = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + capture - (float)origin[2];
+    const int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);
+    const int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);
+    int y, z;
+    for (z = z0; z <= z1; z++)
+        for (y = y0; y <= y1; y++)
+            if (springls__is_mine(model->group, y + 8 * z))
+                springls__omega_row(&plan, s->p, radius, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);
 }
 
 /* Finds omega in active brick i where it is unknown: the exact distance to the springls, clamped at params.capture_range. */
@@ -33,34 +53,20 @@ SPRINGLS__MATHS void springls__omega_element(const springls__model *model, sprin
                                              SPRINGLS__LOCAL float *memory)
 {
     const springls__grid *g = &model->grid;
-    const float capture = model->params.capture_range;
     SPRINGLS__GLOBAL float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     bool unknown = springls__omega_unknown(g, g->active[i]);
-    int origin[3], v, y, z;
+    int origin[3], row, v;
     uint32_t k;
     (void)args;
     (void)memory;
     SPRINGLS__BARRIER; /* all items have read it before one writes omega */
     if (!unknown) return;
     springls__slot_origin(g, g->active[i], origin);
-    for (y = model->group.item; y < SPRINGLS__ROWS; y += model->group.items)
-        for (v = 8 * y; v < 8 * y + 8; v++) omega[v] = capture;
+    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
+        for (v = 8 * row; v < 8 * row + 8; v++) omega[v] = model->params.capture_range;
     for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {
         int n = (int)model->cells.brick_list_ids[k];
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[n];
-        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
-        float ylo = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - capture - (float)origin[1];
-        float yhi = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + capture - (float)origin[1];
-        float zlo = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - capture - (float)origin[2];
-        float zhi = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + capture - (float)origin[2];
-        int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);
-        float radius = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may turn away a springl that is nearer */
-        int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);
-        if (springls__is_overlapped(model, n)) continue;
-        for (z = z0; z <= z1; z++)
-            for (y = y0; y <= y1; y++)
-                if (springls__is_mine(model->group, y + 8 * z))
-                    springls__omega_row(&plan, s->p, radius, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);
+        if (!springls__is_overlapped(model, n)) springls__omega_of_springl(model, &model->set.s[n], origin, omega);
     }
 }
 

@@ -111,6 +111,17 @@ SPRINGLS__MATHS bool springls__background_beside(const springls__grid *g, int x,
            || springls__background_at(g, x, y, z - 1) || springls__background_at(g, x, y, z + b);
 }
 
+/* Returns omega of the voxel of a block of b^3 that is nearest to a springl; omega: of the block's brick. */
+SPRINGLS__MATHS float springls__least_omega(SPRINGLS__GLOBAL const float *omega, int x, int y, int z, int b)
+{
+    float least = FLT_MAX;
+    int i, j, k;
+    for (k = z; k < z + b; k++)
+        for (j = y; j < y + b; j++)
+            for (i = x; i < x + b; i++) least = springls__min(least, omega[i + 8 * j + 64 * k]);
+    return least;
+}
+
 /* Grows the background once by blocks of args.grow.block^3 voxels, in an active brick, from phi to phi_next, and notes whether
    it has grown. A block is uniform, so one of its voxels stands for it. */
 SPRINGLS__MATHS void springls__grow_element(const springls__model *model, springls__arguments args, int index,
@@ -120,7 +131,6 @@ SPRINGLS__MATHS void springls__grow_element(const springls__model *model, spring
     const springls__group group = model->group;
     const int b = args.grow.block, across = 8 / b;
     size_t first = (size_t)g->active[index] * SPRINGLS__BRICK_VOXELS;
-    SPRINGLS__GLOBAL const float *omega = g->omega + first;
     SPRINGLS__GLOBAL const float *phi = g->phi + first;
     float grew = 0.0f;
     int o[3], block, v;
@@ -129,11 +139,7 @@ SPRINGLS__MATHS void springls__grow_element(const springls__model *model, spring
         int x = block % across * b, y = block / across % across * b, z = block / (across * across) * b, i, j, k;
         bool background = phi[x + 8 * y + 64 * z] > 0.0f;
         if (!background && springls__background_beside(g, o[0] + x, o[1] + y, o[2] + z, b)) {
-            float nearest = FLT_MAX;
-            for (k = z; k < z + b; k++)
-                for (j = y; j < y + b; j++)
-                    for (i = x; i < x + b; i++) nearest = springls__min(nearest, omega[i + 8 * j + 64 * k]);
-            background = nearest > SPRINGLS__SHELL;
+            background = springls__least_omega(g->omega + first, x, y, z, b) > SPRINGLS__SHELL;
             if (background) grew = 1.0f;
         }
         for (k = z; k < z + b; k++)
@@ -176,6 +182,25 @@ SPRINGLS__MATHS void springls__side_row(const springls__tri_plan *plan, springls
     }
 }
 
+/* Adds the votes of springl s to the sides of a brick's voxels near it; origin: the brick's first voxel. */
+SPRINGLS__MATHS void springls__add_side(const springls__model *model, SPRINGLS__GLOBAL const springls__springl *s,
+                                        const int origin[3], SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
+{
+    const float capture = model->params.capture_range, r = s->bounding_radius + capture;
+    const float py = s->p.y - (float)origin[1], pz = s->p.z - (float)origin[2];
+    springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
+    const int y0 = (int)springls__clamp(py - r, 0.0f, 7.0f), y1 = (int)springls__clamp(py + r, 0.0f, 7.0f);
+    const int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);
+    int y, z;
+    for (z = z0; z <= z1; z++)
+        for (y = y0; y <= y1; y++) {
+            const int v = 8 * y + 64 * z;
+            if (springls__is_mine(model->group, y + 8 * z))
+                springls__side_row(&plan, s->p, s->bounding_radius, capture, origin[0], origin[1] + y, origin[2] + z, omega + v,
+                                   side + v);
+        }
+}
+
 /* Sets the sign of phi in active brick i, near springls, to the side of the nearest ones. */
 SPRINGLS__MATHS void springls__sides_element(const springls__model *model, springls__arguments args, int i,
                                              SPRINGLS__LOCAL float *side)
@@ -184,7 +209,7 @@ SPRINGLS__MATHS void springls__sides_element(const springls__model *model, sprin
     const float capture = model->params.capture_range;
     SPRINGLS__GLOBAL float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
     SPRINGLS__GLOBAL const float *omega = g->omega + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
-    int y, z, row, v, o[3];
+    int row, v, o[3];
     uint32_t k;
     (void)args;
     springls__slot_origin(g, g->active[i], o);
@@ -192,18 +217,7 @@ SPRINGLS__MATHS void springls__sides_element(const springls__model *model, sprin
         for (v = 8 * row; v < 8 * row + 8; v++) side[v] = 0.0f;
     for (k = model->cells.brick_list_first[i]; k < model->cells.brick_list_first[i + 1]; k++) {
         int n = (int)model->cells.brick_list_ids[k];
-        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[n];
-        springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
-        float r = s->bounding_radius + capture, py = s->p.y - (float)o[1], pz = s->p.z - (float)o[2];
-        int y0 = (int)springls__clamp(py - r, 0.0f, 7.0f), y1 = (int)springls__clamp(py + r, 0.0f, 7.0f);
-        int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);
-        if (springls__is_overlapped(model, n)) continue;
-        for (z = z0; z <= z1; z++)
-            for (y = y0; y <= y1; y++) {
-                v = 8 * y + 64 * z;
-                if (springls__is_mine(model->group, y + 8 * z))
-                    springls__side_row(&plan, s->p, s->bounding_radius, capture, o[0], o[1] + y, o[2] + z, omega + v, side + v);
-            }
+        if (!springls__is_overlapped(model, n)) springls__add_side(model, &model->set.s[n], o, omega, side);
     }
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
         for (v = 8 * row; v < 8 * row + 8; v++)

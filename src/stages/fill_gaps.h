@@ -28,7 +28,7 @@ SPRINGLS__FN springls_status springls__find_exposed(springls_context *ctx, float
     return SPRINGLS_OK;
 }
 
-/* Adds springls there, as many as there is room for. */
+/* Adds springls at the exposed triangles, as many as there is room for. */
 SPRINGLS__FN springls_status springls__fill_exposed(springls_context *ctx)
 {
     springls__arguments args;
@@ -70,7 +70,7 @@ enum {
 
 SPRINGLS__FN springls_status springls__fill_gaps(springls_context *ctx)
 {
-    const float covered = 0.75f, on_sheets = 1.5f; /* voxels: after filling from springls, fewer are added here */
+    const float covered = 0.75f, on_sheets = 1.5f; /* voxels: after filling from springls, less of the zero level is bare */
     const float d_max = ctx->model.params.d_max;
     const int count = ctx->model.set.count;
     const bool springls_first = ctx->model.params.fill_from_springls != 0;

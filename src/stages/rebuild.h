@@ -17,29 +17,14 @@ SPRINGLS__FN void springls__redistance_sweeps(springls_context *ctx, int sweeps)
     }
 }
 
-/* Adds the bricks that the band has reached (band_mask), and drops those that it has left. */
-SPRINGLS__FN springls_status springls__change_bricks(springls_context *ctx)
+/* Finds, from band_mask, which active bricks the band reaches (band_keeps), how many they are, and which others it reaches
+   (band_bricks). Returns the number of the latter. */
+SPRINGLS__FN int springls__find_band_bricks(const springls__model *model, int *kept)
 {
-    springls__grid *g = &ctx->model.grid;
-    uint32_t *mask;
-    uint8_t *keep;
-    int *wanted, *rank, i, d, missing = 0, kept = 0;
-    if (ctx->on_device) {
-        springls_status status = ctx->backend->band_move(ctx);
-        springls__discard_cell_list(ctx); /* it lives in the bricks */
-        if (!springls__repeat_on_host(ctx, &status)) return status;
-    }
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_keeps, g->active_count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_bricks, (size_t)g->active_count * 26));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_rank, g->slot_count));
-    mask = springls__band_mask(&ctx->model);
-    keep = springls__band_keeps(&ctx->model);
-    wanted = springls__band_bricks(&ctx->model);
-    rank = springls__band_rank(&ctx->model);
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__ROLE_BIT(band_mask) | SPRINGLS__BIT(PHI),
-                                    SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE)
-                                        | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__ROLE_BIT(band_keeps)
-                                        | SPRINGLS__ROLE_BIT(band_bricks) | SPRINGLS__ROLE_BIT(band_rank)));
+    const springls__grid *g = &model->grid;
+    const uint32_t *mask = springls__band_mask(model);
+    uint8_t *keep = springls__band_keeps(model);
+    int *rank = springls__band_rank(model), i, d, missing = 0;
     for (i = 0; i < g->active_count; i++) {
         rank[g->active[i]] = i;
         keep[i] = 0;
@@ -52,14 +37,35 @@ SPRINGLS__FN springls_status springls__change_bricks(springls_context *ctx)
             if (!(mask[i] >> d & 1u) || !springls__brick_around(g, origin, d, at)) continue;
             slot = springls__slot_at(g, at[0], at[1], at[2]);
             if (slot >= SPRINGLS__FIRST_SLOT) keep[rank[slot]] = 1;
-            else wanted[missing++] = springls__brick_at(g, at[0], at[1], at[2]);
+            else springls__band_bricks(model)[missing++] = springls__brick_at(g, at[0], at[1], at[2]);
         }
     }
-    for (i = 0; i < g->active_count; i++) kept += keep[i];
+    for (*kept = i = 0; i < g->active_count; i++) *kept += keep[i];
+    return missing;
+}
+
+/* Adds the bricks that the band has reached (band_mask), and drops those that it has left. */
+SPRINGLS__FN springls_status springls__change_bricks(springls_context *ctx)
+{
+    springls__grid *g = &ctx->model.grid;
+    int missing, kept;
+    if (ctx->on_device) {
+        springls_status status = ctx->backend->band_move(ctx);
+        springls__discard_cell_list(ctx); /* it lives in the bricks */
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_keeps, g->active_count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_bricks, (size_t)g->active_count * 26));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, band_rank, g->slot_count));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__ROLE_BIT(band_mask) | SPRINGLS__BIT(PHI),
+                                    SPRINGLS__BIT(TOP) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(ACTIVE)
+                                        | SPRINGLS__BIT(FREE_SLOTS) | SPRINGLS__ROLE_BIT(band_keeps)
+                                        | SPRINGLS__ROLE_BIT(band_bricks) | SPRINGLS__ROLE_BIT(band_rank)));
+    missing = springls__find_band_bricks(&ctx->model, &kept);
     if (missing == 0 && kept == g->active_count) return SPRINGLS_OK;
     springls__discard_cell_list(ctx);
-    springls__grid_drop_bricks(g, keep);
-    return springls__grid_add_bricks(ctx, wanted, missing);
+    springls__grid_drop_bricks(g, springls__band_keeps(&ctx->model));
+    return springls__grid_add_bricks(ctx, springls__band_bricks(&ctx->model), missing);
 }
 
 enum { SPRINGLS__BAND_FIND, SPRINGLS__BAND_CHANGE };

@@ -10,8 +10,8 @@
 #include "inherit.h"
 #include "sleep.h"
 
-/* Counts the springls that are to be split in ctx->work.added, as many as there is room for. A device that makes the cell list
-   meanwhile is waited for once; what fills gaps next needs the list, too. */
+/* Counts the springls that are to be split in ctx->work.added, as many as there is room for. A device builds the cell list, which
+   fill_gaps needs next, before the count is read, so that the host waits only once. */
 SPRINGLS__FN springls_status springls__count_splits(springls_context *ctx)
 {
     int count = ctx->model.set.count, room = springls__imax(ctx->desc.max_springls - count, 0), wanted = 0;
