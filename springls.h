@@ -3145,7 +3145,7 @@ SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBA
     return s;
 }
 
-/* Writes them to the places that they were read from. */
+/* Writes springls to the places that they were read from. */
 SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)
 {
     SPRINGLS__NUM number[16], part[SPRINGLS__WIDTH];
@@ -3227,7 +3227,7 @@ SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBA
     return s;
 }
 
-/* Writes them to the places that they were read from. */
+/* Writes springls to the places that they were read from. */
 SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)
 {
     SPRINGLS__NUM number[16], part[SPRINGLS__WIDTH];
@@ -5103,9 +5103,9 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cubic_middle)(SPRINGLS__NUM3 x, SPR
     return SPRINGLS__W(add)(x, SPRINGLS__W(mad)(straight, SPRINGLS__W(sub)(first, last), SPRINGLS__W(broadcast)(0.125f * dt)));
 }
 
-/* Returns 4 f(middle) + f(end) - 2 stage2 - 2 stage3 - stage4, where f is the flow on the cubic of cubic_middle and the stages' flows
-   are those of the Runge-Kutta scheme: times dt / 6 it is how far the scheme is off Simpson's rule along the cubic. middle: f at
-   half time; end: f at the end, less the flow of stage 4. */
+/* Returns 4 f(middle) + f(end) - 2 stage2 - 2 stage3 - stage4, where f is the flow on the cubic of cubic_middle and stage2, 3, 4
+   are the flows of the Runge-Kutta scheme: times dt / 6 it is how far the scheme is off Simpson's rule along the cubic. middle: f
+   at half time; end: f at the end, less the flow of stage 4. */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(simpson_residual)(SPRINGLS__NUM3 stage2, SPRINGLS__NUM3 stage3, SPRINGLS__NUM3 middle,
                                                                SPRINGLS__NUM3 end)
 {
@@ -5330,8 +5330,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error
     return SPRINGLS__W(select)(length2 > 0.0f, r, error);
 }
 
-/* Stores springls first, first + 1, ..., which were at `at`, displaced by d: moved_springls, moved_error, motion_class, turning2, and
-   displacement2 of the particle, FLT_MAX when the displacement of a point or its square is not finite. error: of their
+/* Stores springls first, first + 1, ..., which were at `at`, displaced by d: moved_springls, moved_error, motion_class, turning2,
+   and displacement2 of the particle, FLT_MAX when the displacement of a point or its square is not finite. error: of their
    correspondences before. */
 SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,
                                                     SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)
@@ -5466,9 +5466,9 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cubic_middle)(SPRINGLS__NUM3 x, SPR
     return SPRINGLS__W(add)(x, SPRINGLS__W(mad)(straight, SPRINGLS__W(sub)(first, last), SPRINGLS__W(broadcast)(0.125f * dt)));
 }
 
-/* Returns 4 f(middle) + f(end) - 2 stage2 - 2 stage3 - stage4, where f is the flow on the cubic of cubic_middle and the stages' flows
-   are those of the Runge-Kutta scheme: times dt / 6 it is how far the scheme is off Simpson's rule along the cubic. middle: f at
-   half time; end: f at the end, less the flow of stage 4. */
+/* Returns 4 f(middle) + f(end) - 2 stage2 - 2 stage3 - stage4, where f is the flow on the cubic of cubic_middle and stage2, 3, 4
+   are the flows of the Runge-Kutta scheme: times dt / 6 it is how far the scheme is off Simpson's rule along the cubic. middle: f
+   at half time; end: f at the end, less the flow of stage 4. */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(simpson_residual)(SPRINGLS__NUM3 stage2, SPRINGLS__NUM3 stage3, SPRINGLS__NUM3 middle,
                                                                SPRINGLS__NUM3 end)
 {
@@ -5693,8 +5693,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error
     return SPRINGLS__W(select)(length2 > 0.0f, r, error);
 }
 
-/* Stores springls first, first + 1, ..., which were at `at`, displaced by d: moved_springls, moved_error, motion_class, turning2, and
-   displacement2 of the particle, FLT_MAX when the displacement of a point or its square is not finite. error: of their
+/* Stores springls first, first + 1, ..., which were at `at`, displaced by d: moved_springls, moved_error, motion_class, turning2,
+   and displacement2 of the particle, FLT_MAX when the displacement of a point or its square is not finite. error: of their
    correspondences before. */
 SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,
                                                     SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)
@@ -12201,7 +12201,7 @@ SPRINGLS__FN springls_status springls__scan_later(springls_context *ctx, springl
     return SPRINGLS_OK;
 }
 
-/* Writes that sum to *total; fails when it is more than an int holds. */
+/* Writes the sum of springls__scan_later to *total; fails when it is more than an int holds. */
 SPRINGLS__FN springls_status springls__scan_found(springls_context *ctx, springls__late_count late, int *total)
 {
     uint32_t sum = springls__count_found(ctx, late);
@@ -12767,7 +12767,7 @@ SPRINGLS__FN springls_status springls__find_displacement(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Returns it, voxels. */
+/* Returns what springls__find_displacement has found, voxels. */
 SPRINGLS__FN float springls__displacement_found(springls_context *ctx)
 {
     return springls__sqrt(springls__largest_found(ctx, SPRINGLS__COUNT_DISPLACEMENT).value);
@@ -14200,7 +14200,7 @@ SPRINGLS__FN void springls__advect_work(void *arg, int begin, int end, float *me
 /* advect.h - moves springls by the forces (section 4.2, eq. 1 and 2): by a kernel where it can evaluate them, else block by block
    (forces.h). */
 
-/* Voxels, the largest motion of one advect in a window that follows: a float further out does not resolve a sixteenth of a voxel. */
+/* Voxels, the largest motion of one advect in a window that follows: further out a float does not resolve a 16th of a voxel. */
 enum { SPRINGLS__FURTHEST_MOTION = 1000000 };
 
 /* Finds the region that forces act in: everywhere where none is given. */
@@ -15276,8 +15276,8 @@ SPRINGLS__FN springls_status springls__rouse_moved(springls_context *ctx)
 /* ======== >>contract  (src/stages/contract.h) ================================================================== */
 /* contract.h - removes poor springls and those far from the zero level (section 4.6). */
 
-/* Samples phi at the particles (phi_n), for contract. Algorithm 2 does so before springls move: after a step as long as d_max a good
-   springl is further from the old zero level than contract allows. Ends with a loop. */
+/* Samples phi at the particles (phi_n), for contract. Algorithm 2 does so before springls move: after a step as long as d_max a
+   good springl is further from the old zero level than contract allows. Ends with a loop. */
 SPRINGLS__FN springls_status springls__sample_phi(springls_context *ctx)
 {
     springls__loop(ctx, SPRINGLS__KERNEL_sample_phi, ctx->model.set.count, NULL);
@@ -21676,8 +21676,8 @@ SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, spri
 
 enum { SPRINGLS__CHUNK_CANDIDATES = 1024 }; /* a multiple of SPRINGLS__LANES */
 
-/* The springls that may count for a vertex of a chunk, in the order of the cells, and the numbers of those that may for a few
-   vertices of it. reach: voxels from the particle of one within which it may. */
+/* The springls that may count for some vertex of a chunk, in the order of the cells, and in `list` the numbers of those that may
+   count for a group of its vertices. reach: voxels from a springl's particle within which it may count. */
 typedef struct springls__candidates {
     float x[SPRINGLS__CHUNK_CANDIDATES], y[SPRINGLS__CHUNK_CANDIDATES], z[SPRINGLS__CHUNK_CANDIDATES]; /* particles */
     float reach[SPRINGLS__CHUNK_CANDIDATES], bounding_radius[SPRINGLS__CHUNK_CANDIDATES];
@@ -21702,8 +21702,8 @@ SPRINGLS__FN float springls__reach_of(float bounding_radius)
     return springls__max(SPRINGLS__CORRESPONDENCE_RADIUS, SPRINGLS__MATERIAL_RADIUS + bounding_radius);
 }
 
-/* Lists the candidates of a box. Returns false where single vertices have to look for themselves: there are too many, some at a
-   sharp edge, or of bodies that stay apart. */
+/* Lists the candidates of a box. Returns false where each vertex needs a search of its own: there are too many, some at a sharp
+   edge, or of bodies that stay apart. */
 SPRINGLS__FN bool springls__find_candidates(const springls__model *model, springls__box box, springls__candidates *c)
 {
     const springls__box around = springls__box_widened(box, springls__reach_of(model->cells.bounding_radius));
@@ -21812,7 +21812,7 @@ SPRINGLS__FN springls__vec3 springls__particle_of(const springls__candidates *c,
 /* Squared distances to the nearest springls so far, and the distances beyond which none can be nearer. */
 typedef struct springls__nearest_search { float best[SPRINGLS__LANES], limit[SPRINGLS__LANES]; } springls__nearest_search;
 
-/* Takes candidate k for the vertices that it is nearest to so far; of two as near the springl of the lower index. */
+/* Makes candidate k the nearest one of the vertices that have none nearer; of two as near the springl of the lower index. */
 SPRINGLS__FN void springls__try_candidate(const springls__model *model, const springls__candidates *c, int k,
                                           springls__vertex_group *group, springls__nearest_search *search)
 {
@@ -21978,7 +21978,7 @@ typedef struct springls__brick_signature {
 /* What springls_chunks_begin and _continue have done so far. */
 typedef enum springls__chunks_state {
     SPRINGLS__CHUNKS_IDLE,
-    SPRINGLS__CHUNKS_IN_PROGRESS, /* begun; where ctx->step does not have them, they begin again */
+    SPRINGLS__CHUNKS_IN_PROGRESS, /* begun; begins again where ctx->step has been dropped or is another's */
     SPRINGLS__CHUNKS_READY
 } springls__chunks_state;
 
@@ -22014,7 +22014,7 @@ SPRINGLS__FN void springls__chunks_free(springls_context *ctx, springls_chunks *
     springls__release(ctx, c, sizeof *c);
 }
 
-/* Grows the published level set to that many slots. */
+/* Grows the published level set to `slots` slots. */
 SPRINGLS__FN springls_status springls__chunks_reserve(springls_context *ctx, springls_chunks *c, int slots)
 {
     size_t n = (size_t)slots, used = (size_t)c->published.slot_count;
@@ -22171,6 +22171,13 @@ SPRINGLS__FN springls_status springls__chunks_make(springls_context *ctx, spring
     SPRINGLS__TRY(springls__chunks_reserve(ctx, c, SPRINGLS__FIRST_SLOT));
     c->published.slot_count = SPRINGLS__FIRST_SLOT;
     return SPRINGLS_OK;
+}
+
+/* Returns the published entry of a chunk that counts bricks in the window. */
+SPRINGLS__FN int springls__entry_of_chunk(const springls_chunks *c, const springls_chunk *chunk)
+{
+    const int *b = chunk->brick;
+    return springls__entry_at(&c->published, SPRINGLS__BRICK * b[0], SPRINGLS__BRICK * b[1], SPRINGLS__BRICK * b[2]);
 }
 
 /* ---- finding what has changed ---- */
@@ -22386,7 +22393,7 @@ SPRINGLS__FN void springls__mesh_chunk(const springls_chunks *c, springls_chunk 
     float tile[SPRINGLS__TILE_VOXELS], signs[SPRINGLS__TILE * SPRINGLS__TILE];
     uint32_t row[4];
     uint16_t number[3 * SPRINGLS__TILE_VOXELS]; /* [edge] 1 + index of its vertex; 0: none yet */
-    int slot = springls__slot_at(g, 8 * chunk->brick[0], 8 * chunk->brick[1], 8 * chunk->brick[2]), x, y, z, k;
+    int slot = g->top[springls__entry_of_chunk(c, chunk)], x, y, z, k;
     springls__cube_range range;
     chunk->vertex_count = chunk->triangle_count = 0;
     if (slot < SPRINGLS__FIRST_SLOT) return;
@@ -22466,14 +22473,14 @@ SPRINGLS__FN void springls__fill_chunk_material(const springls_context *ctx, spr
     }
 }
 
-/* Interpolates from t on, first by u to t[s], then by v to what lies r further. */
+/* Interpolates between t[0], t[s], t[r] and t[r + s]: by u over the stride s, by v over the stride r. */
 SPRINGLS__FN float springls__square_sample(const float *t, int s, float u, int r, float v)
 {
     const float lower = t[0] + (t[s] - t[0]) * u, upper = t[r] + (t[r + s] - t[r]) * u;
     return lower + (upper - lower) * v;
 }
 
-/* Returns what springls__grid_gradient does at vertex x of the tile's brick. It lies on an edge of the voxel grid, so that of the
+/* Returns springls__grid_gradient at vertex x of the tile's brick. x lies on an edge of the voxel grid, so that of the six
    trilinear samples half a voxel from it two are linear and four bilinear. */
 SPRINGLS__FN springls__v3 springls__tile_gradient(const springls__wide_tile *tile, springls__v3 x)
 {
@@ -22521,13 +22528,13 @@ SPRINGLS__FN void springls__fill_normals(const springls_context *ctx, const spri
     }
 }
 
-/* What the chunks of a lane need: phi around a chunk, and the springls there. */
+/* The working memory of a lane, for one chunk at a time: phi around it, and the springls near it. */
 typedef struct springls__chunk_memory {
     float phi[SPRINGLS__WIDE_VOXELS];
     springls__candidates candidates; /* only with correspondences */
 } springls__chunk_memory;
 
-/* Returns how many floats of it are needed. */
+/* Returns how many floats of a springls__chunk_memory are needed. */
 SPRINGLS__FN size_t springls__chunk_floats(const springls_chunks *c)
 {
     return c->desc.correspondences ? sizeof(springls__chunk_memory) / sizeof(float) : SPRINGLS__WIDE_VOXELS;
@@ -22586,11 +22593,9 @@ SPRINGLS__FN springls_status springls__allocate_chunks(springls_context *ctx, sp
     size_t vertices = 0, corners = 0;
     int i, n = 0;
     for (i = 0; i < c->count; i++) {
-        const int *b = c->chunk[i].brick;
         vertices += (size_t)c->chunk[i].vertex_count;
         corners += 3 * (size_t)c->chunk[i].triangle_count;
-        if (c->chunk[i].triangle_count || c->has_mesh[springls__entry_at(&c->published, 8 * b[0], 8 * b[1], 8 * b[2])])
-            c->chunk[n++] = c->chunk[i];
+        if (c->chunk[i].triangle_count || c->has_mesh[springls__entry_of_chunk(c, &c->chunk[i])]) c->chunk[n++] = c->chunk[i];
     }
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->vertex_memory, vertices * words + 1, sizeof(float), 0));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->corner_memory, corners + 1, sizeof(uint16_t), 0));
@@ -22622,7 +22627,7 @@ SPRINGLS__FN int springls__compare_chunks(const void *first, const void *second)
     return (a->brick[axis] > b->brick[axis]) - (a->brick[axis] < b->brick[axis]);
 }
 
-/* Counts the bricks of chunks on the lattice, and adds empty chunks for those that the window has left behind. */
+/* Changes the bricks of chunks to those of the lattice, and adds empty chunks for those that the window has left behind. */
 SPRINGLS__FN void springls__name_chunks(springls_chunks *c)
 {
     int i, axis;
@@ -22682,10 +22687,8 @@ SPRINGLS__FN springls_status springls__update_chunks(springls_context *ctx)
     case SPRINGLS__CHUNKS_FILLED:
     default:
         memset(c->dirty, 0, springls__entry_count(&c->published));
-        for (i = 0; i < c->count; i++) {
-            const int *b = c->chunk[i].brick;
-            c->has_mesh[springls__entry_at(&c->published, 8 * b[0], 8 * b[1], 8 * b[2])] = c->chunk[i].triangle_count > 0;
-        }
+        for (i = 0; i < c->count; i++)
+            c->has_mesh[springls__entry_of_chunk(c, &c->chunk[i])] = c->chunk[i].triangle_count > 0;
         c->state = SPRINGLS__CHUNKS_READY;
         ctx->step.active = false;
         return SPRINGLS_OK;
@@ -22705,9 +22708,8 @@ SPRINGLS__FN void springls__list_again(springls_chunks *c)
 {
     int i;
     for (i = 0; i < c->count; i++) {
-        const int *b = c->chunk[i].brick;
-        int entry = springls__entry_at(&c->published, 8 * b[0], 8 * b[1], 8 * b[2]);
-        c->dirty[entry] = c->has_mesh[entry] = 1; /* as if it had one: a chunk that has vanished is listed too */
+        const int entry = springls__entry_of_chunk(c, &c->chunk[i]);
+        c->dirty[entry] = c->has_mesh[entry] = 1; /* so that a chunk that has vanished is listed too */
     }
 }
 
@@ -23116,7 +23118,7 @@ SPRINGLS__FN bool springls__level_ray_clip(const springls__grid *g, const double
     return *t_in <= *t_out;
 }
 
-/* Finds the first point in which the ray origin + t direction (voxels) meets the zero level, 0 <= t <= *t; then *t is where. */
+/* Finds the first point in which the ray origin + t direction (voxels) meets the zero level, 0 <= t <= *t; sets *t to its t. */
 SPRINGLS__FN springls__level_hit springls__level_ray_first(const springls__grid *g, const double origin[3],
                                                            const double direction[3], double *t)
 {
@@ -23163,7 +23165,7 @@ typedef struct springls__level_search {
     springls__level_hit best;
 } springls__level_search;
 
-/* Begins searches, whose places may follow each other; finds the weights. */
+/* Begins a sequence of searches, for springls__level_closest; finds the weights. */
 SPRINGLS__FN void springls__level_search_begin(const springls_context *ctx, springls__level_search *search)
 {
     const double *m = ctx->window.to_world, *inverse = ctx->window.to_voxel;
@@ -23403,24 +23405,33 @@ SPRINGLS__FN void springls__level_try_rings(springls__level_search *search, cons
     springls__level_try_bricks(search, springls__ring_walk_begin(g, center, -1)); /* the rings have more bricks than are active */
 }
 
-/* Finds the point of the zero level closest to a place of the world; search->d2 is then its squared distance, model units. The
+/* Sets the place of a search, and finds the brick nearest to it. */
+SPRINGLS__FN void springls__level_search_place(springls__level_search *search, const float *world, int center[3])
+{
+    const springls_context *ctx = search->ctx;
+    const int *size = ctx->model.grid.size;
+    const springls__v3 corner = springls__v3_make((float)size[0], (float)size[1], (float)size[2]);
+    double x[3];
+    int k;
+    springls__transform(ctx->window.to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
+    search->x = springls__world_to_model(ctx, world);
+    for (k = 0; k < 3; k++) {
+        search->at[k] = (float)(x[k] < -1e15 ? -1e15 : x[k] > 1e15 ? 1e15 : x[k]);
+        center[k] = springls__cell_coordinate(search->at[k], 0, size[k]) / SPRINGLS__BRICK;
+    }
+    search->slack = 4e-6f * (springls__max_coordinate(search->x)
+                             + springls__max_coordinate(springls__voxel_to_model(ctx, corner)));
+}
+
+/* Finds the point of the zero level closest to a place of the world, and sets search->d2 to its squared distance, model units. The
    last result bounds the distance of the next one: that saves time and cannot change it. */
 SPRINGLS__FN springls__level_hit springls__level_closest(springls__level_search *search, const float *world)
 {
     const springls_context *ctx = search->ctx;
     const springls__grid *g = &ctx->model.grid;
-    const springls__v3 corner = springls__v3_make((float)g->size[0], (float)g->size[1], (float)g->size[2]);
-    double x[3];
     float phi, short_range, last = FLT_MAX;
-    int k, center[3];
-    springls__transform(ctx->window.to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
-    search->x = springls__world_to_model(ctx, world);
-    for (k = 0; k < 3; k++) {
-        search->at[k] = (float)(x[k] < -1e15 ? -1e15 : x[k] > 1e15 ? 1e15 : x[k]);
-        center[k] = springls__cell_coordinate(search->at[k], 0, g->size[k]) / SPRINGLS__BRICK;
-    }
-    search->slack = 4e-6f * (springls__max_coordinate(search->x)
-                             + springls__max_coordinate(springls__voxel_to_model(ctx, corner)));
+    int center[3];
+    springls__level_search_place(search, world, center);
     if (search->best.found) /* the last answer is on the surface too */
         last = springls__length(springls__sub(search->x, springls__voxel_to_model(ctx, search->best.place))) + search->slack;
     search->best.found = false;
@@ -23525,17 +23536,23 @@ SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const
    a(x + r) = c + A r, with the unknowns (c, row of A) for each coordinate of a. Exact for a model that moved rigidly. */
 typedef struct springls__affine_fit { double m[4][4], rhs[4][3], weight; int count; } springls__affine_fit;
 
-/* Adds the equation a(x + r) = a. */
-SPRINGLS__FN void springls__affine_fit_add(springls__affine_fit *fit, springls__v3 r, springls__v3 a, double weight)
+/* Adds the equations constant c + A r = v. */
+SPRINGLS__FN void springls__affine_fit_equations(springls__affine_fit *fit, double constant, springls__v3 r, springls__v3 v,
+                                                 double weight)
 {
-    double row[4], value[3];
+    const double row[4] = { constant, (double)r.x, (double)r.y, (double)r.z };
+    const double value[3] = { (double)v.x, (double)v.y, (double)v.z };
     int i, j;
-    row[0] = 1.0; row[1] = (double)r.x; row[2] = (double)r.y; row[3] = (double)r.z;
-    value[0] = (double)a.x; value[1] = (double)a.y; value[2] = (double)a.z;
     for (i = 0; i < 4; i++) {
         for (j = 0; j < 4; j++) fit->m[i][j] += weight * row[i] * row[j];
         for (j = 0; j < 3; j++) fit->rhs[i][j] += weight * row[i] * value[j];
     }
+}
+
+/* Adds the equation a(x + r) = a. */
+SPRINGLS__FN void springls__affine_fit_add(springls__affine_fit *fit, springls__v3 r, springls__v3 a, double weight)
+{
+    springls__affine_fit_equations(fit, 1.0, r, a, weight);
     fit->weight += weight;
     fit->count++;
 }
@@ -23543,14 +23560,7 @@ SPRINGLS__FN void springls__affine_fit_add(springls__affine_fit *fit, springls__
 /* Adds the equation A n = n_a for the unit normals of the model and of the original: neighbors in a plane do not determine it. */
 SPRINGLS__FN void springls__affine_fit_normal(springls__affine_fit *fit, springls__v3 n, springls__v3 n_a, double weight)
 {
-    double row[4], value[3];
-    int i, j;
-    row[0] = 0.0; row[1] = (double)n.x; row[2] = (double)n.y; row[3] = (double)n.z;
-    value[0] = (double)n_a.x; value[1] = (double)n_a.y; value[2] = (double)n_a.z;
-    for (i = 1; i < 4; i++) {
-        for (j = 1; j < 4; j++) fit->m[i][j] += weight * row[i] * row[j];
-        for (j = 0; j < 3; j++) fit->rhs[i][j] += weight * row[i] * value[j];
-    }
+    springls__affine_fit_equations(fit, 0.0, n, n_a, weight);
 }
 
 /* Solves for c by elimination without pivoting, because the matrix is symmetric and positive. Returns false when it is nearly
@@ -23669,7 +23679,8 @@ SPRINGLS__FN springls__surface_hit springls__material_at(const springls_context 
     return springls__surface_closest_from(&ctx->original, a, FLT_MAX, own.triangle);
 }
 
-/* Does the same by the quadratic fit; the cell list must be fresh. guess: a triangle of the original surface, or -1. */
+/* Returns the place on the original surface of place x (voxels) of a springl by the quadratic fit. The cell list must be fresh.
+   guess: a triangle of the original surface, or -1. */
 SPRINGLS__FN springls__surface_hit springls__fitted_material_at(const springls_context *ctx, int springl, springls__v3 x,
                                                                 int guess)
 {
@@ -23732,8 +23743,8 @@ SPRINGLS__FN double springls__grid_ball(const springls_context *ctx, double midd
     return radius;
 }
 
-/* Writes to near_point a query point; or one in its direction from the grid, 10^7 voxels away, where it is further: the closest
-   place is the same within what a float resolves of the distance. Returns how much nearer that is, world units. */
+/* Writes to near_point a query point or, if it is more than 10^7 voxels from the middle of the grid, the point that far away in its
+   direction: a float does not resolve by how much the closest place may differ. Returns the distance left out, world units. */
 SPRINGLS__FN double springls__bring_near(const springls_context *ctx, const float *world, float near_point[3])
 {
     const double furthest = 1e7 * (double)ctx->smallest_spacing;
@@ -23746,15 +23757,16 @@ SPRINGLS__FN double springls__bring_near(const springls_context *ctx, const floa
     return length > furthest ? length - furthest : 0.0;
 }
 
-/* Returns the sum of a distance and what was left out of it, as far as a float goes. */
+/* Returns distance + left_out, at most FLT_MAX. */
 SPRINGLS__FN float springls__whole_distance(double distance, double left_out)
 {
     return distance + left_out < (double)FLT_MAX ? (float)(distance + left_out) : FLT_MAX;
 }
 
-/* Writes where a ray begins; or, where that is more than 10^4 voxels before the grid, where it comes near the grid. That point is
-   found from the ray's moment about the world's origin, of which the products of floats are exact in double: no digit is lost
-   however far the ray begins. The direction must not be zero. Returns how much later the ray begins there, world units. */
+/* Writes to `from` where the search along a ray begins: at its origin or, if that is more than 10^4 voxels before the grid, where
+   the ray comes near the grid. That point follows from the ray's moment about the world's origin, whose products of floats are
+   exact in double: no digit is lost however far the ray begins. The direction must not be zero. Returns the distance left out,
+   world units. */
 SPRINGLS__FN double springls__begin_near(const springls_context *ctx, const float *origin, const float *direction, double from[3])
 {
     const double far_away = 1e4 * (double)ctx->smallest_spacing;
@@ -23777,7 +23789,7 @@ SPRINGLS__FN double springls__begin_near(const springls_context *ctx, const floa
     return along + before - radius;
 }
 
-/* Returns how far a ray may go on after it has left out a part; negative: not even to there. */
+/* Returns what is left of a ray's max_distance after the part left out; negative: nothing. */
 SPRINGLS__FN double springls__left_to_go(float max_distance, double left_out)
 {
     return max_distance < FLT_MAX ? (double)max_distance - left_out : DBL_MAX;
@@ -24206,7 +24218,8 @@ SPRINGLS__FN springls__v3 springls__mesh_correspondence(const springls__material
     return springls__world_to_original(job->ctx, job->mesh->correspondences + 3 * (size_t)vertex);
 }
 
-/* Finds the places of springls, or of vertices. Neighbors in number are often neighbors in space: each starts from the last hit. */
+/* Finds the places of springls, or of vertices. Each search starts from the last hit, since neighbors in number are often neighbors
+   in space. */
 SPRINGLS__FN void springls__materials_task(void *arg, int begin, int end)
 {
     const springls__material_job *job = (const springls__material_job *)arg;
@@ -24281,32 +24294,33 @@ SPRINGLS__FN void springls__closest_in_patch(const springls__material_job *job, 
     }
 }
 
-/* Finds the places of the corners of triangles on the side of every seam on which the place of their centroid lies. */
+/* Finds the places of the corners of a triangle on the side of every seam on which the place of its centroid lies. */
+SPRINGLS__FN void springls__materials_of_corners(const springls__material_job *job, const int triangle[3], springls_material out[3])
+{
+    springls__surface_hit center, corner[3];
+    springls__v3 points[3], x;
+    springls_material start;
+    float r = 0.0f;
+    int k;
+    for (k = 0; k < 3; k++) points[k] = springls__mesh_correspondence(job, triangle[k]);
+    x = springls__scale(springls__add(springls__add(points[0], points[1]), points[2]), 1.0f / 3.0f);
+    center = springls__surface_closest(&job->ctx->original, x, FLT_MAX);
+    start = springls__material_of(job->ctx, &center);
+    for (k = 0; k < 3; k++) {
+        out[k] = start;
+        r = springls__max(r, springls__length(springls__sub(points[k], x)));
+    }
+    if (start.triangle < 0) return;
+    r = 1.5f * r + springls__sqrt(center.hit.d2) + 1e-3f;
+    springls__closest_in_patch(job, start.triangle, center.hit.point, r, points, corner);
+    for (k = 0; k < 3; k++) out[k] = springls__material_of(job->ctx, &corner[k]);
+}
+
 SPRINGLS__FN void springls__corner_materials_task(void *arg, int begin, int end)
 {
     const springls__material_job *job = (const springls__material_job *)arg;
-    const springls__surface *surface = &job->ctx->original;
-    int k;
-    for (; begin < end; begin++) {
-        springls__surface_hit center, corner[3];
-        springls__v3 points[3], x;
-        springls_material start;
-        float r = 0.0f;
-        const int *triangle = job->mesh->triangles + 3 * (size_t)begin;
-        springls_material *out = job->out + 3 * (size_t)begin;
-        for (k = 0; k < 3; k++) points[k] = springls__mesh_correspondence(job, triangle[k]);
-        x = springls__scale(springls__add(springls__add(points[0], points[1]), points[2]), 1.0f / 3.0f);
-        center = springls__surface_closest(surface, x, FLT_MAX);
-        start = springls__material_of(job->ctx, &center);
-        for (k = 0; k < 3; k++) {
-            out[k] = start;
-            r = springls__max(r, springls__length(springls__sub(points[k], x)));
-        }
-        if (start.triangle < 0) continue;
-        r = 1.5f * r + springls__sqrt(center.hit.d2) + 1e-3f;
-        springls__closest_in_patch(job, start.triangle, center.hit.point, r, points, corner);
-        for (k = 0; k < 3; k++) out[k] = springls__material_of(job->ctx, &corner[k]);
-    }
+    for (; begin < end; begin++)
+        springls__materials_of_corners(job, job->mesh->triangles + 3 * (size_t)begin, job->out + 3 * (size_t)begin);
 }
 
 SPRINGLS_API int springls_material_triangle_count(const springls_context *ctx) { return ctx ? ctx->original.given : 0; }
@@ -27644,7 +27658,7 @@ static const char *const springls__kernel_lines[] = {
     "    return s;\n",
     "}\n",
     "\n",
-    "/* Writes them to the places that they were read from. */\n",
+    "/* Writes springls to the places that they were read from. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)\n",
     "{\n",
     "    SPRINGLS__NUM number[16], part[SPRINGLS__WIDTH];\n",
@@ -27726,7 +27740,7 @@ static const char *const springls__kernel_lines[] = {
     "    return s;\n",
     "}\n",
     "\n",
-    "/* Writes them to the places that they were read from. */\n",
+    "/* Writes springls to the places that they were read from. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)\n",
     "{\n",
     "    SPRINGLS__NUM number[16], part[SPRINGLS__WIDTH];\n",
@@ -29595,9 +29609,9 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(add)(x, SPRINGLS__W(mad)(straight, SPRINGLS__W(sub)(first, last), SPRINGLS__W(broadcast)(0.125f * dt)));\n",
     "}\n",
     "\n",
-    "/* Returns 4 f(middle) + f(end) - 2 stage2 - 2 stage3 - stage4, where f is the flow on the cubic of cubic_middle and the stages' flows\n",
-    "   are those of the Runge-Kutta scheme: times dt / 6 it is how far the scheme is off Simpson's rule along the cubic. middle: f at\n",
-    "   half time; end: f at the end, less the flow of stage 4. */\n",
+    "/* Returns 4 f(middle) + f(end) - 2 stage2 - 2 stage3 - stage4, where f is the flow on the cubic of cubic_middle and stage2, 3, 4\n",
+    "   are the flows of the Runge-Kutta scheme: times dt / 6 it is how far the scheme is off Simpson's rule along the cubic. middle: f\n",
+    "   at half time; end: f at the end, less the flow of stage 4. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(simpson_residual)(SPRINGLS__NUM3 stage2, SPRINGLS__NUM3 stage3, SPRINGLS__NUM3 middle,\n",
     "                                                               SPRINGLS__NUM3 end)\n",
     "{\n",
@@ -29822,8 +29836,8 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(select)(length2 > 0.0f, r, error);\n",
     "}\n",
     "\n",
-    "/* Stores springls first, first + 1, ..., which were at `at`, displaced by d: moved_springls, moved_error, motion_class, turning2, and\n",
-    "   displacement2 of the particle, FLT_MAX when the displacement of a point or its square is not finite. error: of their\n",
+    "/* Stores springls first, first + 1, ..., which were at `at`, displaced by d: moved_springls, moved_error, motion_class, turning2,\n",
+    "   and displacement2 of the particle, FLT_MAX when the displacement of a point or its square is not finite. error: of their\n",
     "   correspondences before. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,\n",
     "                                                    SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)\n",
@@ -29958,9 +29972,9 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(add)(x, SPRINGLS__W(mad)(straight, SPRINGLS__W(sub)(first, last), SPRINGLS__W(broadcast)(0.125f * dt)));\n",
     "}\n",
     "\n",
-    "/* Returns 4 f(middle) + f(end) - 2 stage2 - 2 stage3 - stage4, where f is the flow on the cubic of cubic_middle and the stages' flows\n",
-    "   are those of the Runge-Kutta scheme: times dt / 6 it is how far the scheme is off Simpson's rule along the cubic. middle: f at\n",
-    "   half time; end: f at the end, less the flow of stage 4. */\n",
+    "/* Returns 4 f(middle) + f(end) - 2 stage2 - 2 stage3 - stage4, where f is the flow on the cubic of cubic_middle and stage2, 3, 4\n",
+    "   are the flows of the Runge-Kutta scheme: times dt / 6 it is how far the scheme is off Simpson's rule along the cubic. middle: f\n",
+    "   at half time; end: f at the end, less the flow of stage 4. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(simpson_residual)(SPRINGLS__NUM3 stage2, SPRINGLS__NUM3 stage3, SPRINGLS__NUM3 middle,\n",
     "                                                               SPRINGLS__NUM3 end)\n",
     "{\n",
@@ -30185,8 +30199,8 @@ static const char *const springls__kernel_lines[] = {
     "    return SPRINGLS__W(select)(length2 > 0.0f, r, error);\n",
     "}\n",
     "\n",
-    "/* Stores springls first, first + 1, ..., which were at `at`, displaced by d: moved_springls, moved_error, motion_class, turning2, and\n",
-    "   displacement2 of the particle, FLT_MAX when the displacement of a point or its square is not finite. error: of their\n",
+    "/* Stores springls first, first + 1, ..., which were at `at`, displaced by d: moved_springls, moved_error, motion_class, turning2,\n",
+    "   and displacement2 of the particle, FLT_MAX when the displacement of a point or its square is not finite. error: of their\n",
     "   correspondences before. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,\n",
     "                                                    SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)\n",
@@ -35734,7 +35748,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 35738 \"springls.h\"\n",
+    "#line 35752 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

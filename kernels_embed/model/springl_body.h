@@ -42,7 +42,7 @@ SPRINGLS__W_MATHS SPRINGLS__W(springl) SPRINGLS__W(springl_load)(SPRINGLS__GLOBA
     return s;
 }
 
-/* Writes them to the places that they were read from. */
+/* Writes springls to the places that they were read from. */
 SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__springl *all, int first, SPRINGLS__W(springl) s)
 {
     SPRINGLS__NUM number[16], part[SPRINGLS__WIDTH];

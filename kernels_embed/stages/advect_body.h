@@ -35,9 +35,9 @@ SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(cubic_middle)(SPRINGLS__NUM3 x, SPR
     return SPRINGLS__W(add)(x, SPRINGLS__W(mad)(straight, SPRINGLS__W(sub)(first, last), SPRINGLS__W(broadcast)(0.125f * dt)));
 }
 
-/* Returns 4 f(middle) + f(end) - 2 stage2 - 2 stage3 - stage4, where f is the flow on the cubic of cubic_middle and the stages' flows
-   are those of the Runge-Kutta scheme: times dt / 6 it is how far the scheme is off Simpson's rule along the cubic. middle: f at
-   half time; end: f at the end, less the flow of stage 4. */
+/* Returns 4 f(middle) + f(end) - 2 stage2 - 2 stage3 - stage4, where f is the flow on the cubic of cubic_middle and stage2, 3, 4
+   are the flows of the Runge-Kutta scheme: times dt / 6 it is how far the scheme is off Simpson's rule along the cubic. middle: f
+   at half time; end: f at the end, less the flow of stage 4. */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(simpson_residual)(SPRINGLS__NUM3 stage2, SPRINGLS__NUM3 stage3, SPRINGLS__NUM3 middle,
                                                                SPRINGLS__NUM3 end)
 {
@@ -262,8 +262,8 @@ SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(error_of_motion)(SPRINGLS__NUM error
     return SPRINGLS__W(select)(length2 > 0.0f, r, error);
 }
 
-/* Stores springls first, first + 1, ..., which were at `at`, displaced by d: moved_springls, moved_error, motion_class, turning2, and
-   displacement2 of the particle, FLT_MAX when the displacement of a point or its square is not finite. error: of their
+/* Stores springls first, first + 1, ..., which were at `at`, displaced by d: moved_springls, moved_error, motion_class, turning2,
+   and displacement2 of the particle, FLT_MAX when the displacement of a point or its square is not finite. error: of their
    correspondences before. */
 SPRINGLS__W_MATHS void SPRINGLS__W(displaced_store)(const springls__model *model, const springls__force_rule *rule, int first,
                                                     SPRINGLS__W(movers) at, SPRINGLS__W(movers) d, SPRINGLS__NUM error)

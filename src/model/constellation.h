@@ -93,7 +93,7 @@ SPRINGLS__FN springls_status springls__find_displacement(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Returns it, voxels. */
+/* Returns what springls__find_displacement has found, voxels. */
 SPRINGLS__FN float springls__displacement_found(springls_context *ctx)
 {
     return springls__sqrt(springls__largest_found(ctx, SPRINGLS__COUNT_DISPLACEMENT).value);

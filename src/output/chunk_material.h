@@ -8,8 +8,8 @@
 
 enum { SPRINGLS__CHUNK_CANDIDATES = 1024 }; /* a multiple of SPRINGLS__LANES */
 
-/* The springls that may count for a vertex of a chunk, in the order of the cells, and the numbers of those that may for a few
-   vertices of it. reach: voxels from the particle of one within which it may. */
+/* The springls that may count for some vertex of a chunk, in the order of the cells, and in `list` the numbers of those that may
+   count for a group of its vertices. reach: voxels from a springl's particle within which it may count. */
 typedef struct springls__candidates {
     float x[SPRINGLS__CHUNK_CANDIDATES], y[SPRINGLS__CHUNK_CANDIDATES], z[SPRINGLS__CHUNK_CANDIDATES]; /* particles */
     float reach[SPRINGLS__CHUNK_CANDIDATES], bounding_radius[SPRINGLS__CHUNK_CANDIDATES];
@@ -34,8 +34,8 @@ SPRINGLS__FN float springls__reach_of(float bounding_radius)
     return springls__max(SPRINGLS__CORRESPONDENCE_RADIUS, SPRINGLS__MATERIAL_RADIUS + bounding_radius);
 }
 
-/* Lists the candidates of a box. Returns false where single vertices have to look for themselves: there are too many, some at a
-   sharp edge, or of bodies that stay apart. */
+/* Lists the candidates of a box. Returns false where each vertex needs a search of its own: there are too many, some at a sharp
+   edge, or of bodies that stay apart. */
 SPRINGLS__FN bool springls__find_candidates(const springls__model *model, springls__box box, springls__candidates *c)
 {
     const springls__box around = springls__box_widened(box, springls__reach_of(model->cells.bounding_radius));
@@ -144,7 +144,7 @@ SPRINGLS__FN springls__vec3 springls__particle_of(const springls__candidates *c,
 /* Squared distances to the nearest springls so far, and the distances beyond which none can be nearer. */
 typedef struct springls__nearest_search { float best[SPRINGLS__LANES], limit[SPRINGLS__LANES]; } springls__nearest_search;
 
-/* Takes candidate k for the vertices that it is nearest to so far; of two as near the springl of the lower index. */
+/* Makes candidate k the nearest one of the vertices that have none nearer; of two as near the springl of the lower index. */
 SPRINGLS__FN void springls__try_candidate(const springls__model *model, const springls__candidates *c, int k,
                                           springls__vertex_group *group, springls__nearest_search *search)
 {

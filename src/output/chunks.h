@@ -29,7 +29,7 @@ typedef struct springls__brick_signature {
 /* What springls_chunks_begin and _continue have done so far. */
 typedef enum springls__chunks_state {
     SPRINGLS__CHUNKS_IDLE,
-    SPRINGLS__CHUNKS_IN_PROGRESS, /* begun; where ctx->step does not have them, they begin again */
+    SPRINGLS__CHUNKS_IN_PROGRESS, /* begun; begins again where ctx->step has been dropped or is another's */
     SPRINGLS__CHUNKS_READY
 } springls__chunks_state;
 
@@ -65,7 +65,7 @@ SPRINGLS__FN void springls__chunks_free(springls_context *ctx, springls_chunks *
     springls__release(ctx, c, sizeof *c);
 }
 
-/* Grows the published level set to that many slots. */
+/* Grows the published level set to `slots` slots. */
 SPRINGLS__FN springls_status springls__chunks_reserve(springls_context *ctx, springls_chunks *c, int slots)
 {
     size_t n = (size_t)slots, used = (size_t)c->published.slot_count;
@@ -222,6 +222,13 @@ SPRINGLS__FN springls_status springls__chunks_make(springls_context *ctx, spring
     SPRINGLS__TRY(springls__chunks_reserve(ctx, c, SPRINGLS__FIRST_SLOT));
     c->published.slot_count = SPRINGLS__FIRST_SLOT;
     return SPRINGLS_OK;
+}
+
+/* Returns the published entry of a chunk that counts bricks in the window. */
+SPRINGLS__FN int springls__entry_of_chunk(const springls_chunks *c, const springls_chunk *chunk)
+{
+    const int *b = chunk->brick;
+    return springls__entry_at(&c->published, SPRINGLS__BRICK * b[0], SPRINGLS__BRICK * b[1], SPRINGLS__BRICK * b[2]);
 }
 
 /* ---- finding what has changed ---- */
@@ -437,7 +444,7 @@ SPRINGLS__FN void springls__mesh_chunk(const springls_chunks *c, springls_chunk 
     float tile[SPRINGLS__TILE_VOXELS], signs[SPRINGLS__TILE * SPRINGLS__TILE];
     uint32_t row[4];
     uint16_t number[3 * SPRINGLS__TILE_VOXELS]; /* [edge] 1 + index of its vertex; 0: none yet */
-    int slot = springls__slot_at(g, 8 * chunk->brick[0], 8 * chunk->brick[1], 8 * chunk->brick[2]), x, y, z, k;
+    int slot = g->top[springls__entry_of_chunk(c, chunk)], x, y, z, k;
     springls__cube_range range;
     chunk->vertex_count = chunk->triangle_count = 0;
     if (slot < SPRINGLS__FIRST_SLOT) return;
@@ -517,14 +524,14 @@ SPRINGLS__FN void springls__fill_chunk_material(const springls_context *ctx, spr
     }
 }
 
-/* Interpolates from t on, first by u to t[s], then by v to what lies r further. */
+/* Interpolates between t[0], t[s], t[r] and t[r + s]: by u over the stride s, by v over the stride r. */
 SPRINGLS__FN float springls__square_sample(const float *t, int s, float u, int r, float v)
 {
     const float lower = t[0] + (t[s] - t[0]) * u, upper = t[r] + (t[r + s] - t[r]) * u;
     return lower + (upper - lower) * v;
 }
 
-/* Returns what springls__grid_gradient does at vertex x of the tile's brick. It lies on an edge of the voxel grid, so that of the
+/* Returns springls__grid_gradient at vertex x of the tile's brick. x lies on an edge of the voxel grid, so that of the six
    trilinear samples half a voxel from it two are linear and four bilinear. */
 SPRINGLS__FN springls__v3 springls__tile_gradient(const springls__wide_tile *tile, springls__v3 x)
 {
@@ -572,13 +579,13 @@ SPRINGLS__FN void springls__fill_normals(const springls_context *ctx, const spri
     }
 }
 
-/* What the chunks of a lane need: phi around a chunk, and the springls there. */
+/* The working memory of a lane, for one chunk at a time: phi around it, and the springls near it. */
 typedef struct springls__chunk_memory {
     float phi[SPRINGLS__WIDE_VOXELS];
     springls__candidates candidates; /* only with correspondences */
 } springls__chunk_memory;
 
-/* Returns how many floats of it are needed. */
+/* Returns how many floats of a springls__chunk_memory are needed. */
 SPRINGLS__FN size_t springls__chunk_floats(const springls_chunks *c)
 {
     return c->desc.correspondences ? sizeof(springls__chunk_memory) / sizeof(float) : SPRINGLS__WIDE_VOXELS;
@@ -637,11 +644,9 @@ SPRINGLS__FN springls_status springls__allocate_chunks(springls_context *ctx, sp
     size_t vertices = 0, corners = 0;
     int i, n = 0;
     for (i = 0; i < c->count; i++) {
-        const int *b = c->chunk[i].brick;
         vertices += (size_t)c->chunk[i].vertex_count;
         corners += 3 * (size_t)c->chunk[i].triangle_count;
-        if (c->chunk[i].triangle_count || c->has_mesh[springls__entry_at(&c->published, 8 * b[0], 8 * b[1], 8 * b[2])])
-            c->chunk[n++] = c->chunk[i];
+        if (c->chunk[i].triangle_count || c->has_mesh[springls__entry_of_chunk(c, &c->chunk[i])]) c->chunk[n++] = c->chunk[i];
     }
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->vertex_memory, vertices * words + 1, sizeof(float), 0));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->corner_memory, corners + 1, sizeof(uint16_t), 0));
@@ -673,7 +678,7 @@ SPRINGLS__FN int springls__compare_chunks(const void *first, const void *second)
     return (a->brick[axis] > b->brick[axis]) - (a->brick[axis] < b->brick[axis]);
 }
 
-/* Counts the bricks of chunks on the lattice, and adds empty chunks for those that the window has left behind. */
+/* Changes the bricks of chunks to those of the lattice, and adds empty chunks for those that the window has left behind. */
 SPRINGLS__FN void springls__name_chunks(springls_chunks *c)
 {
     int i, axis;
@@ -733,10 +738,8 @@ SPRINGLS__FN springls_status springls__update_chunks(springls_context *ctx)
     case SPRINGLS__CHUNKS_FILLED:
     default:
         memset(c->dirty, 0, springls__entry_count(&c->published));
-        for (i = 0; i < c->count; i++) {
-            const int *b = c->chunk[i].brick;
-            c->has_mesh[springls__entry_at(&c->published, 8 * b[0], 8 * b[1], 8 * b[2])] = c->chunk[i].triangle_count > 0;
-        }
+        for (i = 0; i < c->count; i++)
+            c->has_mesh[springls__entry_of_chunk(c, &c->chunk[i])] = c->chunk[i].triangle_count > 0;
         c->state = SPRINGLS__CHUNKS_READY;
         ctx->step.active = false;
         return SPRINGLS_OK;
@@ -756,9 +759,8 @@ SPRINGLS__FN void springls__list_again(springls_chunks *c)
 {
     int i;
     for (i = 0; i < c->count; i++) {
-        const int *b = c->chunk[i].brick;
-        int entry = springls__entry_at(&c->published, 8 * b[0], 8 * b[1], 8 * b[2]);
-        c->dirty[entry] = c->has_mesh[entry] = 1; /* as if it had one: a chunk that has vanished is listed too */
+        const int entry = springls__entry_of_chunk(c, &c->chunk[i]);
+        c->dirty[entry] = c->has_mesh[entry] = 1; /* so that a chunk that has vanished is listed too */
     }
 }
 

@@ -38,7 +38,8 @@ SPRINGLS__FN springls__v3 springls__mesh_correspondence(const springls__material
     return springls__world_to_original(job->ctx, job->mesh->correspondences + 3 * (size_t)vertex);
 }
 
-/* Finds the places of springls, or of vertices. Neighbors in number are often neighbors in space: each starts from the last hit. */
+/* Finds the places of springls, or of vertices. Each search starts from the last hit, since neighbors in number are often neighbors
+   in space. */
 SPRINGLS__FN void springls__materials_task(void *arg, int begin, int end)
 {
     const springls__material_job *job = (const springls__material_job *)arg;
@@ -113,32 +114,33 @@ SPRINGLS__FN void springls__closest_in_patch(const springls__material_job *job, 
     }
 }
 
-/* Finds the places of the corners of triangles on the side of every seam on which the place of their centroid lies. */
+/* Finds the places of the corners of a triangle on the side of every seam on which the place of its centroid lies. */
+SPRINGLS__FN void springls__materials_of_corners(const springls__material_job *job, const int triangle[3], springls_material out[3])
+{
+    springls__surface_hit center, corner[3];
+    springls__v3 points[3], x;
+    springls_material start;
+    float r = 0.0f;
+    int k;
+    for (k = 0; k < 3; k++) points[k] = springls__mesh_correspondence(job, triangle[k]);
+    x = springls__scale(springls__add(springls__add(points[0], points[1]), points[2]), 1.0f / 3.0f);
+    center = springls__surface_closest(&job->ctx->original, x, FLT_MAX);
+    start = springls__material_of(job->ctx, &center);
+    for (k = 0; k < 3; k++) {
+        out[k] = start;
+        r = springls__max(r, springls__length(springls__sub(points[k], x)));
+    }
+    if (start.triangle < 0) return;
+    r = 1.5f * r + springls__sqrt(center.hit.d2) + 1e-3f;
+    springls__closest_in_patch(job, start.triangle, center.hit.point, r, points, corner);
+    for (k = 0; k < 3; k++) out[k] = springls__material_of(job->ctx, &corner[k]);
+}
+
 SPRINGLS__FN void springls__corner_materials_task(void *arg, int begin, int end)
 {
     const springls__material_job *job = (const springls__material_job *)arg;
-    const springls__surface *surface = &job->ctx->original;
-    int k;
-    for (; begin < end; begin++) {
-        springls__surface_hit center, corner[3];
-        springls__v3 points[3], x;
-        springls_material start;
-        float r = 0.0f;
-        const int *triangle = job->mesh->triangles + 3 * (size_t)begin;
-        springls_material *out = job->out + 3 * (size_t)begin;
-        for (k = 0; k < 3; k++) points[k] = springls__mesh_correspondence(job, triangle[k]);
-        x = springls__scale(springls__add(springls__add(points[0], points[1]), points[2]), 1.0f / 3.0f);
-        center = springls__surface_closest(surface, x, FLT_MAX);
-        start = springls__material_of(job->ctx, &center);
-        for (k = 0; k < 3; k++) {
-            out[k] = start;
-            r = springls__max(r, springls__length(springls__sub(points[k], x)));
-        }
-        if (start.triangle < 0) continue;
-        r = 1.5f * r + springls__sqrt(center.hit.d2) + 1e-3f;
-        springls__closest_in_patch(job, start.triangle, center.hit.point, r, points, corner);
-        for (k = 0; k < 3; k++) out[k] = springls__material_of(job->ctx, &corner[k]);
-    }
+    for (; begin < end; begin++)
+        springls__materials_of_corners(job, job->mesh->triangles + 3 * (size_t)begin, job->out + 3 * (size_t)begin);
 }
 
 SPRINGLS_API int springls_material_triangle_count(const springls_context *ctx) { return ctx ? ctx->original.given : 0; }

@@ -101,17 +101,23 @@ SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const
    a(x + r) = c + A r, with the unknowns (c, row of A) for each coordinate of a. Exact for a model that moved rigidly. */
 typedef struct springls__affine_fit { double m[4][4], rhs[4][3], weight; int count; } springls__affine_fit;
 
-/* Adds the equation a(x + r) = a. */
-SPRINGLS__FN void springls__affine_fit_add(springls__affine_fit *fit, springls__v3 r, springls__v3 a, double weight)
+/* Adds the equations constant c + A r = v. */
+SPRINGLS__FN void springls__affine_fit_equations(springls__affine_fit *fit, double constant, springls__v3 r, springls__v3 v,
+                                                 double weight)
 {
-    double row[4], value[3];
+    const double row[4] = { constant, (double)r.x, (double)r.y, (double)r.z };
+    const double value[3] = { (double)v.x, (double)v.y, (double)v.z };
     int i, j;
-    row[0] = 1.0; row[1] = (double)r.x; row[2] = (double)r.y; row[3] = (double)r.z;
-    value[0] = (double)a.x; value[1] = (double)a.y; value[2] = (double)a.z;
     for (i = 0; i < 4; i++) {
         for (j = 0; j < 4; j++) fit->m[i][j] += weight * row[i] * row[j];
         for (j = 0; j < 3; j++) fit->rhs[i][j] += weight * row[i] * value[j];
     }
+}
+
+/* Adds the equation a(x + r) = a. */
+SPRINGLS__FN void springls__affine_fit_add(springls__affine_fit *fit, springls__v3 r, springls__v3 a, double weight)
+{
+    springls__affine_fit_equations(fit, 1.0, r, a, weight);
     fit->weight += weight;
     fit->count++;
 }
@@ -119,14 +125,7 @@ SPRINGLS__FN void springls__affine_fit_add(springls__affine_fit *fit, springls__
 /* Adds the equation A n = n_a for the unit normals of the model and of the original: neighbors in a plane do not determine it. */
 SPRINGLS__FN void springls__affine_fit_normal(springls__affine_fit *fit, springls__v3 n, springls__v3 n_a, double weight)
 {
-    double row[4], value[3];
-    int i, j;
-    row[0] = 0.0; row[1] = (double)n.x; row[2] = (double)n.y; row[3] = (double)n.z;
-    value[0] = (double)n_a.x; value[1] = (double)n_a.y; value[2] = (double)n_a.z;
-    for (i = 1; i < 4; i++) {
-        for (j = 1; j < 4; j++) fit->m[i][j] += weight * row[i] * row[j];
-        for (j = 0; j < 3; j++) fit->rhs[i][j] += weight * row[i] * value[j];
-    }
+    springls__affine_fit_equations(fit, 0.0, n, n_a, weight);
 }
 
 /* Solves for c by elimination without pivoting, because the matrix is symmetric and positive. Returns false when it is nearly
@@ -245,7 +244,8 @@ SPRINGLS__FN springls__surface_hit springls__material_at(const springls_context 
     return springls__surface_closest_from(&ctx->original, a, FLT_MAX, own.triangle);
 }
 
-/* Does the same by the quadratic fit; the cell list must be fresh. guess: a triangle of the original surface, or -1. */
+/* Returns the place on the original surface of place x (voxels) of a springl by the quadratic fit. The cell list must be fresh.
+   guess: a triangle of the original surface, or -1. */
 SPRINGLS__FN springls__surface_hit springls__fitted_material_at(const springls_context *ctx, int springl, springls__v3 x,
                                                                 int guess)
 {
@@ -308,8 +308,8 @@ SPRINGLS__FN double springls__grid_ball(const springls_context *ctx, double midd
     return radius;
 }
 
-/* Writes to near_point a query point; or one in its direction from the grid, 10^7 voxels away, where it is further: the closest
-   place is the same within what a float resolves of the distance. Returns how much nearer that is, world units. */
+/* Writes to near_point a query point or, if it is more than 10^7 voxels from the middle of the grid, the point that far away in its
+   direction: a float does not resolve by how much the closest place may differ. Returns the distance left out, world units. */
 SPRINGLS__FN double springls__bring_near(const springls_context *ctx, const float *world, float near_point[3])
 {
     const double furthest = 1e7 * (double)ctx->smallest_spacing;
@@ -322,15 +322,16 @@ SPRINGLS__FN double springls__bring_near(const springls_context *ctx, const floa
     return length > furthest ? length - furthest : 0.0;
 }
 
-/* Returns the sum of a distance and what was left out of it, as far as a float goes. */
+/* Returns distance + left_out, at most FLT_MAX. */
 SPRINGLS__FN float springls__whole_distance(double distance, double left_out)
 {
     return distance + left_out < (double)FLT_MAX ? (float)(distance + left_out) : FLT_MAX;
 }
 
-/* Writes where a ray begins; or, where that is more than 10^4 voxels before the grid, where it comes near the grid. That point is
-   found from the ray's moment about the world's origin, of which the products of floats are exact in double: no digit is lost
-   however far the ray begins. The direction must not be zero. Returns how much later the ray begins there, world units. */
+/* Writes to `from` where the search along a ray begins: at its origin or, if that is more than 10^4 voxels before the grid, where
+   the ray comes near the grid. That point follows from the ray's moment about the world's origin, whose products of floats are
+   exact in double: no digit is lost however far the ray begins. The direction must not be zero. Returns the distance left out,
+   world units. */
 SPRINGLS__FN double springls__begin_near(const springls_context *ctx, const float *origin, const float *direction, double from[3])
 {
     const double far_away = 1e4 * (double)ctx->smallest_spacing;
@@ -353,7 +354,7 @@ SPRINGLS__FN double springls__begin_near(const springls_context *ctx, const floa
     return along + before - radius;
 }
 
-/* Returns how far a ray may go on after it has left out a part; negative: not even to there. */
+/* Returns what is left of a ray's max_distance after the part left out; negative: nothing. */
 SPRINGLS__FN double springls__left_to_go(float max_distance, double left_out)
 {
     return max_distance < FLT_MAX ? (double)max_distance - left_out : DBL_MAX;

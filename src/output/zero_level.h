@@ -122,7 +122,7 @@ SPRINGLS__FN bool springls__level_ray_clip(const springls__grid *g, const double
     return *t_in <= *t_out;
 }
 
-/* Finds the first point in which the ray origin + t direction (voxels) meets the zero level, 0 <= t <= *t; then *t is where. */
+/* Finds the first point in which the ray origin + t direction (voxels) meets the zero level, 0 <= t <= *t; sets *t to its t. */
 SPRINGLS__FN springls__level_hit springls__level_ray_first(const springls__grid *g, const double origin[3],
                                                            const double direction[3], double *t)
 {
@@ -169,7 +169,7 @@ typedef struct springls__level_search {
     springls__level_hit best;
 } springls__level_search;
 
-/* Begins searches, whose places may follow each other; finds the weights. */
+/* Begins a sequence of searches, for springls__level_closest; finds the weights. */
 SPRINGLS__FN void springls__level_search_begin(const springls_context *ctx, springls__level_search *search)
 {
     const double *m = ctx->window.to_world, *inverse = ctx->window.to_voxel;
@@ -409,24 +409,33 @@ SPRINGLS__FN void springls__level_try_rings(springls__level_search *search, cons
     springls__level_try_bricks(search, springls__ring_walk_begin(g, center, -1)); /* the rings have more bricks than are active */
 }
 
-/* Finds the point of the zero level closest to a place of the world; search->d2 is then its squared distance, model units. The
+/* Sets the place of a search, and finds the brick nearest to it. */
+SPRINGLS__FN void springls__level_search_place(springls__level_search *search, const float *world, int center[3])
+{
+    const springls_context *ctx = search->ctx;
+    const int *size = ctx->model.grid.size;
+    const springls__v3 corner = springls__v3_make((float)size[0], (float)size[1], (float)size[2]);
+    double x[3];
+    int k;
+    springls__transform(ctx->window.to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
+    search->x = springls__world_to_model(ctx, world);
+    for (k = 0; k < 3; k++) {
+        search->at[k] = (float)(x[k] < -1e15 ? -1e15 : x[k] > 1e15 ? 1e15 : x[k]);
+        center[k] = springls__cell_coordinate(search->at[k], 0, size[k]) / SPRINGLS__BRICK;
+    }
+    search->slack = 4e-6f * (springls__max_coordinate(search->x)
+                             + springls__max_coordinate(springls__voxel_to_model(ctx, corner)));
+}
+
+/* Finds the point of the zero level closest to a place of the world, and sets search->d2 to its squared distance, model units. The
    last result bounds the distance of the next one: that saves time and cannot change it. */
 SPRINGLS__FN springls__level_hit springls__level_closest(springls__level_search *search, const float *world)
 {
     const springls_context *ctx = search->ctx;
     const springls__grid *g = &ctx->model.grid;
-    const springls__v3 corner = springls__v3_make((float)g->size[0], (float)g->size[1], (float)g->size[2]);
-    double x[3];
     float phi, short_range, last = FLT_MAX;
-    int k, center[3];
-    springls__transform(ctx->window.to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
-    search->x = springls__world_to_model(ctx, world);
-    for (k = 0; k < 3; k++) {
-        search->at[k] = (float)(x[k] < -1e15 ? -1e15 : x[k] > 1e15 ? 1e15 : x[k]);
-        center[k] = springls__cell_coordinate(search->at[k], 0, g->size[k]) / SPRINGLS__BRICK;
-    }
-    search->slack = 4e-6f * (springls__max_coordinate(search->x)
-                             + springls__max_coordinate(springls__voxel_to_model(ctx, corner)));
+    int center[3];
+    springls__level_search_place(search, world, center);
     if (search->best.found) /* the last answer is on the surface too */
         last = springls__length(springls__sub(search->x, springls__voxel_to_model(ctx, search->best.place))) + search->slack;
     search->best.found = false;

@@ -267,7 +267,7 @@ SPRINGLS__FN springls_status springls__scan_later(springls_context *ctx, springl
     return SPRINGLS_OK;
 }
 
-/* Writes that sum to *total; fails when it is more than an int holds. */
+/* Writes the sum of springls__scan_later to *total; fails when it is more than an int holds. */
 SPRINGLS__FN springls_status springls__scan_found(springls_context *ctx, springls__late_count late, int *total)
 {
     uint32_t sum = springls__count_found(ctx, late);

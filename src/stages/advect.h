@@ -17,7 +17,7 @@
 #include "exact_flows.h"
 #include "forces.h"
 
-/* Voxels, the largest motion of one advect in a window that follows: a float further out does not resolve a sixteenth of a voxel. */
+/* Voxels, the largest motion of one advect in a window that follows: further out a float does not resolve a 16th of a voxel. */
 enum { SPRINGLS__FURTHEST_MOTION = 1000000 };
 
 /* Finds the region that forces act in: everywhere where none is given. */

@@ -10,8 +10,8 @@
 #include "inherit.h"
 #include "sleep.h"
 
-/* Samples phi at the particles (phi_n), for contract. Algorithm 2 does so before springls move: after a step as long as d_max a good
-   springl is further from the old zero level than contract allows. Ends with a loop. */
+/* Samples phi at the particles (phi_n), for contract. Algorithm 2 does so before springls move: after a step as long as d_max a
+   good springl is further from the old zero level than contract allows. Ends with a loop. */
 SPRINGLS__FN springls_status springls__sample_phi(springls_context *ctx)
 {
     springls__loop(ctx, SPRINGLS__KERNEL_sample_phi, ctx->model.set.count, NULL);
