@@ -1,6 +1,6 @@
 #!/bin/sh
-# cover_lines.sh: the lines of springls.h that the tests of build/test-cover have reached, by part; build/cover/not_reached lists
-# the others. Runs what the fuzzers have kept first. Fails below 95 %.
+# cover_lines.sh: counts, part by part, the lines of springls.h that the tests of build/test-cover have run; build/cover/not_reached
+# lists the others. First runs the inputs that fuzzers have kept. Fails below 95 %.
 set -u
 tests=build/test-cover out=build/cover least=95
 export LLVM_PROFILE_FILE="$PWD/$out/%4m.profraw"
@@ -10,7 +10,7 @@ for corpus in build/fuzz/corpus/*; do
     [ -x "$program" ] && find "$corpus" -type f -exec "$program" {} + > /dev/null 2>&1
 done
 
-# Some tests have the library as their own.
+# Some tests are compiled with a library of their own.
 objects=$tests/library.o
 for test in $(grep -l -E 'springls_under_test|define SPRINGLS_IMPLEMENTATION' tests/unit/test_*.c tests/backend/test_*.c); do
     program=build/test-cover/${test#tests/}
@@ -20,7 +20,7 @@ llvm-profdata merge -sparse -o "$out/all.profdata" "$out"/*.profraw || exit 1
 # shellcheck disable=SC2086
 llvm-cov export -format=lcov -instr-profile="$out/all.profdata" $objects springls.h > "$out/lines.info" || exit 1
 
-# lcov's records "DA:line,times" beside the headings of the parts.
+# Counts lcov's records "DA:line,times" for the parts, whose headings are in springls.h.
 awk -F '[:,]' -v least=$least -v list="$out/not_reached" '
     FNR == NR { if ($0 ~ /^\/\* ======== >>/) { split($0, name, /[()]/); part = name[2] }
                 part_of[FNR] = part; text[FNR] = $0; next }

@@ -1,5 +1,5 @@
-/* every_call.h - each public call that returns a status, by its name, and models in several states to call it on: for tests in
-   which something fails inside each of them. */
+/* every_call.h - each public call that returns a status, by its name, and models in several states to make it on: for tests that
+   make something fail inside each call. */
 #ifndef EVERY_CALL_H
 #define EVERY_CALL_H
 
@@ -7,18 +7,18 @@
 
 enum { CALL_SIZE = 16, CALL_VOXELS = CALL_SIZE * CALL_SIZE * CALL_SIZE, CALL_POINTS = 4, CALL_SPRINGLS = 2000 };
 
-/* The states: fresh from an input; moved by less than the level set follows, with an attribute, components that keep their volume,
-   kept springls and a window that has moved; the same with a step in progress; the same with an update of chunks in progress. */
+/* The states: FRESH from an input; MOVED by so little that phi lags behind, with an attribute, components that keep their volume,
+   kept springls and a window that has moved; MOVED with a step in progress; MOVED with an update of chunks in progress. */
 enum { CALL_STATE_FRESH, CALL_STATE_MOVED, CALL_STATE_IN_STEP, CALL_STATE_IN_CHUNKS, CALL_STATES };
 
-/* One ball as every kind of input, and what calls write into. */
+/* One ball as every kind of input, and memory that calls write to. */
 typedef struct call_bench {
     springls_context *ctx, *other;
     springls_chunks *chunks;
     springls_desc desc;
     springls_sphere ball;
-    springls_mesh mesh;             /* of the ball; of `maker` */
-    springls_context *maker;
+    springls_context *maker;        /* of the mesh */
+    springls_mesh mesh;             /* of the ball */
     float *vertices;                /* of its triangles, as springls */
     float phi[CALL_VOXELS], values[CALL_VOXELS];
     int32_t labels[CALL_VOXELS];
@@ -26,7 +26,7 @@ typedef struct call_bench {
     uint8_t mask[CALL_SPRINGLS];
     void *snapshots[2];             /* of models that are fresh and that have moved */
     size_t sizes[2];
-    float room[CALL_SPRINGLS * 16]; /* for what is written of each springl or vertex */
+    float output[CALL_SPRINGLS * 16]; /* of a call, for each springl or vertex */
     springls_forces forces;
     springls_step_desc step;
     float wind[3];
@@ -35,7 +35,7 @@ typedef struct call_bench {
 /* ---- the calls ---- */
 
 #define CALL_OF(name, arguments) FIXTURE springls_status call_##name(call_bench *b) { return springls_##name arguments; }
-/* Of a mesh of the model as it is. */
+/* A call that takes a mesh of the model as it is. */
 #define CALL_OF_MESH(name, arguments)                                    \
     FIXTURE springls_status call_##name(call_bench *b)                   \
     {                                                                    \
@@ -74,7 +74,7 @@ CALL_OF(set_reference, (b->ctx))
 CALL_OF(set_reference_mesh, (b->ctx, b->mesh.positions, b->mesh.vertex_count, 0, b->mesh.triangles, b->mesh.triangle_count, NULL))
 CALL_OF(write, (b->ctx, 0, 1, b->vertices, NULL))
 CALL_OF(set_keep_mask, (b->ctx, b->mask))
-CALL_OF(max_speed, (b->ctx, &b->forces, 0.0f, b->room))
+CALL_OF(max_speed, (b->ctx, &b->forces, 0.0f, b->output))
 CALL_OF(advect, (b->ctx, &b->forces, 0.0f, 1.0f))
 CALL_OF(relax, (b->ctx))
 CALL_OF(contract, (b->ctx))
@@ -105,8 +105,8 @@ FIXTURE springls_status call_snapshot(call_bench *b)
 
 FIXTURE springls_status call_restore(call_bench *b) { return springls_restore(b->ctx, b->snapshots[0], b->sizes[0]); }
 
-CALL_OF(pack_matrix, (b->ctx, b->room))
-CALL_OF(extract_surfels, (b->ctx, b->room))
+CALL_OF(pack_matrix, (b->ctx, b->output))
+CALL_OF(extract_surfels, (b->ctx, b->output))
 
 FIXTURE springls_status call_components(call_bench *b)
 {
@@ -115,7 +115,7 @@ FIXTURE springls_status call_components(call_bench *b)
     return springls_components(b->ctx, &components, &count);
 }
 
-CALL_OF(component_of, (b->ctx, b->points, CALL_POINTS, (uint32_t *)(void *)b->room))
+CALL_OF(component_of, (b->ctx, b->points, CALL_POINTS, (uint32_t *)(void *)b->output))
 
 FIXTURE springls_status call_events(call_bench *b)
 {
@@ -148,7 +148,7 @@ FIXTURE springls_status call_chunks_create(call_bench *b)
     return status;
 }
 
-/* The bench's own chunks, made if need be. */
+/* Creates the bench's chunks, if they do not exist. */
 FIXTURE springls_status call_need_chunks(call_bench *b)
 {
     springls_chunks_desc desc = { 0.0f, true };
@@ -180,9 +180,9 @@ FIXTURE springls_status call_chunks_continue(call_bench *b)
 }
 
 CALL_OF(copy_level_set, (b->ctx, b->values))
-CALL_OF(sample_distance, (b->ctx, b->points, CALL_POINTS, b->room))
-CALL_OF(sample_gradient, (b->ctx, b->points, CALL_POINTS, b->room))
-CALL_OF(sample_inside, (b->ctx, b->points, CALL_POINTS, (uint8_t *)(void *)b->room))
+CALL_OF(sample_distance, (b->ctx, b->points, CALL_POINTS, b->output))
+CALL_OF(sample_gradient, (b->ctx, b->points, CALL_POINTS, b->output))
+CALL_OF(sample_inside, (b->ctx, b->points, CALL_POINTS, (uint8_t *)(void *)b->output))
 
 FIXTURE springls_status call_closest(call_bench *b)
 {
@@ -213,12 +213,12 @@ FIXTURE springls_status call_describe_attribute(call_bench *b)
 
 CALL_OF(remove_attribute, (b->ctx, 0))
 CALL_OF(set_attribute, (b->ctx, 0, b->vertices))
-CALL_OF_MESH(mesh_attribute, (b->ctx, &mesh, 0, b->room))
-CALL_OF(get_provenance, (b->ctx, (springls_provenance *)(void *)b->room))
-CALL_OF(springl_errors, (b->ctx, (springls_error_estimate *)(void *)b->room))
-CALL_OF_MESH(mesh_errors, (b->ctx, &mesh, (springls_error_estimate *)(void *)b->room))
-CALL_OF(springl_materials, (b->ctx, (springls_material *)(void *)b->room))
-CALL_OF_MESH(mesh_materials, (b->ctx, &mesh, (springls_material *)(void *)b->room))
+CALL_OF_MESH(mesh_attribute, (b->ctx, &mesh, 0, b->output))
+CALL_OF(get_provenance, (b->ctx, (springls_provenance *)(void *)b->output))
+CALL_OF(springl_errors, (b->ctx, (springls_error_estimate *)(void *)b->output))
+CALL_OF_MESH(mesh_errors, (b->ctx, &mesh, (springls_error_estimate *)(void *)b->output))
+CALL_OF(springl_materials, (b->ctx, (springls_material *)(void *)b->output))
+CALL_OF_MESH(mesh_materials, (b->ctx, &mesh, (springls_material *)(void *)b->output))
 
 FIXTURE springls_status call_corner_materials(call_bench *b)
 {
@@ -228,19 +228,19 @@ FIXTURE springls_status call_corner_materials(call_bench *b)
     springls_status status;
     memset(neighbors, -1, 3 * n * sizeof *neighbors);
     status = springls_extract_mesh(b->ctx, &mesh);
-    if (status == SPRINGLS_OK) status = springls_corner_materials(b->ctx, &mesh, neighbors, (springls_material *)(void *)b->room);
+    if (status == SPRINGLS_OK) status = springls_corner_materials(b->ctx, &mesh, neighbors, (springls_material *)(void *)b->output);
     springls_mesh_free(b->ctx, &mesh);
     free(neighbors);
     return status;
 }
 
 CALL_OF(find_seams, (b->ctx, b->mesh.positions, b->mesh.vertex_count, 0, b->mesh.triangles, b->mesh.triangle_count, NULL, 0,
-                     (int *)(void *)b->room))
+                     (int *)(void *)b->output))
 
 FIXTURE springls_status call_interpolate_material(call_bench *b)
 {
     springls_material place = { 0, { 0.2f, 0.3f, 0.5f } };
-    return springls_interpolate_material(&place, 1, b->vertices, 3, NULL, b->mesh.triangle_count, b->room);
+    return springls_interpolate_material(&place, 1, b->vertices, 3, NULL, b->mesh.triangle_count, b->output);
 }
 
 CALL_OF(combine, (b->ctx, SPRINGLS_OPERATION_UNION, b->other))
@@ -255,7 +255,7 @@ FIXTURE springls_status call_measure(call_bench *b)
     return springls_measure(b->ctx, &measures);
 }
 
-/* Every public call that returns a status; X(name, whether it leaves the model as it is, also when the level set lags behind). */
+/* Every public call that returns a status: X(name, 1 if it never changes the model, even when phi lags behind). */
 #define EVERY_CALL(X)                                                                                                             \
     X(create, 1) X(reset, 0) X(set_params, 1) X(set_mesh, 0) X(set_level_set, 0) X(set_labels, 0) X(set_threshold, 0)             \
     X(set_implicit, 0) X(set_springls, 0) X(set_reference, 0) X(set_reference_mesh, 0) X(write, 0) X(set_keep_mask, 0)            \
@@ -293,21 +293,21 @@ FIXTURE void call_end(call_bench *b)
     b->ctx = b->other = NULL;
 }
 
-/* Makes a model that has moved by less than a step that phi follows, and by a brick before. */
+/* Makes the model of CALL_STATE_MOVED: moves it by a brick, and then by a step that phi does not follow. */
 FIXTURE springls_status call_move(call_bench *b)
 {
     springls_attribute_desc desc = { "mass", 1, SPRINGLS_POLICY_SHARE, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_COPY };
-    springls_step_desc leap = b->step, little = b->step;
+    springls_step_desc long_step = b->step, lazy_step = b->step;
     springls_params params = springls_get_params(b->ctx);
     springls_status status;
-    leap.dt = 8.0f;
-    leap.max_displacement = 2.0f;
-    little.dt = 0.3f;
+    long_step.dt = 8.0f;
+    long_step.max_displacement = 2.0f;
+    lazy_step.dt = 0.3f;
     params.volume_lock = 1;
     params.components = 1;
     status = springls_set_implicit(b->ctx, springls_implicit_sphere, &b->ball);
-    if (status == SPRINGLS_OK) status = springls_step(b->ctx, &leap);
-    if (status == SPRINGLS_OK) status = springls_step(b->ctx, &little);
+    if (status == SPRINGLS_OK) status = springls_step(b->ctx, &long_step);
+    if (status == SPRINGLS_OK) status = springls_step(b->ctx, &lazy_step);
     if (status == SPRINGLS_OK) status = springls_set_params(b->ctx, &params);
     if (status == SPRINGLS_OK) status = springls_add_attribute(b->ctx, &desc, NULL, NULL);
     if (status == SPRINGLS_OK) status = springls_set_keep_mask(b->ctx, b->mask);
@@ -322,7 +322,7 @@ FIXTURE springls_status call_take_snapshot(call_bench *b, int which)
     return springls_snapshot(b->ctx, SPRINGLS_SNAPSHOT_KIND_ALL, b->snapshots[which], b->sizes[which], &b->sizes[which]);
 }
 
-/* Makes what the calls work on, without failures; to be freed. */
+/* Makes what the calls work on; to be freed by call_bench_free. */
 FIXTURE springls_status call_bench_make(call_bench *b)
 {
     springls_status status;
@@ -390,7 +390,7 @@ FIXTURE springls_status call_begin(call_bench *b, int state)
     return status;
 }
 
-/* Runs a test of a call, which is given the row of the call and the bench, for every call. */
+/* Runs a test for every call; the test gets the row of the call and the bench. */
 #define RUN_EVERY_CALL(test)                                          \
     do {                                                              \
         static call_bench bench;                                      \

@@ -1,5 +1,5 @@
-/* long_lives.h - lives of models that may last as long as one likes: a flow that goes there and back, and random edits; and what is
-   looked at on the way. C99 and C++. */
+/* long_lives.h - models that live as long as a test wishes: in a flow that reverses, and under random edits; and what is measured
+   of them. C99 and C++. */
 #ifndef LONG_LIVES_H
 #define LONG_LIVES_H
 
@@ -11,10 +11,10 @@
 
 enum { LIFE_FLOW, LIFE_EDITS, LIVES };
 
-/* All that decides how it goes on, beside the model. */
+/* A life; with the model's state, these numbers decide how it goes on. */
 typedef struct life {
-    int kind, done;       /* steps or edits so far                          */
-    int restarts;         /* edits have left nothing, and a ball came anew   */
+    int kind, done;       /* done: steps or edits so far                      */
+    int restarts;         /* how often edits had left nothing: a ball followed */
     uint32_t random;
     springls_context *ctx;
 } life;
@@ -38,7 +38,7 @@ static springls_status life_set_ball(life *l)
     return springls_set_implicit(l->ctx, springls_implicit_sphere, &ball);
 }
 
-/* A context for it, without a model. */
+/* Creates the context of a life, without a model. */
 static springls_status life_create(life *l, int kind)
 {
     springls_desc desc = springls_default_desc();
@@ -64,7 +64,7 @@ static void life_end(life *l)
     l->ctx = NULL;
 }
 
-/* LeVeque's flow of period 1, a hundred steps each. */
+/* Takes a step of LeVeque's flow: a period of 1 has a hundred. */
 static springls_status life_flow_step(life *l)
 {
     springls_deformation_flow flow = { 64.0f, 1.0f };
@@ -78,8 +78,8 @@ static springls_status life_flow_step(life *l)
     return springls_step(l->ctx, &step);
 }
 
-/* A brush: moves what is within its radius, less towards the rim. */
-typedef struct life_brush { float center[3], radius, way[3]; } life_brush;
+/* A brush: moves what is within its radius, at its center by `displacement`, towards the rim by less. */
+typedef struct life_brush { float center[3], radius, displacement[3]; } life_brush;
 
 static void life_brush_velocity(void *user, const float *points, int count, float time, float *out)
 {
@@ -91,12 +91,12 @@ static void life_brush_velocity(void *user, const float *points, int count, floa
         for (k = 0; k < 3; k++) r2 += (points[k] - brush->center[k]) * (points[k] - brush->center[k]);
         share = 1.0f - r2 / (brush->radius * brush->radius);
         share = share > 0.0f ? share * share : 0.0f;
-        for (k = 0; k < 3; k++) out[k] = share * brush->way[k];
+        for (k = 0; k < 3; k++) out[k] = share * brush->displacement[k];
     }
 }
 
-/* Pushes in or pulls out what is about a place of the surface. */
-static springls_status life_stroke(life *l, const springls_hit *hit, float way)
+/* Pulls the surface at a hit outward by a height in voxels; pushes it in where that is negative. */
+static springls_status life_stroke(life *l, const springls_hit *hit, float height)
 {
     springls_forces forces = springls_default_forces();
     springls_step_desc step = springls_default_step_desc();
@@ -105,7 +105,7 @@ static springls_status life_stroke(life *l, const springls_hit *hit, float way)
     brush.radius = life_between(l, 5.0f, 10.0f);
     for (k = 0; k < 3; k++) {
         brush.center[k] = hit->point[k];
-        brush.way[k] = way * hit->normal[k];
+        brush.displacement[k] = height * hit->normal[k];
         forces.region_lower[k] = hit->point[k] - brush.radius;
         forces.region_upper[k] = hit->point[k] + brush.radius;
     }
@@ -116,7 +116,7 @@ static springls_status life_stroke(life *l, const springls_hit *hit, float way)
     return springls_step(l->ctx, &step);
 }
 
-/* Returns whether the model has more volume than its first ball: then it is the turn of what makes it smaller. */
+/* Finds whether the model has more volume than its first ball. */
 static springls_status life_is_large(const life *l, bool *large)
 {
     springls_measures measures;
@@ -125,7 +125,8 @@ static springls_status life_is_large(const life *l, bool *large)
     return status;
 }
 
-/* Pulls or adds a ball, and where the model is large pushes or cuts one out, where the surface is closest to a random place. */
+/* Pulls the surface out or adds a ball where it is closest to a random place; pushes it in or cuts a ball out when the model is
+   large. */
 static springls_status life_edit(life *l)
 {
     springls_sphere ball;
@@ -146,19 +147,19 @@ static springls_status life_edit(life *l)
                                      springls_implicit_sphere, &ball);
 }
 
-/* Every hundredth time the model becomes its own original surface, which otherwise grows by that of every ball. */
-static springls_status life_edit_and_settle(life *l)
+/* Edits; every hundredth time the present surface becomes the original one, which each ball makes larger. */
+static springls_status life_edit_and_set_reference(life *l)
 {
     const springls_status status = life_edit(l);
     return status == SPRINGLS_OK && l->done % 100 == 99 && springls_count(l->ctx) > 0 ? springls_set_reference(l->ctx) : status;
 }
 
-/* Goes on for a number of steps or edits. */
-static springls_status life_go(life *l, int count)
+/* Takes `count` steps or edits. */
+static springls_status life_advance(life *l, int count)
 {
     springls_status status = SPRINGLS_OK;
     for (; count > 0 && status == SPRINGLS_OK; count--, l->done++) {
-        status = l->kind == LIFE_FLOW ? life_flow_step(l) : life_edit_and_settle(l);
+        status = l->kind == LIFE_FLOW ? life_flow_step(l) : life_edit_and_set_reference(l);
         if (l->kind == LIFE_EDITS && (status == SPRINGLS_EMPTY_MODEL || (status == SPRINGLS_OK && springls_count(l->ctx) == 0))) {
             l->restarts++;
             status = life_set_ball(l);
@@ -167,26 +168,26 @@ static springls_status life_go(life *l, int count)
     return status;
 }
 
-/* What is looked at. */
+/* What is measured. */
 typedef struct life_state {
-    double volume, smallest; /* voxels; the smallest of the bodies and cavities, where components are found */
+    double volume, smallest; /* voxels; smallest: of the bodies and cavities, HUGE_VAL in LIFE_FLOW */
     int components, euler, springls;
     size_t memory;
     uint64_t hash;
 } life_state;
 
-static springls_status life_look(life *l, life_state *s)
+static springls_status life_measure(life *l, life_state *s)
 {
     springls_measures measures;
-    const springls_component *parts;
+    const springls_component *components;
     int i, count = 0;
     springls_status status = springls_measure(l->ctx, &measures);
     memset(s, 0, sizeof *s);
-    s->smallest = HUGE_VAL; /* not looked for */
+    s->smallest = HUGE_VAL;
     if (status != SPRINGLS_OK) return status;
-    if (l->kind == LIFE_EDITS) status = springls_components(l->ctx, &parts, &count);
+    if (l->kind == LIFE_EDITS) status = springls_components(l->ctx, &components, &count);
     for (i = 0; i < count && status == SPRINGLS_OK; i++)
-        if (fabs(parts[i].volume) < s->smallest) s->smallest = fabs(parts[i].volume);
+        s->smallest = fmin(s->smallest, fabs(components[i].volume));
     s->volume = measures.volume;
     s->components = measures.components;
     s->euler = measures.euler;

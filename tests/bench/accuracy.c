@@ -1,5 +1,5 @@
-/* accuracy.c - tests that what README.md and docs/results.md promise stays true: motions with known answers, run with both
-   parameter sets, are no less accurate than when the table below was written. -v prints the figures for a new table. */
+/* accuracy.c - tests that the figures of README.md and docs/results.md stay true: motions with known answers, run with both
+   parameter sets, are about as accurate as when the table below was written. -v prints the figures for a new table. */
 #include "springls.h"
 
 #include "known_motions.h"
@@ -9,12 +9,12 @@
 
 enum { GRID = 64, ANY = 0 };
 
-/* A figure, the mean over the orders of the springls, may become this many times as large. */
+/* A figure, a mean over several orders of the springls, may grow by this factor. */
 static const double margin = 1.5;
 
-/* The figures that are bounded, and their least bounds, which are a digit that README.md prints: what is smaller is chance.
-   Distances are in voxels, volumes in percent; `bare` is the share of the zero level without springls, `excess` how much of the
-   surface's area the springls have too many or too few at the worst time. */
+/* The figures that are bounded, and their least bounds: the last digit that README.md prints, since smaller differences are chance.
+   Distances are in voxels, volumes in percent; `bare` is the share of the zero level without springls, `excess` the largest
+   difference between the springls' area and the surface's, as a share of the latter. */
 #define FIGURES(X)                                                                                                         \
     X(deformation, 0.001) X(tracking, 0.001) X(tracking_99, 0.001) X(halfway, 0.001) X(halfway_99, 0.001)                  \
     X(surface, 0.001) X(exact_to_zero, 0.001) X(exact_to_zero_99, 0.001) X(exact_to_springls, 0.001)                       \
@@ -27,13 +27,13 @@ static const char *const figure_names[FIGURE_COUNT] = {FIGURES(FIGURE_NAME)};
 #define FIGURE_LEAST(name, least) least,
 static const double least_bounds[FIGURE_COUNT] = {FIGURES(FIGURE_LEAST)};
 
-/* A motion, its topology, and the figures of the day when this was written; the bound is `margin` times those. NAN: the motion has
-   none: where a body does not come back there is no shape to compare with. */
+/* A motion, its topology, and its figures when this was written; bounds are `margin` times those. NAN: the motion has no such
+   figure, because the body does not come back to a shape to compare with. */
 struct row {
     enum known_motion motion;
     bool paper;               /* the paper's parameters; else the default ones */
-    int components[2], euler[2]; /* at half time and at the end; ANY: sheets are thinner than a voxel then */
-    double today[FIGURE_COUNT];
+    int components[2], euler[2]; /* at half time and at the end; ANY: a sheet is thinner than a voxel then */
+    double written[FIGURE_COUNT];
 };
 
 static const struct row rows[] = {
@@ -79,7 +79,8 @@ static const struct row rows[] = {
 
 static struct known_motions known;
 
-/* Takes the steps that suit the set: two voxels, or as many as the paper takes, or half a voxel. */
+/* Runs a row with the steps that suit its set: of two voxels; with the paper's set as many as the paper takes, else of half a
+   voxel. */
 static void run_row(const struct row *row, struct motion_case *c)
 {
     c->name = known.names[row->motion];
@@ -89,8 +90,8 @@ static void run_row(const struct row *row, struct motion_case *c)
     motion_run_all(c, 1, MOTION_ORDERS);
 }
 
-/* The mean of the sizes over the orders. */
-static double mean_size(const struct motion_case *c, enum motion_figure figure)
+/* Returns the mean absolute value of a figure over the orders. */
+static double mean_magnitude(const struct motion_case *c, enum motion_figure figure)
 {
     double sum = 0.0;
     for (int order = 0; order < MOTION_ORDERS; ++order) {
@@ -105,10 +106,10 @@ static void take_figures(const struct motion_case *c, double figures[FIGURE_COUN
         MOTION_deformation_mean, MOTION_tracking_mean, MOTION_tracking_q99, MOTION_halfway_mean, MOTION_halfway_q99,
         MOTION_surface_mean, MOTION_end_mean, MOTION_end_q99, MOTION_soup_mean, MOTION_volume_halfway, MOTION_volume_end};
     for (int k = 0; k < FIGURE_bare; ++k) {
-        figures[k] = mean_size(c, sources[k]);
+        figures[k] = mean_magnitude(c, sources[k]);
     }
-    figures[FIGURE_bare] = 1.0 - mean_size(c, MOTION_covered_mean);
-    figures[FIGURE_excess] = fmax(1.0 - mean_size(c, MOTION_coverage_least), mean_size(c, MOTION_coverage_most) - 1.0);
+    figures[FIGURE_bare] = 1.0 - mean_magnitude(c, MOTION_covered_mean);
+    figures[FIGURE_excess] = fmax(1.0 - mean_magnitude(c, MOTION_coverage_least), mean_magnitude(c, MOTION_coverage_most) - 1.0);
 }
 
 static void print_row(const struct motion_case *c, const double figures[FIGURE_COUNT])
@@ -141,11 +142,11 @@ TEST accuracy_is_kept(const struct row *row)
         print_row(&c, figures);
     }
     for (int k = 0; k < FIGURE_COUNT; ++k) {
-        const double bound = fmax(margin * row->today[k], least_bounds[k]);
-        ASSERT_EQm(figure_names[k], isnan(row->today[k]), isnan(figures[k]));
+        const double bound = fmax(margin * row->written[k], least_bounds[k]);
+        ASSERT_EQm(figure_names[k], isnan(row->written[k]), isnan(figures[k]));
         if (figures[k] > bound) {
             printf("\n  %s: %s is %.3g, at most %.3g is allowed, it was %.3g\n", c.name, figure_names[k], figures[k], bound,
-                   row->today[k]);
+                   row->written[k]);
             FAILm(figure_names[k]);
         }
     }

@@ -1,7 +1,7 @@
-/* fuzz.h - what the fuzzers share: values from bytes, and what holds for a model whatever has been done to it.
+/* fuzz.h - what the fuzzers share: values from bytes, and the invariants of a model.
 
    A fuzzer is a file fuzz_NAME.c with the function LLVMFuzzerTestOneInput. libFuzzer calls it (make fuzz); linked with replay.c
-   it is a test, which runs the inputs of seeds/NAME and some random ones. What does not hold ends the program. */
+   it is a test, which runs the inputs of seeds/NAME and some random ones. A failed check ends the program. */
 #ifndef FUZZ_H
 #define FUZZ_H
 
@@ -49,7 +49,7 @@ FIXTURE float fuzz_between(fuzz_bytes *b, float low, float high)
     return low + (high - low) * (float)fine / 65535.0f;
 }
 
-/* Returns a number in [low, high], or one of those that go wrong: one time in sixteen. */
+/* Returns a number in [low, high] or, one time in sixteen, a critical one such as NaN. */
 FIXTURE float fuzz_float(fuzz_bytes *b, float low, float high)
 {
     static const float odd[] = { 0.0f, -0.0f, 1.0f, -1.0f, 0.5f, 1e-6f, -1e-6f, FLT_MIN, 1e-45f, 1e6f, -1e6f, 1e12f, FLT_MAX,
@@ -61,7 +61,7 @@ FIXTURE float fuzz_float(fuzz_bytes *b, float low, float high)
     return odd[kind];
 }
 
-/* ---- what holds ---- */
+/* ---- invariants ---- */
 
 /* Checks that every springl is finite, and that ids are unique. */
 FIXTURE void fuzz_check_springls(springls_context *ctx)
@@ -92,7 +92,7 @@ FIXTURE void fuzz_check_surface(springls_context *ctx)
     springls_measures measures;
     springls_mesh mesh;
     bool done = false;
-    springls_step_continue(ctx, HUGE_VAL, &done); /* a step in progress, of which phi would be read; it may fail */
+    springls_step_continue(ctx, HUGE_VAL, &done); /* phi of a step in progress may not have followed; the step may fail */
     FUZZ_CHECK(done && springls_measure(ctx, &measures) == SPRINGLS_OK);
     FUZZ_CHECK(phi && springls_copy_level_set(ctx, phi) == SPRINGLS_OK);
     for (i = 0; i < voxels; i++) {
@@ -135,7 +135,7 @@ FIXTURE void fuzz_check_snapshot(springls_context *ctx)
     free(copy);
 }
 
-/* Checks all of it; memory may not be short here. */
+/* Checks all invariants. No allocation may fail meanwhile. */
 FIXTURE void fuzz_check_model(springls_context *ctx)
 {
     fuzz_check_surface(ctx);
@@ -143,7 +143,7 @@ FIXTURE void fuzz_check_model(springls_context *ctx)
     fuzz_check_snapshot(ctx);
 }
 
-/* Checks that a failure has its sentence. */
+/* Checks that a status is a known one, and that a failure has a sentence of one line. */
 FIXTURE void fuzz_check_status(springls_context *ctx, springls_status status)
 {
     FUZZ_CHECK(status <= SPRINGLS_OK && status >= SPRINGLS_BAD_SNAPSHOT);

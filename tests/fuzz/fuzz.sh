@@ -1,7 +1,7 @@
 #!/bin/sh
-# fuzz.sh NAME MINUTES: runs build/fuzz/NAME on its seeds and on what it makes of them. Prints runs and coverage, and fails when it
-# has found something: then build/fuzz/NAME-* are the inputs; those of before are in build/fuzz/found. A finding ends a run, and the
-# next one begins, up to MOST_RUNS.
+# fuzz.sh NAME MINUTES: runs build/fuzz/NAME on its seeds and on inputs made from them. Prints runs and coverage. Fails when there
+# are findings: their inputs are build/fuzz/NAME-*; earlier ones are moved to build/fuzz/found. A finding ends the process, and
+# another one begins, up to MOST_RUNS.
 set -u
 name=$1 minutes=$2 most_runs=20
 log=build/fuzz/$name.log

@@ -1,5 +1,5 @@
-/* fuzz_calls.c - any public calls in any order, with numbers and sizes in and out of range, and memory that fails now and then:
-   each ends with a status and its sentence, the model stays whole, and nothing is lost. */
+/* fuzz_calls.c - any public calls in any order, with numbers and sizes in and out of range, and allocations that fail now and then:
+   each returns a status, and after a failure a sentence, the model keeps its invariants, and nothing leaks. */
 #include "fuzz.h"
 
 enum { MOST_CALLS = 24, MOST_SUB_STEPS = 8, MOST_CHANGES = 4, MOST_SIDE = 24 };
@@ -14,11 +14,11 @@ typedef struct bench {
     springls_grid_desc grid;
     float voxels[MOST_SIDE * MOST_SIDE * MOST_SIDE];
     int reports_left;              /* progress is cancelled after these */
-    int memory_fails;              /* in this call */
+    int memory_fails;              /* an allocation of this call may fail */
     float wind[3];
 } bench;
 
-static int count_report(void *user, float fraction)
+static int report_progress(void *user, float fraction)
 {
     bench *t = (bench *)user;
     FUZZ_CHECK(fraction >= 0.0f && fraction <= 1.0f);
@@ -61,7 +61,7 @@ static springls_status set_shape(bench *t)
     }
 }
 
-/* Fills the volume with the values of blocks of the input, repeated. */
+/* Fills the volume with 32 values of the input, each in a run of voxels, repeated. */
 static void fill_voxels(bench *t)
 {
     float values[32];
@@ -82,7 +82,7 @@ static springls_status set_volume(bench *t)
     return springls_set_labels(t->ctx, labels, fuzz_choice(&t->b, 5) - 1);
 }
 
-/* The springls that there are, changed a little, as a new model. */
+/* Sets a new model from the present springls, some numbers of which are changed. */
 static springls_status set_springls(bench *t)
 {
     int i, k, n = springls_count(t->ctx);
@@ -139,13 +139,13 @@ static springls_forces any_forces(bench *t)
     return forces;
 }
 
-/* A step of at most MOST_SUB_STEPS sub-steps, unless a number is odd. */
+/* Returns a step of at most MOST_SUB_STEPS sub-steps, unless a number is critical (fuzz_float). */
 static springls_step_desc any_step(bench *t, const springls_forces *forces)
 {
     springls_mode mode = (springls_mode)fuzz_choice(&t->b, 3);
     springls_step_desc step = fixture_step(forces, mode, fuzz_float(&t->b, 0.0f, 2.0f));
-    float way = fabsf(step.dt) * 2.0f * sqrtf(3.0f) * 2.0f;
-    step.max_displacement = fuzz_choice(&t->b, 4) ? way / MOST_SUB_STEPS + 0.5f : 0.0f;
+    float displacement = fabsf(step.dt) * 2.0f * sqrtf(3.0f) * 2.0f; /* the largest that any_forces can make */
+    step.max_displacement = fuzz_choice(&t->b, 4) ? displacement / MOST_SUB_STEPS + 0.5f : 0.0f;
     if (fuzz_choice(&t->b, 16) == 0) step.max_displacement = fuzz_float(&t->b, 0.3f, 3.0f);
     step.one_to_one = fuzz_choice(&t->b, 6) == 0;
     step.stop_at_topology = fuzz_choice(&t->b, 6) == 0;
@@ -185,7 +185,7 @@ static springls_status stage(bench *t)
 
 /* ---- settings ---- */
 
-/* Changes words of the parameters: every member is one. Numbers of iterations stay small. */
+/* Changes members of the parameters, which have four bytes each. Numbers of iterations stay small. */
 static springls_status set_params(bench *t)
 {
     springls_params params = springls_get_params(t->ctx);
@@ -258,7 +258,7 @@ static springls_status remodel(bench *t)
     return springls_smooth(t->ctx, fuzz_float(&t->b, 0.0f, 2.0f), keep_volume);
 }
 
-/* One snapshot in sixteen is cut short. */
+/* Restores the model from its own snapshot; one in sixteen is cut short. */
 static springls_status restore(bench *t)
 {
     springls_snapshot_kind kind = (springls_snapshot_kind)fuzz_choice(&t->b, 3);
@@ -276,7 +276,7 @@ static springls_status restore(bench *t)
     return status;
 }
 
-/* ---- questions ---- */
+/* ---- queries ---- */
 
 static springls_status query(bench *t)
 {
@@ -378,7 +378,7 @@ static springls_status read_out(bench *t)
     return status;
 }
 
-/* Neighbours of the original surface's triangles: any, one of which may be out of range. */
+/* Writes any neighbours of the original surface's triangles; one may be out of range. */
 static void any_neighbors(bench *t, int *neighbors, int given)
 {
     int i, stride = 1 + fuzz_choice(&t->b, 200);
@@ -388,7 +388,8 @@ static void any_neighbors(bench *t, int *neighbors, int given)
     neighbors[i] = fuzz_choice(&t->b, 2) ? given : -2;
 }
 
-/* Seams of the mesh, whose corners have values that repeat; then the corners' places on the original surface, and values there. */
+/* Finds seams of the mesh, whose corners have values that repeat, then the corners' places on the original surface, and values
+   there. */
 static springls_status seams(bench *t)
 {
     int i, given = springls_material_triangle_count(t->ctx), corners, channels = fuzz_choice(&t->b, 3), repeat;
@@ -434,7 +435,7 @@ static springls_status set_time(bench *t)
 
 /* ---- the run ---- */
 
-/* Begins with a ball in the middle, so that most calls have a model. */
+/* Creates the contexts, and sets a ball in the middle so that most calls have a model. */
 static bool begin(bench *t)
 {
     springls_desc desc = fixture_desc(0, NULL);
@@ -445,7 +446,7 @@ static bool begin(bench *t)
     if (!desc.follow) desc.grid.size[1] -= fuzz_choice(&t->b, 4);
     if (fuzz_choice(&t->b, 8) == 0) desc.grid.spacing[0] = desc.grid.spacing[1] = desc.grid.spacing[2] = 0.5;
     desc.max_springls = fuzz_choice(&t->b, 4) ? 2000 : fuzz_choice(&t->b, 256);
-    desc.progress.report = count_report;
+    desc.progress.report = report_progress;
     desc.progress.user = t;
     if (fuzz_choice(&t->b, 2)) desc.tasks = fixture_tasks(&t->workers, 3, 0);
     desc.backend = NULL;
@@ -461,7 +462,7 @@ static bool begin(bench *t)
     return true;
 }
 
-/* Seeds were made of nineteen calls: bytes from 247 on stand for one that has come since. */
+/* Makes a call. The seeds are from when there were nineteen: bytes from 247 on choose a later one. */
 static springls_status any_call(bench *t)
 {
     static springls_status (*const calls[])(bench *) = {

@@ -6,7 +6,7 @@
 #include "../../examples/common/pictures/image.h"
 #include "../../examples/common/registration/points.h"
 
-/* Every coordinate is a number. */
+/* Checks that every coordinate is finite. */
 static void check_points(const float *points, size_t count)
 {
     size_t i;

@@ -24,6 +24,32 @@ static void box_corners(fuzz_bytes *b, float high, float *positions)
         for (k = 0; k < 3; k++) positions[3 * i + k] = i >> k & 1 ? up[k] : low[k];
 }
 
+/* A mesh as springls_set_mesh takes it. */
+typedef struct any_mesh {
+    float positions[3 * MOST_POINTS];
+    int triangles[3 * MOST_TRIANGLES], points, count;
+} any_mesh;
+
+/* Makes a mesh of boxes, single points and single triangles, until the input or the room ends. */
+static void make_mesh(fuzz_bytes *b, any_mesh *mesh)
+{
+    int k;
+    mesh->points = mesh->count = 0;
+    while (b->left && mesh->points + 8 <= MOST_POINTS && mesh->count + 12 <= MOST_TRIANGLES) {
+        if (fuzz_choice(b, 3) == 0) {
+            box_corners(b, 20.0f, mesh->positions + 3 * mesh->points);
+            mesh->count += box_triangles(mesh->points, mesh->triangles + 3 * mesh->count);
+            mesh->points += 8;
+        } else if (fuzz_choice(b, 2) == 0) {
+            for (k = 0; k < 3; k++) mesh->positions[3 * mesh->points + k] = fuzz_float(b, -2.0f, 34.0f);
+            mesh->points++;
+        } else {
+            for (k = 0; k < 3; k++) mesh->triangles[3 * mesh->count + k] = (int)(int8_t)fuzz_byte(b) % (mesh->points + 2);
+            mesh->count++;
+        }
+    }
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     fuzz_bytes b = { data, size };
@@ -33,27 +59,16 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     springls_mesh_report report;
     springls_status status;
     fixture_heap heap;
-    float positions[3 * MOST_POINTS];
-    int triangles[3 * MOST_TRIANGLES], points = 0, count = 0, k;
+    any_mesh mesh;
+    int k;
     for (k = 0; k < 3; k++) desc.grid.size[k] = 4 + fuzz_choice(&b, 28);
     params.split_input = fuzz_choice(&b, 3) != 0;
     desc.allocator = fixture_allocator(&heap);
     desc.max_springls = 2000;
     FUZZ_CHECK(springls_create(&desc, &ctx) == SPRINGLS_OK);
-    while (b.left && points + 8 <= MOST_POINTS && count + 12 <= MOST_TRIANGLES) {
-        if (fuzz_choice(&b, 3) == 0) {
-            box_corners(&b, 20.0f, positions + 3 * points);
-            count += box_triangles(points, triangles + 3 * count);
-            points += 8;
-        } else if (fuzz_choice(&b, 2) == 0) {
-            for (k = 0; k < 3; k++) positions[3 * points + k] = fuzz_float(&b, -2.0f, 34.0f);
-            points++;
-        } else {
-            for (k = 0; k < 3; k++) triangles[3 * count + k] = (int)(int8_t)fuzz_byte(&b) % (points + 2);
-            count++;
-        }
-    }
-    status = springls_set_mesh(ctx, positions, points, 0, triangles, count, fuzz_choice(&b, 2) ? &report : NULL);
+    make_mesh(&b, &mesh);
+    status = springls_set_mesh(ctx, mesh.positions, mesh.points, 0, mesh.triangles, mesh.count,
+                               fuzz_choice(&b, 2) ? &report : NULL);
     fuzz_check_status(ctx, status);
     FUZZ_CHECK(status != SPRINGLS_OUT_OF_MEMORY);
     fuzz_check_model(ctx);

@@ -6,7 +6,8 @@ enum { SIZE = 16, MODELS = 3, MOST_BYTES = 1 << 22 };
 
 typedef struct original { uint8_t *bytes; size_t size; } original;
 
-/* A ball, one of the paper's parameters with an attribute, and one that follows its motion with components. */
+/* Makes one of three snapshots: of a ball; of one with the paper's parameters and an attribute; of one with components, in a window
+   that follows it. */
 static void make_original(int which, original *out)
 {
     springls_params params = which == 1 ? springls_paper_params() : springls_default_params();
@@ -30,7 +31,7 @@ static void make_original(int which, original *out)
     springls_destroy(ctx);
 }
 
-/* Changes words near the start, where counts and parameters are, or anywhere; or cuts the block. */
+/* Changes a word near the start, where counts and parameters are, or anywhere; or cuts the block short. */
 static void change(fuzz_bytes *b, uint8_t *bytes, size_t *size)
 {
     static const uint32_t odd[] = { 0u, 1u, 0x7fffffffu, 0x80000000u, 0xffffffffu, 0x7fc00000u, 0x7f800000u, 0x10000u };

@@ -1,10 +1,10 @@
-/* fuzz_surface.c - files of meshes and of characters: read, or refused in a line. The first byte chooses the name's end. */
+/* fuzz_surface.c - files of meshes and of characters: read, or refused in a line. The first byte chooses the extension. */
 #define _POSIX_C_SOURCE 200809L
 #include "fuzz_file.h"
 #include "../../examples/common/character/character.h"
 #include "../../examples/common/surface/mesh_io.h"
 
-/* assimp 5.2 loses memory of its own on some broken files; without frame pointers the sanitizer does not see whose it is. */
+/* assimp 5.2 leaks memory of its own on some broken files. It has no frame pointers: only slow unwinding shows whose leak it is. */
 const char *__lsan_default_suppressions(void);
 const char *__lsan_default_suppressions(void) { return "leak:libassimp\n"; }
 const char *__asan_default_options(void);

@@ -1,9 +1,9 @@
-/* fuzz_volume.c - files of images: read, or refused in a line. The first byte chooses the name's end. */
+/* fuzz_volume.c - files of images: read, or refused in a line. The first byte chooses the extension. */
 #define _POSIX_C_SOURCE 200809L
 #include "fuzz_file.h"
 #include "../../examples/common/imaging/volume.h"
 
-/* teem 1.12 loses memory of its own on some broken headers of NRRD files. */
+/* teem 1.12 leaks memory of its own on some broken headers of NRRD files. */
 const char *__lsan_default_suppressions(void);
 const char *__lsan_default_suppressions(void) { return "leak:libteem\n"; }
 

@@ -1,5 +1,5 @@
-/* replay.c - a fuzzer as a test: runs its seeds, and random inputs that are the same everywhere. What does not hold ends the
-   program. FUZZ_NAME: the fuzzer. Arguments that are files are run instead. */
+/* replay.c - a fuzzer as a test: runs its seeds, and random inputs that are the same everywhere; or the files that are its
+   arguments. A failed check ends the program. FUZZ_NAME: the fuzzer. */
 #define _POSIX_C_SOURCE 200809L
 #include "fuzz.h"
 #include <dirent.h>

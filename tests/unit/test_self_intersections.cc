@@ -60,7 +60,7 @@ TEST no_triangles_cross(int kind, const char *variable, int usual)
         springls_mesh mesh;
         springls_measures measures;
         Mesh judged;
-        ASSERT_EQ(SPRINGLS_OK, life_go(&l, length / LOOKS > 0 ? length / LOOKS : 1));
+        ASSERT_EQ(SPRINGLS_OK, life_advance(&l, length / LOOKS > 0 ? length / LOOKS : 1));
         ASSERT_EQ(SPRINGLS_OK, springls_extract_mesh(l.ctx, &mesh));
         ASSERT_EQ(SPRINGLS_OK, springls_measure(l.ctx, &measures));
         ASSERT(to_cgal(mesh, judged)); /* edges of two triangles, in order */
@@ -83,7 +83,7 @@ TEST closest_places_agree(void)
     life l, moved;
     ASSERT_EQ(SPRINGLS_OK, life_begin(&l, LIFE_FLOW));
     ASSERT_EQ(SPRINGLS_OK, life_begin(&moved, LIFE_FLOW));
-    ASSERT_EQ(SPRINGLS_OK, life_go(&moved, 50));
+    ASSERT_EQ(SPRINGLS_OK, life_advance(&moved, 50));
     ASSERT_EQ(SPRINGLS_OK, springls_extract_mesh(l.ctx, &before));
     ASSERT_EQ(SPRINGLS_OK, springls_extract_mesh(moved.ctx, &after));
     ASSERT(to_cgal(before, judged));
