@@ -1,10 +1,10 @@
-/* minimal.c - a surface moving in twenty lines: a ball of springls in a whirl that drags its top round faster. */
+/* minimal.c - a surface moving in twenty lines: a ball of springls in a vortex that turns its top faster. */
 #define SPRINGLS_IMPLEMENTATION
 #include "springls.h"
 #include <stdio.h>
 
 /* Evaluates a velocity field at a batch of points: voxels in, voxels a unit of time out. */
-static void whirl(void *user, const float *x, int count, float time, float *v)
+static void vortex(void *user, const float *x, int count, float time, float *v)
 {
     (void)user, (void)time;
     for (int i = 0; i < count; i++, x += 3, v += 3) {
@@ -24,7 +24,7 @@ int main(void)
     springls_measures m;
 
     desc.grid.size[0] = desc.grid.size[1] = desc.grid.size[2] = 64;
-    forces.velocity = whirl;
+    forces.velocity = vortex;
     step.forces = &forces;
     step.dt = 0.02f;
     if (springls_create(&desc, &model) != SPRINGLS_OK) return puts(springls_create_error(&desc)), 1;
