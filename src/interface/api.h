@@ -79,7 +79,7 @@ SPRINGLS_API const char *springls_status_string(springls_status status);
 /* Returns the SPRINGLS_VERSION that the implementation was compiled with. */
 SPRINGLS_API int springls_version(void);
 
-/* Returns the same version as "major.minor.patch". */
+/* Returns the version that the implementation was compiled with as "major.minor.patch". */
 SPRINGLS_API const char *springls_version_string(void);
 
 /* ---- >>host:api: what the caller may supply; zero-initialised members mean the default ---------------------------- */
@@ -319,12 +319,12 @@ SPRINGLS_API springls_status springls_set_reference_mesh(springls_context *ctx, 
    as in views, 9 floats of vertices and 3 of the particle a springl.
    - vertices NULL: each triangle moves by as much as its particle, without turning. particles NULL: each particle keeps its
      barycentric coordinates in its triangle, and its offset from there. Everything else of a springl stays.
-   - The level set follows in the next step, as after springls_advect. What springls have moved since it last followed adds up:
-     up to params.band_half_width + 1 voxels phi is carried along, beyond that it is recomputed. Move springls by at most two
+   - The level set follows in the next step, as after springls_advect. Motion since it last followed adds up: phi is carried along
+     up to params.band_half_width + 1 voxels, and recomputed beyond that. Move springls by at most two
      voxels from one step to the next. A step without forces, springls_step_desc all zero, makes it follow at once;
      springls_combine, _offset, _smooth and _remesh take such a step first. With
-     params.carry_level_set = 0 it follows by eq. 23, as far as springls may advect there. springls_unsigned_to_signed makes
-     phi anew after a motion of any size.
+     params.carry_level_set = 0 it follows by eq. 23, as far as springls may advect there. springls_unsigned_to_signed
+     recomputes phi after a motion of any size.
    - Springls may leave the grid, as by springls_advect; the level set ends at its border.
    - With a backend only the range is sent to the device.
    INVALID_ARGUMENT: the range is not one of springls_count springls, both arrays are NULL with count > 0, or a step is in
@@ -410,9 +410,9 @@ typedef struct springls_forces {
                                       shapes and meshes are; velocities, pressures and samples are world units a unit of time,
                                       affine maps are of the world, and curvature_weight is in squared world units (of a
                                       uniform spacing). Forces then run on the host                                 */
-    float region_lower[3], region_upper[3]; /* voxels: no springl moves whose particle is outside this box when a step or
-                                      sub-step begins, and none is visited there: a tool that acts in one place costs what
-                                      moves. Both all zero: everywhere                                              */
+    float region_lower[3], region_upper[3]; /* voxels: springls whose particle is outside this box when a step or sub-step
+                                      begins do not move and are not visited: a tool that acts in one place takes time
+                                      for the springls there alone. Both all zero: everywhere                       */
 } springls_forces;
 
 /* Returns forces that add nothing, with all weights 1. Zeroed ones mean the same. */
@@ -543,8 +543,8 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
                                                size_t *size);
 
 /* Replaces the model by a snapshot of `size` bytes; springls_stats.seconds stay as they are. BAD_SNAPSHOT: it is cut short,
-   altered, of another grid, or has what this version does not have. After any failure the model is unchanged. It is taken
-   whole, also where it has more springls than this context's max_springls: then none are added until there are fewer. */
+   altered, of another grid, or has what this version does not have. After any failure the model is unchanged. A snapshot of
+   more springls than this context's max_springls is restored too: then none are added until there are fewer. */
 SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *snapshot, size_t size);
 
 /* ---- >>read:api: the springls, in voxel coordinates unless a comment names another unit --------------------------- */
@@ -578,8 +578,8 @@ SPRINGLS_API springls_status springls_extract_surfels(springls_context *ctx, flo
 
 /* ---- >>events:api: components with ids that last, and what happens to them (params.components) --------------------- */
 
-/* Describes a component of the model: a body, which is what is connected inside the zero level, or a cavity, which is what is
-   connected outside and enclosed by a body, such as a bubble. World units. */
+/* Describes a component of the model: a body, a connected part of the inside of the zero level, or a cavity, a connected part of
+   the outside that a body encloses, such as a bubble. World units. */
 typedef struct springls_component {
     uint32_t id;            /* from 1; no other component of this model ever gets it                                */
     bool cavity;
@@ -624,8 +624,8 @@ typedef struct springls_event {
     const springls_component *before, *after; /* the parts as they were before and after; birth, death: none, NULL  */
 } springls_event;
 
-/* Lists what has happened since the last step began, in order of time. What springls_combine, _offset, _remesh or a stage call
-   does is listed too: it is found by this call, or when the next step begins. Conditions and ownership as for
+/* Lists the events since the last step began, in order of time. Those of springls_combine, _offset, _remesh or a stage call are
+   listed too: they are found by this call, or when the next step begins. Conditions and ownership as for
    springls_components. Parts of a few voxels are included: their volumes show which. */
 SPRINGLS_API springls_status springls_events(springls_context *ctx, const springls_event **events, int *count);
 
@@ -674,14 +674,14 @@ typedef struct springls_chunks_desc {
     bool correspondences; /* fill springls_chunk.correspondences and ids, which take most of the time of a chunk     */
 } springls_chunks_desc;
 
-/* Remembers what one consumer has received. A context may have any number of them. */
+/* Remembers which chunks one consumer has received. A context may have any number of consumers. */
 typedef struct springls_chunks springls_chunks;
 
-/* Creates such a memory, by the context's allocator; desc NULL: the defaults. On failure *out is NULL. */
+/* Creates the memory of a consumer, by the context's allocator; desc NULL: the defaults. On failure *out is NULL. */
 SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const springls_chunks_desc *desc,
                                                     springls_chunks **out);
 
-/* Frees it, before its context is destroyed; NULL is allowed. */
+/* Frees the memory of a consumer, before its context is destroyed; NULL is allowed. */
 SPRINGLS_API void springls_chunks_destroy(springls_context *ctx, springls_chunks *chunks);
 
 /* Lists the chunks that have changed since the last call, in brick order; at first all, and a vanished one without
@@ -902,7 +902,7 @@ typedef enum springls_operation {
    - The original surface becomes both originals together: triangles of the other are numbered from this model's
      springls_material_triangle_count on, as it was before the call.
    - With params.contact = SPRINGLS_CONTACT_SEPARATE solids that are united stay two bodies, as far as their springls stay; after
-     the other operations bodies are found anew.
+     the other operations bodies are found again.
    - The other model must be another context. It stays as it is, but for a step in progress, which is completed first.
    EMPTY_MODEL: one of the two had no springls, and the model stays as it is; or nothing is left, and the model is empty.
    After OUT_OF_MEMORY the model is empty. */

@@ -13,12 +13,12 @@
      points     each particle p remembers its place a on the original surface
      phi        a signed distance on a sparse voxel grid, negative inside; its zero level is a watertight surface
 
-   Springls carry detail and correspondence. phi shows what is inside, where springls are missing and where there are too
-   many. The topology changes by itself, or is preserved on request.
+   Springls carry detail and correspondence. phi shows what is inside, and where springls are missing or too many. The topology
+   changes by itself, or is preserved on request.
 
    The paper's words:
 
-     springl           a particle, three springs and a triangle: one element of the surface
+     springl           a particle, three springs and a triangle: an element of the surface
      constellation     all springls of a model
      correspondence    a: the place on the original surface that a particle came from
      original surface  the model as it was set; its signed distance is phi_ref
@@ -41,14 +41,14 @@
      1. Take springls_default_desc(), or zero a springls_desc, and set grid.size. spacing, origin and direction place the voxels
         in the world. Units: shapes, meshes and answers are in world units; springls, views and forces in voxels.
         Hooks for memory, threads, log, progress and trace are optional.
-     2. springls_create(&desc, &ctx). springls_create_error(&desc) returns why it refuses a description.
+     2. springls_create(&desc, &ctx). springls_create_error(&desc) returns why a description is refused.
      3. Set a surface: springls_set_mesh, _set_level_set, _set_labels, _set_threshold, _set_implicit or _set_springls. Each
         replaces the model and makes it the original surface: a = p.
      4. Fill a springls_forces: callbacks for batches of points, or sampled grids. Points are voxel coordinates, speeds are
         voxels a unit of time; with world_units both are of the world. Or move springls yourself: see MOTION FROM OUTSIDE.
      5. Fill a springls_step_desc: forces, mode, dt, max_displacement. With max_displacement = 2, dt may be as long as you
         like: it is divided into sub-steps of at most two voxels. With dt = 0 a step is as long as max_displacement allows.
-     6. springls_step or springls_run. Check the status; springls_last_error has the sentence.
+     6. springls_step or springls_run. Check the status; springls_last_error returns why a call has failed.
      7. Read: springls_extract_mesh (watertight), springls_view_* (no copy), springls_sample_distance, springls_raycast and
         springls_closest (on the watertight surface too), springls_measure ...
      8. springls_mesh_free for meshes, springls_destroy for the context.
@@ -81,17 +81,17 @@
 
      stage              paper   default   does
      advect             every   every     moves springls by the forces
-     relax              every   Mth       lets each springl seek equilibrium with its neighbours; every step with pressure
+     relax              every   Mth       lets each springl seek equilibrium with its neighbours; on every step with pressure
                                           or curvature, without a velocity, or with one_to_one
      contract           Mth     -         removes, reshapes or merges springls
      resample           Mth     -         splits large springls
      relax              Mth     -
      keep_edges         -       Mth       turns springls at sharp edges to their own side; only in models that have such
-                                          edges, and every step where relax is
+                                          edges, and on every step where relax is
      project            -       every     carries phi along with the springls, and makes it their distance
      evolve, rebuild    4 x     -         moves phi towards the springls; makes it a distance again
      (orientation)      Mth     Mth       turns triangles that face against grad phi (section 4.3.1);
-                                          with keep_thin not those that stand aslant of it
+                                          with keep_thin, not those that are nearly parallel to it
      contract           -       Mth
      resample           -       Mth
      fill_gaps          Mth     Mth       adds springls where the surface is bare, and tracks them
@@ -106,7 +106,7 @@
      advect               every   every
      unsigned_to_signed   every   every     makes phi from the springls alone
      keep_edges           -       every
-     evolve, rebuild      4 x     3 x       at least 3 x where carry_level_set = 1, since there is nothing to carry
+     evolve, rebuild      4 x     3 x       at least 3 x where carry_level_set = 1, since phi is not carried here
      project              -       every
      relax                every   every
      fill_gaps            every   every
@@ -161,9 +161,9 @@
                               fill_gaps            the same
 
    keep_thin, nucleate and fill_from_springls keep sheets that are thinner than a voxel, which phi alone loses. Within such
-   a sheet the zero level may be islands: there the springls are the surface. They keep gaps between bodies, or between two
-   parts of one, alike: while the gap is thinner than a voxel phi may be one component, but the springls of both sides stay,
-   and drawn apart the bodies are what they were. Bodies whose surfaces have passed through each other by more than a tenth
+   a sheet the zero level may be islands: there the springls are the surface. The three also keep gaps between bodies, or between
+   parts of one: while a gap is thinner than a voxel phi may be one component, but the springls of both sides stay, and drawn
+   apart the bodies are as they were. Bodies whose surfaces have passed through each other by more than a tenth
    of a voxel have met, and merge.
 
 
@@ -231,31 +231,31 @@
 
    LAZY STEPS
 
-   With lazy_distance > 0 a step of SPRINGLS_MODE_FLUID, or a sub-step, may be lazy: it only advects. It is lazy if springls stay
-   near the place where phi last followed, and would with one more step like it. Summed over the steps since then,
+   With lazy_distance > 0 a step or sub-step of SPRINGLS_MODE_FLUID may be lazy: it only advects. It is lazy if springls are near
+   the place where phi last followed, and would still be after one more step like it. Summed over the steps since then,
 
      - the largest displacements are at most lazy_distance, and at most band_half_width + 0.5 voxel, beyond which phi is not known
        well enough; in models with thin sheets or gaps, whose sides may move against each other, at most 0.15 voxel;
      - springls turn or stretch by at most 0.18: the largest displacement of a vertex relative to its particle, as a share of
        their distance.
 
-   The step after that is a whole one: phi follows, and the other stages run as in the table of DATA FLOW. With resample_last = 1
-   it counts as several of resample_period where springls have moved far since phi last followed: one for each two voxels,
-   rounded, so that three voxels still count as one. So the default set resamples after about ten voxels.
+   The step after the last lazy one is whole: phi follows, and the other stages run as in the table of DATA FLOW. With
+   resample_last = 1 it counts as several of resample_period where springls have moved far since phi last followed: one for each
+   two voxels, rounded, so that three voxels still count as one. So the default set resamples after about ten voxels.
 
-   Where max_displacement cuts a step into sub-steps they are equal parts of the distance above, unless these would be shorter
-   than three quarters of max_displacement, or springls turn too much for two of them. A step with max_displacement that goes so
-   much further than those before it that phi could not be carried along makes phi follow first.
+   Where max_displacement cuts a step into sub-steps these are equal parts of the largest distance above, unless they would be
+   shorter than three quarters of max_displacement, or springls turn too much in two of them. When a step with max_displacement is
+   so much longer than those before it that phi could not be carried along, phi follows first.
 
      - Phi is never seen behind: every call that reads the level set makes it follow first. After a lazy step that takes the time
        of project once, and memory for a second phi. Springls stay as they are, and so do views of them.
      - Reading changes nothing that comes later: the next step goes on from the phi that the steps have left, and so do
        springls_snapshot and springls_state_hash. Calls that change the model make phi follow for good.
      - Every step is a whole one with a pressure, curvature_weight, stop_at_topology, volume_lock, components, contact SEPARATE,
-       topology PRESERVED, evolve_iterations or curvature; so are one in which nothing moves and one after springls_write or a
-       stage called alone. Where force callbacks read the level set, set lazy_distance = 0.
-     - The results are those of steps as long as lazy_distance: what phi would do in between, as when two bodies touch and
-       part again, is lost.
+       topology PRESERVED, evolve_iterations or curvature. Steps in which nothing moves, or after springls_write or a stage called
+       alone, are whole too. Where force callbacks read the level set, set lazy_distance = 0.
+     - The results are those of steps as long as lazy_distance: changes of phi in between, as when two bodies touch and part
+       again, are lost.
 
 
    CURVATURE
@@ -268,30 +268,31 @@
      params.curvature                  lambda of eq. 22, voxel. It acts in every step or sub-step, however long dt is.
        carry_level_set = 1             Springls and phi move by evolve_step lambda times the curvature, and at most by half of
                                        max_displacement. A ball has the radius sqrt(R^2 - 4 evolve_step lambda n) after n steps
-       carry_level_set = 0             Only phi moves, by as much in each iteration of eq. 23 where no springl is near. Near
-                                       springls it comes to rest at the distance lambda times the curvature from them
+       carry_level_set = 0             Only phi moves. Where no springl is near, each iteration of eq. 23 moves it by evolve_step
+                                       lambda times the curvature; near springls it comes to rest lambda times the curvature
+                                       away from them
 
    Steps are stable while weight times dt is below about one voxel^2.
 
 
    COVERAGE
 
-   With cover = 1 springls cover the surface once: relax ends by giving every springl the triangle of its share of the surface,
-   1.04 times as large. The share is the part of its tangent plane that is nearer to its particle than to those of its
+   With cover = 1 springls cover the surface once: relax ends by giving every springl a triangle 1.04 times as large as its
+   share of the surface. The share is the part of its tangent plane that is nearer to its particle than to those of its
    neighbours: its Voronoi cell. The triangle has the centroid and the elongation of the cell, and its corners where the cell
    has them, in the gaps between neighbours. A paraboloid is fitted to the neighbours' particles: the triangle is turned by its
    slopes, by 0.15 at most, and not beside sharp edges, and where the surface is bent its plane lies halfway between the
    particle and the surface at the corners, at most 0.1 voxel from the particle. So the particle is near the middle of its
    triangle and not in it; the normal is that of the triangle. kappa_int has no effect; the springs turn a triangle, and do not
-   size it. While they turn it, it is equilateral about its particle with arms of 0.45 voxel: longer ones would round creases
+   size it. Meanwhile the triangle is equilateral about its particle with arms of 0.45 voxel: longer ones would round creases
    off. Springls of the keep mask keep their triangles. On resampling steps, and in every step of SPRINGLS_MODE_ELASTIC, shares
-   are measured at the end, when springls have come and gone; in between triangles flow with the surface. A triangle's edges
-   stay below split_edge: where springls are further apart, fill_gaps adds some.
+   are measured at the end, after springls have been added and removed; in between triangles flow with the surface. A triangle's
+   edges stay below split_edge: where springls are further apart, fill_gaps adds some.
 
    springls_measures.coverage is the springls' area over the zero level's, about 1.06 from the first resampling on (without
    cover about 0.3). Of the zero level 87 to 91 % lie within a tenth of a voxel of a springl that faces the same way, and
-   13 % of two (examples leveque and zalesak, 64^3 and 128^3 voxels; docs/coverage.md). Triangles about scattered particles
-   leave gaps: for a closed surface take springls_extract_mesh. Where a sheet is about as thin as a voxel the zero level is off
+   13 % of two such springls (examples leveque and zalesak, 64^3 and 128^3 voxels; docs/coverage.md). Triangles about scattered
+   particles leave gaps: for a closed surface take springls_extract_mesh. Where a sheet is about as thin as a voxel the zero level is off
    the surface, and less of it is covered; where it is islands the coverage is higher, and on boxes of a few voxels, where
    corners of triangles stick out beyond edges.
 
@@ -316,14 +317,14 @@
    Springls need no field to move. A solver that has its own points (masses and springs, finite elements, a skeleton) finds a
    springl's point by the springl's index, id or attribute, never by its place, in one of two ways:
 
-     springls_write         puts springls where the solver has them, between two steps. The next step makes phi follow; with
-                            a springls_step_desc of zeros that is all it does besides relaxing and resampling
+     springls_write         puts springls where the solver has them, between two steps. The next step makes phi follow; a
+                            springls_step_desc of zeros does that, relaxes and resamples, and no more
      springls_forces        *_batch callbacks evaluate velocities, pressures and affine maps of springls whose indices and ids
                             they are given; a step divides itself by max_displacement
 
-   Splits, fills and removals give springls other indices at every resampling. What lasts is the id; springls_get_provenance
-   names the parent of a new springl. The simplest memory is an attribute with the policies COPY: the number of the solver's
-   point, which new springls take from the springl they were split from or added beside. examples/soft_body.c does that.
+   Splits, fills and removals give springls other indices at every resampling, but ids last; springls_get_provenance has the
+   parent of a new springl. The simplest way is an attribute with the policies COPY that holds the number of the solver's point:
+   new springls take it from the springl they were split from or added beside (examples/soft_body.c).
 
    springls_set_springls takes springls that a solver has made; springls_set_reference_mesh gives them an original surface.
 
@@ -332,11 +333,11 @@
 
    springls_add_attribute gives every springl some floats under a name. They follow through splits, fills and merges by the
    policies of its springls_attribute_desc: COPY for labels, BLEND for continuous values, SHARE for amounts. For colours,
-   weights and the like take BLEND for split, BLEND for fill and COPY for merge: of two springls that merge the elder keeps
-   place and correspondence, and so what belongs to them.
+   weights and the like take BLEND for split and fill and COPY for merge: of two springls that merge the elder keeps its place
+   and correspondence, to which such values belong.
 
-   Blending uses weights that are not negative and add up to 1. So values stay in their range, and channels that sum to 1
-   (bone weights) still do; of a function that curves over the original surface each interpolation loses a little.
+   Blending uses weights that are not negative and add up to 1: values stay in their range, and channels that sum to 1 (bone
+   weights) still do. Each interpolation smooths a function that curves over the original surface a little.
 
    A function of the mesh that was set need not be carried. springls_mesh_materials finds where on that mesh the vertices of
    an extracted mesh lie; springls_corner_materials finds the same for corners, on one side of every seam of texture
@@ -346,22 +347,22 @@
    finds the triangle, and the place in it, that each springl comes from: that is how values of triangles or vertices become an
    attribute.
 
-   springls_get_provenance reports of each springl whether it is original, split or filled, and its age. Attributes cost
-   nothing when there are none, and change nothing about the model. With a backend they live on the host, which reads what
-   it needs of the springls at each resampling. springls_combine, _combine_implicit, _offset, _smooth and _remesh keep
+   springls_get_provenance reports of each springl whether it is original, split or filled, and its age. Without attributes
+   nothing is computed for them; with them the model has the same bits. With a backend they live on the host, which reads the
+   springls that it needs at each resampling. springls_combine, _combine_implicit, _offset, _smooth and _remesh keep
    attributes as they keep springls.
 
 
    CONTACT
 
-   With contact = MERGE bodies that touch become one, as in every level set; what lies in both is gone. With contact = SEPARATE
+   With contact = MERGE bodies that touch become one, as in every level set; surfaces inside the union are removed. With SEPARATE
    each body keeps its surface, for fingers that touch, folds, and bodies that are pressed together and come apart:
 
      - Bodies are the components of the inside as they are in the first step with the switch: a body that touches itself merges.
        springls_combine adds those of the other model. New springls are of the body that they come from.
      - Springls of two bodies do not pull, bury, merge or fill each other. Those that lie in another body stay, but have no
        part in phi: while bodies overlap, phi, meshes, measures and volume_lock are those of their union.
-     - Drawn apart, bodies are what they were. Nothing keeps them from passing through each other: that is up to the forces, which
+     - Drawn apart, bodies are as they were. Nothing keeps them from passing through each other: that is up to the forces, which
        can distinguish bodies by springl (springls_batch) or by correspondence.
      - Components (EVENTS) are those of the union: while bodies overlap they are one, and one of them has a new id when they part.
        Correspondences and attributes distinguish bodies for good.
@@ -374,15 +375,15 @@
 
    REST
 
-   Work follows motion. A springl stirs when a point of it moves by more than 0.001 voxel, when it comes, and when it goes.
+   Work follows motion. A springl stirs when a point of it moves by more than 0.001 voxel, and when it is added or removed.
    Bricks of 8 x 8 x 8 voxels fall asleep when none has stirred in them, or in the 26 around, for resample_period + 1 steps.
    Those of a closed mesh are asleep from the start.
    Steps of SPRINGLS_MODE_FLUID leave the springls in bricks that are asleep, and phi there, as they are, to the bit; when all
-   sleep and nothing moves, a step ends after advect. Awake, springls at rest would go on turning as they relax, by which phi
-   moves to and fro by about 0.02 voxel: so far does a model asleep differ from one kept awake.
+   sleep and nothing moves, a step ends after advect. Springls at rest that are awake go on turning as they relax, which moves phi
+   to and fro by about 0.02 voxel: a model asleep differs by as much from one kept awake.
 
-     - What stirs in a brick or beside it wakes it, and so does springls_combine where it changes the model. springls_set_params,
-       stages that are called alone, inputs and the other tools wake all.
+     - A springl that stirs in a brick or beside it wakes the brick; springls_combine wakes those that it changes.
+       springls_set_params, stages that are called alone, inputs and the other tools wake all.
      - A tool that acts in one place states its box in springls_forces.region_lower and _upper: springls outside are not visited.
      - Nothing sleeps with evolve_iterations > 0, carry_level_set = 0 or volume_lock = 1.
 
@@ -392,16 +393,16 @@
    With components = 1 (or volume_lock = 1) the components of the model are followed: bodies, each connected inside the zero
    level, and cavities, each connected outside and enclosed by a body. springls_components lists them with volume, area and
    centroid; springls_events lists what has happened to them since the last step began: births, splits, mergers and
-   deaths, with the parts before and after and the place where they met or parted.
+   deaths, with the components before and after and the place where they met or parted.
 
      - Ids last. The largest part of a split keeps the id, and a merger has that of its largest part; other parts get new ids,
-       which are never used again. What splits and merges in one step has the ids as if it had split a step before.
+       which are never used again. A component that splits and merges in one step gets ids as if it had split a step before.
      - `build/soft_body --events` prints the events of a bar that is drawn out and tears.
      - Springls link a component before to one after: when they have in common at least a tenth of the springls of either, and
-       three of them or more than half. A component that no link leads to is born; one that no link leads from has died.
+       three of them or more than half. A component that is linked to none before is born; one linked to none after has died.
      - springls_component_ids has the body of each springl, springls_component_of that of any place: of vertices, chunks, rays.
      - Components are found at the end of a sub-step, on the host, in about the time of one stage; without the switch nothing is
-       computed. No step is lazy with it; else the model has the same bits with and without it. Snapshots hold components and
+       computed. With it no step is lazy; otherwise it changes no bit of the model. Snapshots hold components and
        events.
      - SPRINGLS_MODE_ADVECT_ONLY keeps the level set, and so its components.
 
@@ -432,24 +433,23 @@
 
      - When components merge, their volumes add up; when one splits, its parts share its volume in proportion to their own.
      - A component that appears from nothing keeps the volume that it appears with.
-     - Parts of less than 10 voxels count as belonging to the largest component; a model that is all smaller is not locked.
+     - Parts of less than 10 voxels count as belonging to the largest component; a model of such parts alone is not locked.
      - Forces that should grow or shrink the model have no effect on its volume: the switch is not for active contours.
      - It hides a loss of volume and improves nothing else. It is off in every figure that we report.
-     - springls_component.correction is the distance that each needed, springls_stats.volume_correction the largest.
+     - springls_component.correction is the distance by which a component moved, springls_stats.volume_correction the largest.
      - It takes 12 bytes a voxel of active bricks and 4 bytes an entry of the table of bricks (MEMORY).
 
 
    MEMORY
 
-   All memory comes from desc.allocator, or malloc, and is allocated only on the thread that called the library. phi and
-   omega live in bricks of 8 x 8 x 8 voxels that exist only near the surface, so memory grows with the area of the surface;
-   two tables, of the model and of the original, have one int a brick of the box around a body. The size of the grid costs
-   nothing: a small ball takes as much in 4096^3 voxels as in 256^3, and two of them at opposite corners no more than two
-   near to each other. A body that is 2000 voxels wide along each axis takes 64 MiB a table. A table of several bodies has at
-   worst the sum of their widths along each axis, and never more than the box around all: where some body is at nearly every
-   place along each axis the table is that of the box. Dense inputs need a byte and an int for each brick of the grid while they are set.
-   springls_memory_used returns the bytes held. Buffers grow and are reused; springls_reset keeps them, springls_destroy
-   returns them.
+   All memory comes from desc.allocator, or malloc, and is allocated only on the thread that called the library. phi and omega
+   live in bricks of 8 x 8 x 8 voxels that exist only near the surface, so memory grows with the area of the surface; two
+   tables, of the model and of the original, have one int a brick of the box around a body. The size of the grid costs nothing:
+   a small ball takes as much in 4096^3 voxels as in 256^3, and two of them at opposite corners no more than two near to each
+   other. A body that is 2000 voxels wide along each axis takes 64 MiB a table. The table of several bodies is along each axis
+   at most as long as the sum of their widths, and never longer than the box around all. Dense inputs need a byte and an int for
+   each brick of the grid while they are set. springls_memory_used returns the bytes held. Buffers grow and are reused;
+   springls_reset keeps them, springls_destroy returns them.
 
    Views (springls_view_*, springls_ids) belong to the context, until the next call that changes the model. A springls_mesh
    belongs to the caller, who frees it by springls_mesh_free. Arrays that are passed in are borrowed during the call.
@@ -526,10 +526,10 @@
    The same input gives the same bits for every number of threads, every division into ranges and every optimisation level,
    provided the compiler does not fuse a*b+c. GCC and clang obey pragmas in this header; other compilers, and clang with
    -ffp-contract=fast, need -ffp-contract=off. Flags that let the compiler change arithmetic (-ffast-math) break the
-   promise. springls_fp_contract_detected() reports whether a build does; springls_state_hash() compares states.
-   Threads of yours that flush denormal numbers to zero (FTZ, DAZ) change no bit. Where floats cannot be rounded as C has
-   them, the implementation does not compile, and one error says why: on the x87 unit (-msse2 -mfpmath=sse is needed), and
-   with tcc, which miscompiles functions that return structs of three floats.
+   promise. springls_fp_contract_detected() reports a build that breaks it; springls_state_hash() compares states.
+   Threads of yours that flush denormal numbers to zero (FTZ, DAZ) change no bit. In two cases the implementation does not compile,
+   with one error that gives the reason: on the x87 unit, which does not round as C does (-msse2 -mfpmath=sse is needed), and with
+   tcc, which miscompiles functions that return structs of three floats.
    Transcendental functions that the state depends on are the library's own. Force callbacks must be deterministic too.
 
 
@@ -539,7 +539,7 @@
      - Sheets thinner than about a voxel have no watertight zero level, though the default set keeps their springls (see
        DATA FLOW). Filaments of that thickness break. A sheet that runs askew with the unit normal n has voxels inside without
        a gap between them only if it is |n.x| + |n.y| + |n.z| voxels thick, at most 1.73: one of 1.2 may have hundreds of
-       handles from springls_set_implicit on. Choose the grid so that what matters is two voxels thick.
+       handles from springls_set_implicit on. Choose the grid so that the sheets that matter are two voxels thick.
      - A vertex has at most 8 neighbour edges (section 4.8).
      - Everything inside is float32, in voxel units.
      - OpenCL has a header of its own, springls_cl.h. springls_kernel_source() has the kernels' text for other hosts.
