@@ -7788,8 +7788,8 @@ SPRINGLS__MATHS float springls__patch_width2(springls__patch patch)
 
 #define SPRINGLS__DIRECTIONS 24 /* that are tried, at most: several for each side; a multiple of the lanes */
 
-/* Directions that may be those of sides: normals n of some of the springls about a place. Of the springls that face like each:
-   the mean direction (x, y, z), and their weight. */
+/* Directions that may be those of sides: normals n of some of the springls about a place; for each the mean direction (x, y, z) and
+   the weight of all springls that face like it. */
 typedef struct springls__directions {
     springls__v3 n[SPRINGLS__DIRECTIONS];
     float x[SPRINGLS__DIRECTIONS], y[SPRINGLS__DIRECTIONS], z[SPRINGLS__DIRECTIONS], weight[SPRINGLS__DIRECTIONS];
@@ -7927,8 +7927,9 @@ SPRINGLS__MATHS bool springls__faces_away(const springls__sides *sides, springls
     return true;
 }
 
-/* Finds the sides of the springls about a place, given their weights; 0 unless almost all springls are on one of them: at most a
-   sixth of the weight on none, other sheets left out, or half of that, judged by a smaller distance, with `certain`. */
+/* Finds the sides of the springls about a place, given their weights. There are none unless almost all springls lie on one:
+   springls on none, those of other sheets left out, may have a sixth of the weight. `certain`: half of that, and a smaller distance
+   counts as on a side. */
 SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight,
                                                      int count, float narrow, bool certain)
 {
@@ -8019,7 +8020,7 @@ SPRINGLS__MATHS void springls__gather_samples(const springls__model *model, spri
         float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / (radius * radius);
         if (i >= known || weight <= 0.0f) continue;
         if (springls__sample_set_add(samples, s->p, springls__springl_normal(*s), model->set.a[i], weight * weight, i)) continue;
-        if (radius < least) return; /* they lie on each other: these are enough */
+        if (radius < least) return; /* springls lie on each other: those of the set are enough */
         radius *= 0.8f;             /* too many: begin again */
         walk = springls__cell_walk_near(model, x, radius);
         samples->count = 0;
@@ -10275,8 +10276,8 @@ SPRINGLS__MATHS float springls__phi_of(const springls__grid *g, const int at[3])
 
 #define SPRINGLS__PART_WIDTH 16 /* voxels: no part as wide as that is small */
 
-/* A part of one side that is looked for: its voxels in the order in which they were found, the box around them, and a bit for each,
-   which it shares with the voxels PART_WIDTH away. */
+/* A connected part of the inside or outside: its voxels in the order in which they were found, the box around them, and a bit for
+   each; voxels PART_WIDTH apart have the same bit. */
 typedef struct springls__part {
     int at[SPRINGLS__LARGEST_SPECK + 1][3], count, lower[3], upper[3];
     uint32_t found[SPRINGLS__PART_WIDTH * SPRINGLS__PART_WIDTH / 2]; /* two rows each */
@@ -10371,7 +10372,7 @@ SPRINGLS__MATHS bool springls__is_mouth(const springls__grid *g, const int at[3]
         if (springls__phi_of(g, to) < 0.0f) continue;
         springls__part_begin(&part, to);
         bit = springls__part_bit(at, &word);
-        part.found[word] |= bit; /* closed: it is not passed through */
+        part.found[word] |= bit; /* counts as found, so that the part does not grow through it */
         if (springls__part_grow(g, SPRINGLS__LARGEST_SPECK, &part)) return true;
     }
     return false;
@@ -10453,8 +10454,8 @@ SPRINGLS__MATHS bool springls__is_joint_candidate(const springls__grid *g, const
     return false;
 }
 
-/* Returns true when voxel `at`, outside, is the best joint of a small part beside it. As every part has one joint, and all parts
-   have the same order of joints, no tunnel comes about. */
+/* Returns true when voxel `at`, outside, is the best joint of a small part beside it. Since every part has one joint, and all
+   parts have the same order of joints, no tunnel results. */
 SPRINGLS__MATHS bool springls__is_best_joint(const springls__model *model, const int at[3])
 {
     springls__part part;
@@ -10578,8 +10579,8 @@ SPRINGLS__MATHS bool springls__fills_puncture(const springls__grid *g, const int
 
 #define SPRINGLS__AROUND_PUNCTURE 3.0f /* neighbours outside, of six, at most */
 
-/* How many voxels a part of less than min_component has at most: in all, which are many where it is thin; those around one of them,
-   and itself; and those beside it. */
+/* The most voxels that a part of less than min_component may have: in all, many where it is thin; of a voxel and the 26 around it;
+   of the six beside a voxel. */
 typedef struct springls__speck_limits {
     int in_all, around;
     float beside;
@@ -12274,7 +12275,7 @@ SPRINGLS_API const char *springls_stage_name(springls_stage stage)
 /* resumable.h - stages that can be left between two phases and resumed later.
    A stage is a function that is called once for each of its phases: it does ctx->work.phase and returns springls__next_phase, or
    SPRINGLS_OK after its last phase. A phase ends with at most one loop over elements (springls__loop), which runs in pieces.
-   ctx->work holds what one phase leaves for the next. A stage that does not look at the phase has one. */
+   ctx->work holds what one phase leaves for the next. A stage that does not read the phase has one phase. */
 
 /* Ends a phase: `phase` of the same stage follows. */
 SPRINGLS__FN springls_status springls__next_phase(springls_context *ctx, int phase)
@@ -12338,9 +12339,8 @@ SPRINGLS__FN void springls__finish_loop(springls_context *ctx)
 /* Grains in the smallest piece. */
 enum { SPRINGLS__PIECE_GRAINS = 2 };
 
-/* Runs as much of the loop as takes a quarter of the time until `until` at its pace, at most twice as much as the piece before.
-   Elements differ in cost, and those of one kind follow each other: the pace is that of the piece before, or of a slower one not
-   long ago. */
+/* Runs as much of the loop as takes a quarter of the time until `until` at its pace, at most twice as much as the piece before. The
+   pace is that of the piece before, or of a slower one not long ago: elements differ in cost, and similar ones follow each other. */
 SPRINGLS__FN void springls__run_piece(springls_context *ctx, double until)
 {
     springls__pieces *loop = &ctx->work.loop;
@@ -13813,6 +13813,18 @@ SPRINGLS_API void springls_velocity_rotation(void *rotation_flow, const float *p
 /* forces.h - evaluates the caller's callbacks and sampled fields (eq. 1 and 2) for blocks of springls, on the host. The flows that
    need no callback are those of a kernel: kernels_embed/stages/advect.h. */
 
+SPRINGLS__FN bool springls__has_pressure(const springls_forces *f)
+{
+    return f->pressure || f->pressure_batch || f->pressure_grid.data;
+}
+
+SPRINGLS__FN bool springls__has_velocity(const springls_forces *f)
+{
+    return f->velocity || f->velocity_batch || f->velocity_grid.data;
+}
+
+SPRINGLS__FN bool springls__has_affine(const springls_forces *f) { return f->affine || f->affine_batch; }
+
 /* Returns true when the samples of a field are those of the model's own grid. */
 SPRINGLS__FN bool springls__is_on_own_grid(const springls_sampled_field *field)
 {
@@ -14034,8 +14046,8 @@ SPRINGLS__FN void springls__batch_points(springls_batch *batch, const springls__
 /* Returns whether any force reads the springls' normals. Where none does, they are not computed. */
 SPRINGLS__FN bool springls__reads_normals(const springls_forces *forces)
 {
-    return forces->pressure || forces->pressure_batch || forces->pressure_grid.data || forces->velocity_batch
-           || forces->affine_batch || forces->curvature_weight != 0.0f || forces->world_units;
+    return springls__has_pressure(forces) || forces->velocity_batch || forces->affine_batch || forces->curvature_weight != 0.0f
+           || forces->world_units;
 }
 
 /* Finds the flow at the particles of a block, where its points are at x. */
@@ -14065,7 +14077,7 @@ SPRINGLS__FN void springls__add_affine_maps(const springls__motion *motion, spri
     const springls_forces *forces = &motion->forces;
     springls_batch *batch = &block->batch;
     const springls_batch *given;
-    if (!forces->affine && !forces->affine_batch) return;
+    if (!springls__has_affine(forces)) return;
     springls__batch_points(batch, x, 0);
     given = springls__callback_batch(motion, block);
     if (forces->affine) {
@@ -14110,7 +14122,7 @@ SPRINGLS__FN void springls__path_residuals(const springls__motion *motion, sprin
     springls__v3 *along = block->along, *flow = block->flow_along, *residual = block->residual;
     int i, count = block->batch.count, n = SPRINGLS__MOVERS * count;
     memset(residual, 0, (size_t)count * sizeof *residual);
-    if (!motion->forces.velocity && !motion->forces.velocity_batch && !motion->forces.velocity_grid.data) return;
+    if (!springls__has_velocity(&motion->forces)) return;
     for (i = 0; i < n; i++) along[i] = springls__add(block->x[i], block->at[i]);
     springls__particle_flow(motion, block, along, rule->stage_time[3], flow);
     for (i = 0; i < count; i++) residual[i] = springls__sub(flow[i], block->flow[3][i]);
@@ -14326,8 +14338,7 @@ SPRINGLS__FN bool springls__kernel_can_displace(springls__motion *motion)
     float *n = motion->rule.flow_numbers;
     if (forces->world_units) return false;
     if (!motion->ctx->on_device && (forces->pressure_grid.data || forces->velocity_grid.data || motion->has_region)) return false;
-    if (forces->pressure || forces->affine || forces->pressure_batch || forces->velocity_batch || forces->affine_batch)
-        return false;
+    if (forces->pressure || forces->pressure_batch || forces->velocity_batch || springls__has_affine(forces)) return false;
     motion->rule.flow = SPRINGLS__FLOW_NONE;
     if (forces->velocity == springls_velocity_deformation) {
         const springls_deformation_flow *flow = (const springls_deformation_flow *)forces->user;
@@ -14383,8 +14394,8 @@ SPRINGLS__FN springls_status springls__forces_to_device(springls__motion *motion
 SPRINGLS__FN bool springls__has_no_force(const springls__motion *motion)
 {
     const springls_forces *f = &motion->forces;
-    return !f->pressure && !f->velocity && !f->affine && !f->pressure_batch && !f->velocity_batch && !f->affine_batch
-        && !f->pressure_grid.data && !f->velocity_grid.data && f->curvature_weight == 0.0f && motion->rule.smoothing == 0.0f;
+    return !springls__has_pressure(f) && !springls__has_velocity(f) && !springls__has_affine(f) && f->curvature_weight == 0.0f
+        && motion->rule.smoothing == 0.0f;
 }
 
 /* Displaces all springls, into moved_springls. Ends with a loop, after which springls__displaced is to be called. */
@@ -15021,7 +15032,7 @@ SPRINGLS__FN void springls__split_values_task(void *arg, int begin, int end)
     }
 }
 
-/* Gives springls known, known + 1, ... their values, and their other halves theirs. */
+/* Gives springls known, known + 1, ... and their other halves their values. */
 SPRINGLS__FN void springls__attributes_after_split(springls_context *ctx, int known)
 {
     springls__inherit_job job;
@@ -15163,8 +15174,8 @@ SPRINGLS__FN void springls__merge_values(const springls__attribute *attribute, i
         to[c] += attribute->merge == SPRINGLS_POLICY_SHARE ? from[c] : share * (from[c] - to[c]);
 }
 
-/* Passes the values of removed springls on. One that was removed because another was too close has merged with it: areas weigh
-   their values; one removed for another reason passes only sums (SHARE) on. */
+/* Passes the values of removed springls on. One that was removed because another was too close has merged with it: areas weight
+   their values. One removed for another reason passes only amounts (SHARE) on. */
 SPRINGLS__FN void springls__merge_all_values(springls_context *ctx, int count)
 {
     springls__merge_target *targets = (springls__merge_target *)ctx->attribute_memory[SPRINGLS__MERGE_TARGETS].data;
@@ -16158,8 +16169,8 @@ SPRINGLS__FN void springls__note_link(springls__largest_link *largest, double vo
     largest->link = link;
 }
 
-/* Gives ids: a component passes its own to its largest part, unless that has a larger part of another. So what splits and merges
-   in one step has the ids as if it had split in a step before. All others get new ones. */
+/* Gives ids: a component passes its own to its largest part, unless that has a larger part of another; all others get new ones.
+   Components that split and merge in one step get ids as if they had split a step before. */
 SPRINGLS__FN springls_status springls__assign_component_ids(springls_context *ctx, springls__component_graph *graph)
 {
     springls__current_component *item = graph->labels.item;
@@ -16241,7 +16252,7 @@ SPRINGLS__FN void springls__store_components(springls_context *ctx, const spring
     ctx->components_found = ctx->components_fresh = true;
 }
 
-/* ---- which label is whose ---- */
+/* ---- labels and ids ---- */
 
 /* Copies to the host what components are found from. */
 SPRINGLS__FN springls_status springls__components_to_host(springls_context *ctx, uint64_t writes)
@@ -16253,7 +16264,7 @@ SPRINGLS__FN springls_status springls__components_to_host(springls_context *ctx,
     return springls__to_host(ctx, reads, writes);
 }
 
-/* Labels the voxels, unless they are labelled still, and finds the id of every label. */
+/* Labels the voxels, unless their labels are fresh, and finds the id of every label. */
 SPRINGLS__FN springls_status springls__label_ids(springls_context *ctx, springls__labels *l)
 {
     const springls__grid *g = &ctx->model.grid;
@@ -17531,9 +17542,9 @@ SPRINGLS__FN springls_status springls__update_components(springls_context *ctx)
 
 /* ======== >>volume_lock  (src/stages/volume_lock.h) ============================================================ */
 /* volume_lock.h - keeps the volume of every body (params.volume_lock) by a tiny offset of its springls and of phi along the
-   normals. Its volume is that of its marching cubes surface, as springls_measure gives it. Its target follows the links of
-   components: after a split targets are shared out, and after a merger they are summed. It is off by default and in double
-   precision, which not every device has: it always runs on the host. */
+   normals. A body's volume is that of its marching cubes surface, as springls_measure computes it. Target volumes follow the links
+   of components: a split shares them out, a merger sums them up. The stage runs on the host, because it needs double precision,
+   which not every device has. */
 
 /* What the lock keeps of a current component. */
 typedef struct springls__locked_component {
@@ -17582,7 +17593,7 @@ SPRINGLS__FN springls_status springls__lock_begin(springls_context *ctx, springl
     return SPRINGLS_OK;
 }
 
-/* Returns true for a body of a few voxels: it has too little surface for an offset, and is linked to the largest one. */
+/* Returns true for a body of a few voxels: it has too little surface for an offset, and counts as part of the largest body. */
 SPRINGLS__FN bool springls__is_tiny_body(double volume) { return volume < 10.0; }
 
 /* Joins the trees of linked components, and those of tiny bodies with that of the largest one. */
@@ -17723,7 +17734,8 @@ SPRINGLS__FN void springls__sum_linked(springls__lock *lock)
     }
 }
 
-/* Finds what an offset gains: the area, and once there has been one the secant, where the two do not differ much. */
+/* Estimates the volume that an offset of a voxel gains: the area or, after a first offset, the secant, within half and four times
+   the area. */
 SPRINGLS__FN void springls__find_rates(springls__lock *lock)
 {
     const springls__component_graph *graph = &lock->graph;
@@ -17761,8 +17773,8 @@ SPRINGLS__FN bool springls__choose_offsets(springls__lock *lock)
     return any;
 }
 
-/* Moves bodies until their volumes are right. Returns whether any has moved. A voxel that changes sides may open or close a
-   passage, and the volume leaps over its target: after the first offsets, which are the large ones, none does. */
+/* Moves bodies until their volumes are right. Returns whether any has moved. A voxel that changes sides may open or close a passage,
+   and the volume jumps past its target: so only the first offsets, the large ones, may change sides. */
 SPRINGLS__FN bool springls__correct_volumes(springls_context *ctx, springls__lock *lock)
 {
     const int iterations = 12, large = 2;
@@ -17970,11 +17982,11 @@ SPRINGLS__FN springls_status springls__follow_model(springls_context *ctx)
 /* Returns true when phi is behind the springls by lazy steps. */
 SPRINGLS__FN bool springls__phi_lags(const springls_context *ctx) { return ctx->lag > 0.0f && ctx->lag < FLT_MAX; }
 
-/* What projecting changes, but for what is found again when it is needed. */
+/* The arrays that projecting changes, except those that are found again when they are needed. */
 #define SPRINGLS__SAVED_BITS                                                                                                     \
     (((SPRINGLS__GRID_BITS) & ~(SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(CELL))) | SPRINGLS__BIT(SYNCED_POSITION))
 
-/* Copies these arrays to saved memory, or back; returns how many bytes they are. Memory NULL: copies nothing. */
+/* Copies the arrays of SAVED_BITS to saved memory, or back; returns their bytes. Memory NULL: copies nothing. */
 SPRINGLS__FN size_t springls__copy_saved(springls_context *ctx, char *memory, bool back)
 {
     size_t at = 0;
@@ -18016,7 +18028,7 @@ SPRINGLS__FN springls_status springls__save_level_set(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Goes back to the level set as the steps have left it: what continues from there calls this first. */
+/* Goes back to the level set as the steps have left it. Calls that continue from there begin with this. */
 SPRINGLS__FN void springls__end_reading(springls_context *ctx)
 {
     springls__saved_level_set *saved = &ctx->saved;
@@ -18075,7 +18087,7 @@ SPRINGLS__FN springls_status springls__change_level_set(springls_context *ctx)
 
 /* ---- conditions of entries ---- */
 
-/* Returns true when resampling is due in a whole step that counts as so many. */
+/* Returns true when resampling is due in a whole step that counts as `counts_as` steps. */
 SPRINGLS__FN bool springls__resample_due(const springls_context *ctx, int counts_as)
 {
     const int period = ctx->model.params.resample_period;
@@ -18122,7 +18134,7 @@ SPRINGLS__FN bool springls__resamples_last(const springls_context *ctx)
 
 SPRINGLS__FN bool springls__not_one_to_one(const springls_context *ctx) { return !ctx->step.desc.one_to_one; }
 
-/* Returns true when springls have come or gone in this step, so that their shares of the surface have changed. */
+/* Returns true when this step adds or removes springls, so that shares of the surface change. */
 SPRINGLS__FN bool springls__covers_again(const springls_context *ctx)
 {
     return ctx->model.params.cover && ctx->model.params.relax_iterations > 0 && !ctx->step.desc.one_to_one
@@ -18133,9 +18145,8 @@ SPRINGLS__FN bool springls__covers_again(const springls_context *ctx)
 SPRINGLS__FN bool springls__vertices_flow(const springls_context *ctx)
 {
     const springls_forces *forces = &ctx->step.forces;
-    if (forces->pressure || forces->pressure_batch || forces->pressure_grid.data) return false;
-    return ctx->model.params.vertex_velocity && ctx->model.params.curvature == 0.0f && forces->curvature_weight == 0.0f
-        && (forces->velocity || forces->velocity_batch || forces->velocity_grid.data);
+    return springls__has_velocity(forces) && !springls__has_pressure(forces) && forces->curvature_weight == 0.0f
+        && ctx->model.params.vertex_velocity && ctx->model.params.curvature == 0.0f;
 }
 
 /* Returns true when relax and keep_edges may wait until springls are resampled: a velocity alone moves springls, and turns them as
@@ -18146,8 +18157,8 @@ SPRINGLS__FN bool springls__may_relax_later(const springls_context *ctx)
     return ctx->model.params.cover && desc->mode == SPRINGLS_MODE_FLUID && !desc->one_to_one && springls__vertices_flow(ctx);
 }
 
-/* Returns true when relax runs whole, shares of the surface too, before phi follows. Springls that cover do that after resampling
-   instead, or wait for it while a flow turns them. */
+/* Returns true when relax runs whole, shares of the surface too, before phi follows. With params.cover it runs so after resampling
+   instead, or waits for that while a flow turns the springls. */
 SPRINGLS__FN bool springls__relaxes(const springls_context *ctx)
 {
     return !springls__covers_again(ctx) && !springls__may_relax_later(ctx);
@@ -18164,8 +18175,7 @@ SPRINGLS__FN bool springls__may_be_lazy(const springls_context *ctx)
     return params->lazy_distance > 0.0f && desc->mode == SPRINGLS_MODE_FLUID && !desc->stop_at_topology
         && params->carry_level_set && params->evolve_iterations == 0 && params->curvature == 0.0f && params->resample_last
         && params->topology == SPRINGLS_TOPOLOGY_FREE && params->contact == SPRINGLS_CONTACT_MERGE
-        && !springls__components_enabled(ctx) && forces->curvature_weight == 0.0f && !forces->pressure
-        && !forces->pressure_batch && !forces->pressure_grid.data;
+        && !springls__components_enabled(ctx) && forces->curvature_weight == 0.0f && !springls__has_pressure(forces);
 }
 
 /* Returns true when phi has been left behind and the step in progress needs it, or moves springls so much further than those
@@ -18229,8 +18239,8 @@ SPRINGLS__FN springls_status springls__choose_substep(springls_context *ctx, flo
     if (step->time_left <= 0.0f) return SPRINGLS_OK;
     *dt = step->time_left / (springls__floor(step->time_left / step->longest_substep * 0.9999f) + 1.0f);
     if (ctx->time + (double)*dt == ctx->time)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g is nothing", ctx->time,
-                              (double)*dt);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g does not change the time",
+                              ctx->time, (double)*dt);
     if (step->substeps++ == SPRINGLS__MAX_SUBSTEPS)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps: the force has grown",
                               SPRINGLS__MAX_SUBSTEPS);
@@ -18303,7 +18313,7 @@ SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* What is left of a lazy sub-step when springls have moved. */
+/* The rest of a lazy sub-step, after its springls have moved. */
 static const springls__step_entry springls__lazy_end[] = { { SPRINGLS__ENTRY_RUN, -1, NULL, springls__substep_end } };
 
 /* Returns how many steps of resample_period a whole step counts as: the voxels that springls have moved since phi last followed,
@@ -18324,7 +18334,7 @@ SPRINGLS__FN void springls__count_whole_step(springls_context *ctx)
     ctx->step.resamples = due && !ctx->step.desc.one_to_one;
 }
 
-/* Counts the sub-step whose springls have just moved, and decides what it does from here on. */
+/* Counts the sub-step whose springls have just moved, and decides how it goes on. */
 SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
 {
     ctx->time += (double)ctx->motion.dt;
@@ -18436,7 +18446,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
     SPRINGLS__DO(springls__substep_begin),                                                   \
     SPRINGLS__DO_IF(springls__must_catch_up, springls__rouse_moved),                         \
     SPRINGLS__STAGE_IF(springls__must_catch_up, PROJECT, springls__carry_level_set),         \
-    SPRINGLS__DO_IF(springls__contact_bodies_are_new, springls__find_contact_bodies),                        \
+    SPRINGLS__DO_IF(springls__contact_bodies_are_new, springls__find_contact_bodies),        \
     SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock),           \
     SPRINGLS__STAGE_IF(springls__components_outdated, COMPONENTS, springls__update_components)
 #define SPRINGLS__MOVE                                                                       \
@@ -18446,7 +18456,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
 /* Makes the level set follow the springls. */
 #define SPRINGLS__FOLLOW                                                                     \
     SPRINGLS__DO(springls__follow_begin),                                                    \
-    SPRINGLS__STAGE_IF(springls__keeps_edges, KEEP_EDGES, springls__keep_edges),               \
+    SPRINGLS__STAGE_IF(springls__keeps_edges, KEEP_EDGES, springls__keep_edges),             \
     SPRINGLS__STAGE_IF(springls__carries, PROJECT, springls__carry_level_set),               \
     SPRINGLS__REPEAT_WHILE(springls__iterates),                                              \
         SPRINGLS__STAGE(EVOLVE, springls__evolve),                                           \
@@ -18548,7 +18558,7 @@ SPRINGLS__FN void springls__entry_begin(springls_context *ctx)
     springls__begin_phases(ctx, entry->run);
 }
 
-/* Resumes the stage at work until the clock shows *until; NULL: to its end. The time between two calls does not count as its. */
+/* Resumes the stage at work until the clock shows *until; NULL: to its end. The time between two calls does not count. */
 SPRINGLS__FN springls_status springls__resume_entry(springls_context *ctx, const double *until)
 {
     springls__stepping *step = &ctx->step;
@@ -18578,8 +18588,8 @@ SPRINGLS__FN springls_status springls__resume_step(springls_context *ctx, const 
     return springls__report_device_failure(ctx, status);
 }
 
-/* Ends the step, or the update of chunks, that is in progress, if any: whatever changes the model or needs its working memory calls
-   this first. */
+/* Ends the step, or the update of chunks, that is in progress, if any. Calls that change the model or need its working memory begin
+   with this. */
 SPRINGLS__FN springls_status springls__finish_step(springls_context *ctx) { return springls__resume_step(ctx, NULL); }
 
 /* Ends the step in progress, if any, and makes phi follow for a call that reads it. */
@@ -18665,8 +18675,8 @@ SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_
     return SPRINGLS_OK;
 }
 
-/* Makes phi follow what springls_write or a lone springls_advect has moved: whatever replaces phi as a whole calls this first, so
-   that no motion is lost. No step is in progress. */
+/* Makes phi follow springls that springls_write or a lone springls_advect has moved. Calls that replace phi as a whole do this
+   first, so that no motion is lost. No step is in progress. */
 SPRINGLS__FN springls_status springls__follow_written(springls_context *ctx)
 {
     springls_step_desc rest;
@@ -18678,7 +18688,7 @@ SPRINGLS__FN springls_status springls__follow_written(springls_context *ctx)
     return springls_step(ctx, &rest);
 }
 
-/* Ends the step in progress, and makes phi follow whatever has moved. */
+/* Ends the step in progress, and makes phi follow all springls that have moved. */
 SPRINGLS__FN springls_status springls__follow_all(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__begin_change(ctx));
@@ -31696,8 +31706,8 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "#define SPRINGLS__DIRECTIONS 24 /* that are tried, at most: several for each side; a multiple of the lanes */\n",
     "\n",
-    "/* Directions that may be those of sides: normals n of some of the springls about a place. Of the springls that face like each:\n",
-    "   the mean direction (x, y, z), and their weight. */\n",
+    "/* Directions that may be those of sides: normals n of some of the springls about a place; for each the mean direction (x, y, z) and\n",
+    "   the weight of all springls that face like it. */\n",
     "typedef struct springls__directions {\n",
     "    springls__v3 n[SPRINGLS__DIRECTIONS];\n",
     "    float x[SPRINGLS__DIRECTIONS], y[SPRINGLS__DIRECTIONS], z[SPRINGLS__DIRECTIONS], weight[SPRINGLS__DIRECTIONS];\n",
@@ -31835,8 +31845,9 @@ static const char *const springls__kernel_lines[] = {
     "    return true;\n",
     "}\n",
     "\n",
-    "/* Finds the sides of the springls about a place, given their weights; 0 unless almost all springls are on one of them: at most a\n",
-    "   sixth of the weight on none, other sheets left out, or half of that, judged by a smaller distance, with `certain`. */\n",
+    "/* Finds the sides of the springls about a place, given their weights. There are none unless almost all springls lie on one:\n",
+    "   springls on none, those of other sheets left out, may have a sixth of the weight. `certain`: half of that, and a smaller distance\n",
+    "   counts as on a side. */\n",
     "SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight,\n",
     "                                                     int count, float narrow, bool certain)\n",
     "{\n",
@@ -31927,7 +31938,7 @@ static const char *const springls__kernel_lines[] = {
     "        float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / (radius * radius);\n",
     "        if (i >= known || weight <= 0.0f) continue;\n",
     "        if (springls__sample_set_add(samples, s->p, springls__springl_normal(*s), model->set.a[i], weight * weight, i)) continue;\n",
-    "        if (radius < least) return; /* they lie on each other: these are enough */\n",
+    "        if (radius < least) return; /* springls lie on each other: those of the set are enough */\n",
     "        radius *= 0.8f;             /* too many: begin again */\n",
     "        walk = springls__cell_walk_near(model, x, radius);\n",
     "        samples->count = 0;\n",
@@ -32183,7 +32194,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8280 \"springls.h\"\n",
+    "#line 8281 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -32279,7 +32290,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8377 \"springls.h\"\n",
+    "#line 8378 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -32400,7 +32411,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8499 \"springls.h\"\n",
+    "#line 8500 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -32670,7 +32681,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8770 \"springls.h\"\n",
+    "#line 8771 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -32746,7 +32757,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8847 \"springls.h\"\n",
+    "#line 8848 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -32888,7 +32899,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 8990 \"springls.h\"\n",
+    "#line 8991 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -33077,7 +33088,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9180 \"springls.h\"\n",
+    "#line 9181 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -33203,7 +33214,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9307 \"springls.h\"\n",
+    "#line 9308 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -33236,7 +33247,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (others == 0) return 0;\n",
     "    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;\n",
     "}\n",
-    "#line 9341 \"springls.h\"\n",
+    "#line 9342 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -33780,7 +33791,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9886 \"springls.h\"\n",
+    "#line 9887 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -33930,7 +33941,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10037 \"springls.h\"\n",
+    "#line 10038 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -34034,7 +34045,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10142 \"springls.h\"\n",
+    "#line 10143 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -34131,7 +34142,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10240 \"springls.h\"\n",
+    "#line 10241 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -34170,8 +34181,8 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "#define SPRINGLS__PART_WIDTH 16 /* voxels: no part as wide as that is small */\n",
     "\n",
-    "/* A part of one side that is looked for: its voxels in the order in which they were found, the box around them, and a bit for each,\n",
-    "   which it shares with the voxels PART_WIDTH away. */\n",
+    "/* A connected part of the inside or outside: its voxels in the order in which they were found, the box around them, and a bit for\n",
+    "   each; voxels PART_WIDTH apart have the same bit. */\n",
     "typedef struct springls__part {\n",
     "    int at[SPRINGLS__LARGEST_SPECK + 1][3], count, lower[3], upper[3];\n",
     "    uint32_t found[SPRINGLS__PART_WIDTH * SPRINGLS__PART_WIDTH / 2]; /* two rows each */\n",
@@ -34266,7 +34277,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (springls__phi_of(g, to) < 0.0f) continue;\n",
     "        springls__part_begin(&part, to);\n",
     "        bit = springls__part_bit(at, &word);\n",
-    "        part.found[word] |= bit; /* closed: it is not passed through */\n",
+    "        part.found[word] |= bit; /* counts as found, so that the part does not grow through it */\n",
     "        if (springls__part_grow(g, SPRINGLS__LARGEST_SPECK, &part)) return true;\n",
     "    }\n",
     "    return false;\n",
@@ -34348,8 +34359,8 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
-    "/* Returns true when voxel `at`, outside, is the best joint of a small part beside it. As every part has one joint, and all parts\n",
-    "   have the same order of joints, no tunnel comes about. */\n",
+    "/* Returns true when voxel `at`, outside, is the best joint of a small part beside it. Since every part has one joint, and all\n",
+    "   parts have the same order of joints, no tunnel results. */\n",
     "SPRINGLS__MATHS bool springls__is_best_joint(const springls__model *model, const int at[3])\n",
     "{\n",
     "    springls__part part;\n",
@@ -34473,8 +34484,8 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "#define SPRINGLS__AROUND_PUNCTURE 3.0f /* neighbours outside, of six, at most */\n",
     "\n",
-    "/* How many voxels a part of less than min_component has at most: in all, which are many where it is thin; those around one of them,\n",
-    "   and itself; and those beside it. */\n",
+    "/* The most voxels that a part of less than min_component may have: in all, many where it is thin; of a voxel and the 26 around it;\n",
+    "   of the six beside a voxel. */\n",
     "typedef struct springls__speck_limits {\n",
     "    int in_all, around;\n",
     "    float beside;\n",
@@ -34669,7 +34680,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10779 \"springls.h\"\n",
+    "#line 10780 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -34751,7 +34762,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10862 \"springls.h\"\n",
+    "#line 10863 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -35001,7 +35012,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11113 \"springls.h\"\n",
+    "#line 11114 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -35034,7 +35045,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11147 \"springls.h\"\n",
+    "#line 11148 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -35059,14 +35070,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11173 \"springls.h\"\n",
+    "#line 11174 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11180 \"springls.h\"\n",
+    "#line 11181 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35081,7 +35092,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11196 \"springls.h\"\n",
+    "#line 11197 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35211,7 +35222,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11326 \"springls.h\"\n",
+    "#line 11327 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35226,7 +35237,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11341 \"springls.h\"\n",
+    "#line 11342 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35356,7 +35367,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11472 \"springls.h\"\n",
+    "#line 11473 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -35647,7 +35658,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11764 \"springls.h\"\n",
+    "#line 11765 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -35748,7 +35759,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 35752 \"springls.h\"\n",
+    "#line 35763 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

@@ -69,8 +69,8 @@ SPRINGLS__MATHS float springls__patch_width2(springls__patch patch)
 
 #define SPRINGLS__DIRECTIONS 24 /* that are tried, at most: several for each side; a multiple of the lanes */
 
-/* Directions that may be those of sides: normals n of some of the springls about a place. Of the springls that face like each:
-   the mean direction (x, y, z), and their weight. */
+/* Directions that may be those of sides: normals n of some of the springls about a place; for each the mean direction (x, y, z) and
+   the weight of all springls that face like it. */
 typedef struct springls__directions {
     springls__v3 n[SPRINGLS__DIRECTIONS];
     float x[SPRINGLS__DIRECTIONS], y[SPRINGLS__DIRECTIONS], z[SPRINGLS__DIRECTIONS], weight[SPRINGLS__DIRECTIONS];
@@ -208,8 +208,9 @@ SPRINGLS__MATHS bool springls__faces_away(const springls__sides *sides, springls
     return true;
 }
 
-/* Finds the sides of the springls about a place, given their weights; 0 unless almost all springls are on one of them: at most a
-   sixth of the weight on none, other sheets left out, or half of that, judged by a smaller distance, with `certain`. */
+/* Finds the sides of the springls about a place, given their weights. There are none unless almost all springls lie on one:
+   springls on none, those of other sheets left out, may have a sixth of the weight. `certain`: half of that, and a smaller distance
+   counts as on a side. */
 SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight,
                                                      int count, float narrow, bool certain)
 {
@@ -300,7 +301,7 @@ SPRINGLS__MATHS void springls__gather_samples(const springls__model *model, spri
         float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / (radius * radius);
         if (i >= known || weight <= 0.0f) continue;
         if (springls__sample_set_add(samples, s->p, springls__springl_normal(*s), model->set.a[i], weight * weight, i)) continue;
-        if (radius < least) return; /* they lie on each other: these are enough */
+        if (radius < least) return; /* springls lie on each other: those of the set are enough */
         radius *= 0.8f;             /* too many: begin again */
         walk = springls__cell_walk_near(model, x, radius);
         samples->count = 0;

@@ -45,8 +45,8 @@ SPRINGLS__MATHS float springls__phi_of(const springls__grid *g, const int at[3])
 
 #define SPRINGLS__PART_WIDTH 16 /* voxels: no part as wide as that is small */
 
-/* A part of one side that is looked for: its voxels in the order in which they were found, the box around them, and a bit for each,
-   which it shares with the voxels PART_WIDTH away. */
+/* A connected part of the inside or outside: its voxels in the order in which they were found, the box around them, and a bit for
+   each; voxels PART_WIDTH apart have the same bit. */
 typedef struct springls__part {
     int at[SPRINGLS__LARGEST_SPECK + 1][3], count, lower[3], upper[3];
     uint32_t found[SPRINGLS__PART_WIDTH * SPRINGLS__PART_WIDTH / 2]; /* two rows each */
@@ -141,7 +141,7 @@ SPRINGLS__MATHS bool springls__is_mouth(const springls__grid *g, const int at[3]
         if (springls__phi_of(g, to) < 0.0f) continue;
         springls__part_begin(&part, to);
         bit = springls__part_bit(at, &word);
-        part.found[word] |= bit; /* closed: it is not passed through */
+        part.found[word] |= bit; /* counts as found, so that the part does not grow through it */
         if (springls__part_grow(g, SPRINGLS__LARGEST_SPECK, &part)) return true;
     }
     return false;
@@ -223,8 +223,8 @@ SPRINGLS__MATHS bool springls__is_joint_candidate(const springls__grid *g, const
     return false;
 }
 
-/* Returns true when voxel `at`, outside, is the best joint of a small part beside it. As every part has one joint, and all parts
-   have the same order of joints, no tunnel comes about. */
+/* Returns true when voxel `at`, outside, is the best joint of a small part beside it. Since every part has one joint, and all
+   parts have the same order of joints, no tunnel results. */
 SPRINGLS__MATHS bool springls__is_best_joint(const springls__model *model, const int at[3])
 {
     springls__part part;
@@ -348,8 +348,8 @@ SPRINGLS__MATHS bool springls__fills_puncture(const springls__grid *g, const int
 
 #define SPRINGLS__AROUND_PUNCTURE 3.0f /* neighbours outside, of six, at most */
 
-/* How many voxels a part of less than min_component has at most: in all, which are many where it is thin; those around one of them,
-   and itself; and those beside it. */
+/* The most voxels that a part of less than min_component may have: in all, many where it is thin; of a voxel and the 26 around it;
+   of the six beside a voxel. */
 typedef struct springls__speck_limits {
     int in_all, around;
     float beside;

@@ -1,7 +1,7 @@
 /* resumable.h - stages that can be left between two phases and resumed later.
    A stage is a function that is called once for each of its phases: it does ctx->work.phase and returns springls__next_phase, or
    SPRINGLS_OK after its last phase. A phase ends with at most one loop over elements (springls__loop), which runs in pieces.
-   ctx->work holds what one phase leaves for the next. A stage that does not look at the phase has one. */
+   ctx->work holds what one phase leaves for the next. A stage that does not read the phase has one phase. */
 #ifndef SPRINGLS__RUNTIME_RESUMABLE_H
 #define SPRINGLS__RUNTIME_RESUMABLE_H
 
@@ -73,9 +73,8 @@ SPRINGLS__FN void springls__finish_loop(springls_context *ctx)
 /* Grains in the smallest piece. */
 enum { SPRINGLS__PIECE_GRAINS = 2 };
 
-/* Runs as much of the loop as takes a quarter of the time until `until` at its pace, at most twice as much as the piece before.
-   Elements differ in cost, and those of one kind follow each other: the pace is that of the piece before, or of a slower one not
-   long ago. */
+/* Runs as much of the loop as takes a quarter of the time until `until` at its pace, at most twice as much as the piece before. The
+   pace is that of the piece before, or of a slower one not long ago: elements differ in cost, and similar ones follow each other. */
 SPRINGLS__FN void springls__run_piece(springls_context *ctx, double until)
 {
     springls__pieces *loop = &ctx->work.loop;

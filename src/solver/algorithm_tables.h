@@ -22,7 +22,7 @@
 
 /* ---- conditions of entries ---- */
 
-/* Returns true when resampling is due in a whole step that counts as so many. */
+/* Returns true when resampling is due in a whole step that counts as `counts_as` steps. */
 SPRINGLS__FN bool springls__resample_due(const springls_context *ctx, int counts_as)
 {
     const int period = ctx->model.params.resample_period;
@@ -69,7 +69,7 @@ SPRINGLS__FN bool springls__resamples_last(const springls_context *ctx)
 
 SPRINGLS__FN bool springls__not_one_to_one(const springls_context *ctx) { return !ctx->step.desc.one_to_one; }
 
-/* Returns true when springls have come or gone in this step, so that their shares of the surface have changed. */
+/* Returns true when this step adds or removes springls, so that shares of the surface change. */
 SPRINGLS__FN bool springls__covers_again(const springls_context *ctx)
 {
     return ctx->model.params.cover && ctx->model.params.relax_iterations > 0 && !ctx->step.desc.one_to_one
@@ -80,9 +80,8 @@ SPRINGLS__FN bool springls__covers_again(const springls_context *ctx)
 SPRINGLS__FN bool springls__vertices_flow(const springls_context *ctx)
 {
     const springls_forces *forces = &ctx->step.forces;
-    if (forces->pressure || forces->pressure_batch || forces->pressure_grid.data) return false;
-    return ctx->model.params.vertex_velocity && ctx->model.params.curvature == 0.0f && forces->curvature_weight == 0.0f
-        && (forces->velocity || forces->velocity_batch || forces->velocity_grid.data);
+    return springls__has_velocity(forces) && !springls__has_pressure(forces) && forces->curvature_weight == 0.0f
+        && ctx->model.params.vertex_velocity && ctx->model.params.curvature == 0.0f;
 }
 
 /* Returns true when relax and keep_edges may wait until springls are resampled: a velocity alone moves springls, and turns them as
@@ -93,8 +92,8 @@ SPRINGLS__FN bool springls__may_relax_later(const springls_context *ctx)
     return ctx->model.params.cover && desc->mode == SPRINGLS_MODE_FLUID && !desc->one_to_one && springls__vertices_flow(ctx);
 }
 
-/* Returns true when relax runs whole, shares of the surface too, before phi follows. Springls that cover do that after resampling
-   instead, or wait for it while a flow turns them. */
+/* Returns true when relax runs whole, shares of the surface too, before phi follows. With params.cover it runs so after resampling
+   instead, or waits for that while a flow turns the springls. */
 SPRINGLS__FN bool springls__relaxes(const springls_context *ctx)
 {
     return !springls__covers_again(ctx) && !springls__may_relax_later(ctx);
@@ -111,8 +110,7 @@ SPRINGLS__FN bool springls__may_be_lazy(const springls_context *ctx)
     return params->lazy_distance > 0.0f && desc->mode == SPRINGLS_MODE_FLUID && !desc->stop_at_topology
         && params->carry_level_set && params->evolve_iterations == 0 && params->curvature == 0.0f && params->resample_last
         && params->topology == SPRINGLS_TOPOLOGY_FREE && params->contact == SPRINGLS_CONTACT_MERGE
-        && !springls__components_enabled(ctx) && forces->curvature_weight == 0.0f && !forces->pressure
-        && !forces->pressure_batch && !forces->pressure_grid.data;
+        && !springls__components_enabled(ctx) && forces->curvature_weight == 0.0f && !springls__has_pressure(forces);
 }
 
 /* Returns true when phi has been left behind and the step in progress needs it, or moves springls so much further than those
@@ -176,8 +174,8 @@ SPRINGLS__FN springls_status springls__choose_substep(springls_context *ctx, flo
     if (step->time_left <= 0.0f) return SPRINGLS_OK;
     *dt = step->time_left / (springls__floor(step->time_left / step->longest_substep * 0.9999f) + 1.0f);
     if (ctx->time + (double)*dt == ctx->time)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g is nothing", ctx->time,
-                              (double)*dt);
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: at time %g a sub-step of %g does not change the time",
+                              ctx->time, (double)*dt);
     if (step->substeps++ == SPRINGLS__MAX_SUBSTEPS)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: dt needs more than %d sub-steps: the force has grown",
                               SPRINGLS__MAX_SUBSTEPS);
@@ -250,7 +248,7 @@ SPRINGLS__FN springls_status springls__substep_end(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* What is left of a lazy sub-step when springls have moved. */
+/* The rest of a lazy sub-step, after its springls have moved. */
 static const springls__step_entry springls__lazy_end[] = { { SPRINGLS__ENTRY_RUN, -1, NULL, springls__substep_end } };
 
 /* Returns how many steps of resample_period a whole step counts as: the voxels that springls have moved since phi last followed,
@@ -271,7 +269,7 @@ SPRINGLS__FN void springls__count_whole_step(springls_context *ctx)
     ctx->step.resamples = due && !ctx->step.desc.one_to_one;
 }
 
-/* Counts the sub-step whose springls have just moved, and decides what it does from here on. */
+/* Counts the sub-step whose springls have just moved, and decides how it goes on. */
 SPRINGLS__FN springls_status springls__substep_advanced(springls_context *ctx)
 {
     ctx->time += (double)ctx->motion.dt;
@@ -383,7 +381,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
     SPRINGLS__DO(springls__substep_begin),                                                   \
     SPRINGLS__DO_IF(springls__must_catch_up, springls__rouse_moved),                         \
     SPRINGLS__STAGE_IF(springls__must_catch_up, PROJECT, springls__carry_level_set),         \
-    SPRINGLS__DO_IF(springls__contact_bodies_are_new, springls__find_contact_bodies),                        \
+    SPRINGLS__DO_IF(springls__contact_bodies_are_new, springls__find_contact_bodies),        \
     SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock),           \
     SPRINGLS__STAGE_IF(springls__components_outdated, COMPONENTS, springls__update_components)
 #define SPRINGLS__MOVE                                                                       \
@@ -393,7 +391,7 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
 /* Makes the level set follow the springls. */
 #define SPRINGLS__FOLLOW                                                                     \
     SPRINGLS__DO(springls__follow_begin),                                                    \
-    SPRINGLS__STAGE_IF(springls__keeps_edges, KEEP_EDGES, springls__keep_edges),               \
+    SPRINGLS__STAGE_IF(springls__keeps_edges, KEEP_EDGES, springls__keep_edges),             \
     SPRINGLS__STAGE_IF(springls__carries, PROJECT, springls__carry_level_set),               \
     SPRINGLS__REPEAT_WHILE(springls__iterates),                                              \
         SPRINGLS__STAGE(EVOLVE, springls__evolve),                                           \

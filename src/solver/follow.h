@@ -15,11 +15,11 @@
 /* Returns true when phi is behind the springls by lazy steps. */
 SPRINGLS__FN bool springls__phi_lags(const springls_context *ctx) { return ctx->lag > 0.0f && ctx->lag < FLT_MAX; }
 
-/* What projecting changes, but for what is found again when it is needed. */
+/* The arrays that projecting changes, except those that are found again when they are needed. */
 #define SPRINGLS__SAVED_BITS                                                                                                     \
     (((SPRINGLS__GRID_BITS) & ~(SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(CELL))) | SPRINGLS__BIT(SYNCED_POSITION))
 
-/* Copies these arrays to saved memory, or back; returns how many bytes they are. Memory NULL: copies nothing. */
+/* Copies the arrays of SAVED_BITS to saved memory, or back; returns their bytes. Memory NULL: copies nothing. */
 SPRINGLS__FN size_t springls__copy_saved(springls_context *ctx, char *memory, bool back)
 {
     size_t at = 0;
@@ -61,7 +61,7 @@ SPRINGLS__FN springls_status springls__save_level_set(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Goes back to the level set as the steps have left it: what continues from there calls this first. */
+/* Goes back to the level set as the steps have left it. Calls that continue from there begin with this. */
 SPRINGLS__FN void springls__end_reading(springls_context *ctx)
 {
     springls__saved_level_set *saved = &ctx->saved;

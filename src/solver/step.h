@@ -22,7 +22,7 @@ SPRINGLS__FN void springls__entry_begin(springls_context *ctx)
     springls__begin_phases(ctx, entry->run);
 }
 
-/* Resumes the stage at work until the clock shows *until; NULL: to its end. The time between two calls does not count as its. */
+/* Resumes the stage at work until the clock shows *until; NULL: to its end. The time between two calls does not count. */
 SPRINGLS__FN springls_status springls__resume_entry(springls_context *ctx, const double *until)
 {
     springls__stepping *step = &ctx->step;
@@ -52,8 +52,8 @@ SPRINGLS__FN springls_status springls__resume_step(springls_context *ctx, const 
     return springls__report_device_failure(ctx, status);
 }
 
-/* Ends the step, or the update of chunks, that is in progress, if any: whatever changes the model or needs its working memory calls
-   this first. */
+/* Ends the step, or the update of chunks, that is in progress, if any. Calls that change the model or need its working memory begin
+   with this. */
 SPRINGLS__FN springls_status springls__finish_step(springls_context *ctx) { return springls__resume_step(ctx, NULL); }
 
 /* Ends the step in progress, if any, and makes phi follow for a call that reads it. */
@@ -139,8 +139,8 @@ SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_
     return SPRINGLS_OK;
 }
 
-/* Makes phi follow what springls_write or a lone springls_advect has moved: whatever replaces phi as a whole calls this first, so
-   that no motion is lost. No step is in progress. */
+/* Makes phi follow springls that springls_write or a lone springls_advect has moved. Calls that replace phi as a whole do this
+   first, so that no motion is lost. No step is in progress. */
 SPRINGLS__FN springls_status springls__follow_written(springls_context *ctx)
 {
     springls_step_desc rest;
@@ -152,7 +152,7 @@ SPRINGLS__FN springls_status springls__follow_written(springls_context *ctx)
     return springls_step(ctx, &rest);
 }
 
-/* Ends the step in progress, and makes phi follow whatever has moved. */
+/* Ends the step in progress, and makes phi follow all springls that have moved. */
 SPRINGLS__FN springls_status springls__follow_all(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__begin_change(ctx));

@@ -143,8 +143,7 @@ SPRINGLS__FN bool springls__kernel_can_displace(springls__motion *motion)
     float *n = motion->rule.flow_numbers;
     if (forces->world_units) return false;
     if (!motion->ctx->on_device && (forces->pressure_grid.data || forces->velocity_grid.data || motion->has_region)) return false;
-    if (forces->pressure || forces->affine || forces->pressure_batch || forces->velocity_batch || forces->affine_batch)
-        return false;
+    if (forces->pressure || forces->pressure_batch || forces->velocity_batch || springls__has_affine(forces)) return false;
     motion->rule.flow = SPRINGLS__FLOW_NONE;
     if (forces->velocity == springls_velocity_deformation) {
         const springls_deformation_flow *flow = (const springls_deformation_flow *)forces->user;
@@ -200,8 +199,8 @@ SPRINGLS__FN springls_status springls__forces_to_device(springls__motion *motion
 SPRINGLS__FN bool springls__has_no_force(const springls__motion *motion)
 {
     const springls_forces *f = &motion->forces;
-    return !f->pressure && !f->velocity && !f->affine && !f->pressure_batch && !f->velocity_batch && !f->affine_batch
-        && !f->pressure_grid.data && !f->velocity_grid.data && f->curvature_weight == 0.0f && motion->rule.smoothing == 0.0f;
+    return !springls__has_pressure(f) && !springls__has_velocity(f) && !springls__has_affine(f) && f->curvature_weight == 0.0f
+        && motion->rule.smoothing == 0.0f;
 }
 
 /* Displaces all springls, into moved_springls. Ends with a loop, after which springls__displaced is to be called. */

@@ -226,8 +226,8 @@ SPRINGLS__FN void springls__note_link(springls__largest_link *largest, double vo
     largest->link = link;
 }
 
-/* Gives ids: a component passes its own to its largest part, unless that has a larger part of another. So what splits and merges
-   in one step has the ids as if it had split in a step before. All others get new ones. */
+/* Gives ids: a component passes its own to its largest part, unless that has a larger part of another; all others get new ones.
+   Components that split and merge in one step get ids as if they had split a step before. */
 SPRINGLS__FN springls_status springls__assign_component_ids(springls_context *ctx, springls__component_graph *graph)
 {
     springls__current_component *item = graph->labels.item;
@@ -309,7 +309,7 @@ SPRINGLS__FN void springls__store_components(springls_context *ctx, const spring
     ctx->components_found = ctx->components_fresh = true;
 }
 
-/* ---- which label is whose ---- */
+/* ---- labels and ids ---- */
 
 /* Copies to the host what components are found from. */
 SPRINGLS__FN springls_status springls__components_to_host(springls_context *ctx, uint64_t writes)
@@ -321,7 +321,7 @@ SPRINGLS__FN springls_status springls__components_to_host(springls_context *ctx,
     return springls__to_host(ctx, reads, writes);
 }
 
-/* Labels the voxels, unless they are labelled still, and finds the id of every label. */
+/* Labels the voxels, unless their labels are fresh, and finds the id of every label. */
 SPRINGLS__FN springls_status springls__label_ids(springls_context *ctx, springls__labels *l)
 {
     const springls__grid *g = &ctx->model.grid;

@@ -7,6 +7,18 @@
 #include "../runtime/errors.h"
 #include "../model/transform.h"
 
+SPRINGLS__FN bool springls__has_pressure(const springls_forces *f)
+{
+    return f->pressure || f->pressure_batch || f->pressure_grid.data;
+}
+
+SPRINGLS__FN bool springls__has_velocity(const springls_forces *f)
+{
+    return f->velocity || f->velocity_batch || f->velocity_grid.data;
+}
+
+SPRINGLS__FN bool springls__has_affine(const springls_forces *f) { return f->affine || f->affine_batch; }
+
 /* Returns true when the samples of a field are those of the model's own grid. */
 SPRINGLS__FN bool springls__is_on_own_grid(const springls_sampled_field *field)
 {
@@ -228,8 +240,8 @@ SPRINGLS__FN void springls__batch_points(springls_batch *batch, const springls__
 /* Returns whether any force reads the springls' normals. Where none does, they are not computed. */
 SPRINGLS__FN bool springls__reads_normals(const springls_forces *forces)
 {
-    return forces->pressure || forces->pressure_batch || forces->pressure_grid.data || forces->velocity_batch
-           || forces->affine_batch || forces->curvature_weight != 0.0f || forces->world_units;
+    return springls__has_pressure(forces) || forces->velocity_batch || forces->affine_batch || forces->curvature_weight != 0.0f
+           || forces->world_units;
 }
 
 /* Finds the flow at the particles of a block, where its points are at x. */
@@ -259,7 +271,7 @@ SPRINGLS__FN void springls__add_affine_maps(const springls__motion *motion, spri
     const springls_forces *forces = &motion->forces;
     springls_batch *batch = &block->batch;
     const springls_batch *given;
-    if (!forces->affine && !forces->affine_batch) return;
+    if (!springls__has_affine(forces)) return;
     springls__batch_points(batch, x, 0);
     given = springls__callback_batch(motion, block);
     if (forces->affine) {
@@ -304,7 +316,7 @@ SPRINGLS__FN void springls__path_residuals(const springls__motion *motion, sprin
     springls__v3 *along = block->along, *flow = block->flow_along, *residual = block->residual;
     int i, count = block->batch.count, n = SPRINGLS__MOVERS * count;
     memset(residual, 0, (size_t)count * sizeof *residual);
-    if (!motion->forces.velocity && !motion->forces.velocity_batch && !motion->forces.velocity_grid.data) return;
+    if (!springls__has_velocity(&motion->forces)) return;
     for (i = 0; i < n; i++) along[i] = springls__add(block->x[i], block->at[i]);
     springls__particle_flow(motion, block, along, rule->stage_time[3], flow);
     for (i = 0; i < count; i++) residual[i] = springls__sub(flow[i], block->flow[3][i]);

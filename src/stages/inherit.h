@@ -106,7 +106,7 @@ SPRINGLS__FN void springls__split_values_task(void *arg, int begin, int end)
     }
 }
 
-/* Gives springls known, known + 1, ... their values, and their other halves theirs. */
+/* Gives springls known, known + 1, ... and their other halves their values. */
 SPRINGLS__FN void springls__attributes_after_split(springls_context *ctx, int known)
 {
     springls__inherit_job job;
@@ -248,8 +248,8 @@ SPRINGLS__FN void springls__merge_values(const springls__attribute *attribute, i
         to[c] += attribute->merge == SPRINGLS_POLICY_SHARE ? from[c] : share * (from[c] - to[c]);
 }
 
-/* Passes the values of removed springls on. One that was removed because another was too close has merged with it: areas weigh
-   their values; one removed for another reason passes only sums (SHARE) on. */
+/* Passes the values of removed springls on. One that was removed because another was too close has merged with it: areas weight
+   their values. One removed for another reason passes only amounts (SHARE) on. */
 SPRINGLS__FN void springls__merge_all_values(springls_context *ctx, int count)
 {
     springls__merge_target *targets = (springls__merge_target *)ctx->attribute_memory[SPRINGLS__MERGE_TARGETS].data;

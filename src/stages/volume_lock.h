@@ -1,7 +1,7 @@
 /* volume_lock.h - keeps the volume of every body (params.volume_lock) by a tiny offset of its springls and of phi along the
-   normals. Its volume is that of its marching cubes surface, as springls_measure gives it. Its target follows the links of
-   components: after a split targets are shared out, and after a merger they are summed. It is off by default and in double
-   precision, which not every device has: it always runs on the host. */
+   normals. A body's volume is that of its marching cubes surface, as springls_measure computes it. Target volumes follow the links
+   of components: a split shares them out, a merger sums them up. The stage runs on the host, because it needs double precision,
+   which not every device has. */
 #ifndef SPRINGLS__STAGES_VOLUME_LOCK_H
 #define SPRINGLS__STAGES_VOLUME_LOCK_H
 
@@ -62,7 +62,7 @@ SPRINGLS__FN springls_status springls__lock_begin(springls_context *ctx, springl
     return SPRINGLS_OK;
 }
 
-/* Returns true for a body of a few voxels: it has too little surface for an offset, and is linked to the largest one. */
+/* Returns true for a body of a few voxels: it has too little surface for an offset, and counts as part of the largest body. */
 SPRINGLS__FN bool springls__is_tiny_body(double volume) { return volume < 10.0; }
 
 /* Joins the trees of linked components, and those of tiny bodies with that of the largest one. */
@@ -203,7 +203,8 @@ SPRINGLS__FN void springls__sum_linked(springls__lock *lock)
     }
 }
 
-/* Finds what an offset gains: the area, and once there has been one the secant, where the two do not differ much. */
+/* Estimates the volume that an offset of a voxel gains: the area or, after a first offset, the secant, within half and four times
+   the area. */
 SPRINGLS__FN void springls__find_rates(springls__lock *lock)
 {
     const springls__component_graph *graph = &lock->graph;
@@ -241,8 +242,8 @@ SPRINGLS__FN bool springls__choose_offsets(springls__lock *lock)
     return any;
 }
 
-/* Moves bodies until their volumes are right. Returns whether any has moved. A voxel that changes sides may open or close a
-   passage, and the volume leaps over its target: after the first offsets, which are the large ones, none does. */
+/* Moves bodies until their volumes are right. Returns whether any has moved. A voxel that changes sides may open or close a passage,
+   and the volume jumps past its target: so only the first offsets, the large ones, may change sides. */
 SPRINGLS__FN bool springls__correct_volumes(springls_context *ctx, springls__lock *lock)
 {
     const int iterations = 12, large = 2;
