@@ -3319,8 +3319,8 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(SCRATCH4, uint8_t, 1, work, scratch[4]) X(SCRATCH5, uint8_t, 1, work, scratch[5])                                          \
     X(SCRATCH6, uint8_t, 1, work, scratch[6]) X(SCRATCH7, uint8_t, 1, work, scratch[7])
 #define SPRINGLS__DEVICE_ARRAYS(X)                                                                                               \
-    X(COUNTS, uint32_t, 1, work, counts)            /* what a collective has counted                                          */ \
-    X(SUMS, uint32_t, 1, work, sums)                /* the same of each of its chunks                                         */ \
+    X(COUNTS, uint32_t, 1, work, counts)            /* of a collective                                                        */ \
+    X(SUMS, uint32_t, 1, work, sums)                /* counts of each chunk of a collective                                   */ \
     X(BRICK_FLAG, uint32_t, 1, work, brick_flag)    /* 1: the brick is to be active                                           */ \
     X(NEW_SLOTS, int, 1, work, new_slots)           /* slots of the bricks that were added                                    */ \
     X(SPARE, springls__record, 1, work, spare)      /* springls between their old and new places                              */
@@ -3646,7 +3646,7 @@ SPRINGLS__MATHS void springls__voxel_of_brick(const int origin[3], int v, int at
     at[2] = origin[2] + (v >> 6);
 }
 
-/* Returns where that voxel is. */
+/* Returns the place of voxel v of the brick whose first voxel is `origin`. */
 SPRINGLS__MATHS springls__v3 springls__voxel_place(const int origin[3], int v)
 {
     int at[3];
@@ -3879,44 +3879,47 @@ SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRI
     return c - 0.5f * (u * (1.0f - u) * xx + v * (1.0f - v) * yy + w * (1.0f - w) * zz);
 }
 
+/* Reads the 3x3x3 voxels from `first` on, x fastest, by the border rule beyond the domain. */
+SPRINGLS__MATHS void springls__grid_block27(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, const int first[3],
+                                            float block[27])
+{
+    bool one_brick = true, inner = true;
+    int axis, d;
+    for (axis = 0; axis < 3; axis++) {
+        inner = inner && first[axis] >= g->table.lower[axis] && first[axis] + 2 < g->table.upper[axis];
+        one_brick = one_brick && (first[axis] & 7) < 6;
+    }
+    if (inner && one_brick) {
+        size_t slot = (size_t)springls__slot_at(g, first[0], first[1], first[2]);
+        SPRINGLS__GLOBAL const float *b = phi + slot * SPRINGLS__BRICK_VOXELS
+                                          + springls__voxel_in_brick(first[0], first[1], first[2]);
+        for (d = 0; d < 27; d++) block[d] = b[d % 3 + 8 * (d / 3 % 3) + 64 * (d / 9)];
+    } else {
+        for (d = 0; d < 27; d++) {
+            int x = first[0] + d % 3, y = first[1] + d / 3 % 3, z = first[2] + d / 9;
+            block[d] = inner ? springls__grid_voxel(g, phi, x, y, z) : springls__grid_phi(g, phi, x, y, z);
+        }
+    }
+}
+
 /* Smooths phi at x by quadratic B-splines over 3x3x3 voxels, so that second differences do not depend on where x lies between
    voxels. */
 SPRINGLS__MATHS float springls__grid_sample_spline(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
 {
     const float at[3] = { springls__clamp(x.x, -1.0f, (float)g->size[0]), springls__clamp(x.y, -1.0f, (float)g->size[1]),
                           springls__clamp(x.z, -1.0f, (float)g->size[2]) };
-    float w[9], sum = 0.0f;
+    float w[9], block[27], sum = 0.0f;
     int first[3], axis, d;
-    bool one_brick = true, inner = true;
     for (axis = 0; axis < 3; axis++) {
         float nearest = springls__floor(at[axis] + 0.5f), t = at[axis] - nearest;
         first[axis] = (int)nearest - 1;
-        inner = inner && first[axis] >= g->table.lower[axis] && first[axis] + 2 < g->table.upper[axis];
-        one_brick = one_brick && (first[axis] & 7) < 6;
         w[3 * axis] = 0.5f * (0.5f - t) * (0.5f - t);
         w[3 * axis + 2] = 0.5f * (0.5f + t) * (0.5f + t);
         w[3 * axis + 1] = 1.0f - w[3 * axis] - w[3 * axis + 2];
     }
-    if (inner && one_brick) {
-        size_t slot = (size_t)springls__slot_at(g, first[0], first[1], first[2]);
-        SPRINGLS__GLOBAL const float *b = phi + slot * SPRINGLS__BRICK_VOXELS
-                                          + springls__voxel_in_brick(first[0], first[1], first[2]);
-        for (d = 0; d < 9; d++, b += d % 3 == 0 ? 48 : 8)
-            sum += w[3 + d % 3] * w[6 + d / 3] * (w[0] * b[0] + w[1] * b[1] + w[2] * b[2]);
-        return sum;
-    }
-    for (d = 0; d < 9 && inner; d++) {
-        int y = first[1] + d % 3, z = first[2] + d / 3;
-        sum += w[3 + d % 3] * w[6 + d / 3] * (w[0] * springls__grid_voxel(g, phi, first[0], y, z)
-                                              + w[1] * springls__grid_voxel(g, phi, first[0] + 1, y, z)
-                                              + w[2] * springls__grid_voxel(g, phi, first[0] + 2, y, z));
-    }
-    for (d = 0; d < 9 && !inner; d++) {
-        int y = first[1] + d % 3, z = first[2] + d / 3;
-        sum += w[3 + d % 3] * w[6 + d / 3] * (w[0] * springls__grid_phi(g, phi, first[0], y, z)
-                                              + w[1] * springls__grid_phi(g, phi, first[0] + 1, y, z)
-                                              + w[2] * springls__grid_phi(g, phi, first[0] + 2, y, z));
-    }
+    springls__grid_block27(g, phi, first, block);
+    for (d = 0; d < 9; d++)
+        sum += w[3 + d % 3] * w[6 + d / 3] * (w[0] * block[3 * d] + w[1] * block[3 * d + 1] + w[2] * block[3 * d + 2]);
     return sum;
 }
 
@@ -4504,8 +4507,8 @@ SPRINGLS__MATHS void springls__count_in_cell(const springls__model *model, int i
     SPRINGLS__NEXT(model->grid.cell + model->cells.key[i]);
 }
 
-/* Scans the counts of a brick's cells, which stand one entry late: entry c + 1 becomes where cell c begins in `ids`, given where
-   the brick begins; when springls are put in place it moves on to where the cell ends. Returns where the next brick begins. */
+/* Replaces the counts of a brick's cells, entry c + 1 for cell c, by where the cells begin in `ids`, given where the brick begins.
+   Putting springls in place advances each entry to the end of its cell. Returns where the next brick begins. */
 SPRINGLS__MATHS uint32_t springls__scan_cells(SPRINGLS__GLOBAL uint32_t *cell, uint32_t begin)
 {
     int c;
@@ -4527,8 +4530,8 @@ SPRINGLS__MATHS void springls__put_in_cell(const springls__model *model, int i)
     springls__put_place(model, at, model->set.s[i].p);
 }
 
-/* Counts a springl in the bricks it comes within `margin` of, one entry late: a scan of brick_list_first makes entry r + 1 where
-   the list of active brick r begins. */
+/* Counts a springl in the lists of the bricks it comes within `margin` of, entry r + 1 of brick_list_first for active brick r; a scan
+   replaces the counts by where the lists begin. */
 SPRINGLS__MATHS void springls__count_in_brick_lists(const springls__model *model, float margin, int i)
 {
     const springls__grid *g = &model->grid;
@@ -4539,7 +4542,7 @@ SPRINGLS__MATHS void springls__count_in_brick_lists(const springls__model *model
         if (g->top[entry] >= SPRINGLS__FIRST_SLOT) SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[entry]] + 1);
 }
 
-/* Puts springl i into the lists that springls__count_in_brick_lists has counted it for; entry r + 1 moves on to where the list
+/* Puts springl i into the lists that springls__count_in_brick_lists has counted it in, and so advances their entries to their
    ends. */
 SPRINGLS__MATHS void springls__put_in_brick_lists(const springls__model *model, float margin, int i)
 {
@@ -4737,8 +4740,8 @@ SPRINGLS__MATHS springls__fit_solution springls__fit_solve(const springls__fit *
     return s;
 }
 
-/* Returns the surface of that solution; not ok where there is none. */
-SPRINGLS__MATHS springls__fit_result springls__fit_highest(const springls__fit *fit)
+/* Returns the surface that springls__fit_solve finds; not ok where there is none. */
+SPRINGLS__MATHS springls__fit_result springls__fit_surface(const springls__fit *fit)
 {
     const springls__fit_solution s = springls__fit_solve(fit);
     springls__fit_result result;
@@ -4758,7 +4761,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_highest(const springls__fit *
    there. */
 SPRINGLS__MATHS springls__fit_result springls__fit_end(const springls__fit *fit)
 {
-    springls__fit_result result = springls__fit_highest(fit);
+    springls__fit_result result = springls__fit_surface(fit);
     float u = fit->normal_matrix[1], v = fit->normal_matrix[3], w = 0.6f * fit->normal_matrix[0];
     if (u * u + v * v > w * w) {
         result.point = fit->origin;
@@ -4799,7 +4802,7 @@ typedef struct springls__span {
 SPRINGLS__MATHS void springls__find_stretch(springls__span *span)
 {
     float uu = 0.0f, uv = 0.0f, vv = 0.0f, mean, spread;
-    const float least = 1e-2f; /* a voxel there may be a hundred here */
+    const float least = 1e-2f; /* a voxel of the original counts as at most a hundred here */
     int v;
     for (v = 1; v < SPRINGLS__FIT_VALUES; v++) {
         float u = span->solution.x[v][1] * (1.0f / SPRINGLS__FIT_RADIUS);
@@ -8037,7 +8040,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_s
     int i;
     for (i = 0; i < samples->count; i++)
         if (side_of[i] == side) springls__fit_add(&fit, samples->p[i], samples->n[i], samples->a[i]);
-    result = springls__fit_highest(&fit);
+    result = springls__fit_surface(&fit);
     if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, n) < 0.7f) result.ok = false;
     return result;
 }
@@ -11264,9 +11267,9 @@ SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_add)(SPRINGLS__W(correspon
     m[14] += wvvv * v;
 }
 
-/* Finds the shares, where they are not known yet, of a fit with the terms from number `first` on: those whose sums of shares times
-   the terms are 0, and 1 for the constant one. They stay unknown where particles lie badly around the origin, which would make
-   large errors of small ones: without their signs the shares are together at most the root of moments[0] / last pivot
+/* Finds, where they are not known yet, the shares of a fit with the terms from number `first` on: over all particles the sum of
+   share times term is 1 for the constant term and 0 for the others. They stay unknown where particles lie so badly around the
+   origin that errors would grow: the sum of the shares' magnitudes is at most the root of moments[0] / last pivot
    (Cauchy-Schwarz), and that is bounded. */
 SPRINGLS__W_MATHS void SPRINGLS__W(fit_shares_solve)(const SPRINGLS__W(correspondence_fit) *fit, int first,
                                                      SPRINGLS__W(fit_shares) *shares, SPRINGLS__COND *known)
@@ -11278,7 +11281,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(fit_shares_solve)(const SPRINGLS__W(correspon
                                       { m[9], m[8], m[7], m[5] },
                                       { m[8], m[7], m[6], m[4], m[3] },
                                       { m[5], m[4], m[3], m[2], m[1], m[0] } };
-    const float most = 8.0f; /* times the errors of correspondences */
+    const float most = 8.0f; /* how often an error of the correspondences may count */
     SPRINGLS__NUM left[6][6]; /* the lower triangle */
     SPRINGLS__NUM inverse[6], found[6];
     SPRINGLS__COND good;
@@ -11409,9 +11412,9 @@ SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_add)(SPRINGLS__W(correspon
     m[14] += wvvv * v;
 }
 
-/* Finds the shares, where they are not known yet, of a fit with the terms from number `first` on: those whose sums of shares times
-   the terms are 0, and 1 for the constant one. They stay unknown where particles lie badly around the origin, which would make
-   large errors of small ones: without their signs the shares are together at most the root of moments[0] / last pivot
+/* Finds, where they are not known yet, the shares of a fit with the terms from number `first` on: over all particles the sum of
+   share times term is 1 for the constant term and 0 for the others. They stay unknown where particles lie so badly around the
+   origin that errors would grow: the sum of the shares' magnitudes is at most the root of moments[0] / last pivot
    (Cauchy-Schwarz), and that is bounded. */
 SPRINGLS__W_MATHS void SPRINGLS__W(fit_shares_solve)(const SPRINGLS__W(correspondence_fit) *fit, int first,
                                                      SPRINGLS__W(fit_shares) *shares, SPRINGLS__COND *known)
@@ -11423,7 +11426,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(fit_shares_solve)(const SPRINGLS__W(correspon
                                       { m[9], m[8], m[7], m[5] },
                                       { m[8], m[7], m[6], m[4], m[3] },
                                       { m[5], m[4], m[3], m[2], m[1], m[0] } };
-    const float most = 8.0f; /* times the errors of correspondences */
+    const float most = 8.0f; /* how often an error of the correspondences may count */
     SPRINGLS__NUM left[6][6]; /* the lower triangle */
     SPRINGLS__NUM inverse[6], found[6];
     SPRINGLS__COND good;
@@ -27841,8 +27844,8 @@ static const char *const springls__kernel_lines[] = {
     "    X(SCRATCH4, uint8_t, 1, work, scratch[4]) X(SCRATCH5, uint8_t, 1, work, scratch[5])                                          \\\n",
     "    X(SCRATCH6, uint8_t, 1, work, scratch[6]) X(SCRATCH7, uint8_t, 1, work, scratch[7])\n",
     "#define SPRINGLS__DEVICE_ARRAYS(X)                                                                                               \\\n",
-    "    X(COUNTS, uint32_t, 1, work, counts)            /* what a collective has counted                                          */ \\\n",
-    "    X(SUMS, uint32_t, 1, work, sums)                /* the same of each of its chunks                                         */ \\\n",
+    "    X(COUNTS, uint32_t, 1, work, counts)            /* of a collective                                                        */ \\\n",
+    "    X(SUMS, uint32_t, 1, work, sums)                /* counts of each chunk of a collective                                   */ \\\n",
     "    X(BRICK_FLAG, uint32_t, 1, work, brick_flag)    /* 1: the brick is to be active                                           */ \\\n",
     "    X(NEW_SLOTS, int, 1, work, new_slots)           /* slots of the bricks that were added                                    */ \\\n",
     "    X(SPARE, springls__record, 1, work, spare)      /* springls between their old and new places                              */\n",
@@ -28167,7 +28170,7 @@ static const char *const springls__kernel_lines[] = {
     "    at[2] = origin[2] + (v >> 6);\n",
     "}\n",
     "\n",
-    "/* Returns where that voxel is. */\n",
+    "/* Returns the place of voxel v of the brick whose first voxel is `origin`. */\n",
     "SPRINGLS__MATHS springls__v3 springls__voxel_place(const int origin[3], int v)\n",
     "{\n",
     "    int at[3];\n",
@@ -28400,44 +28403,47 @@ static const char *const springls__kernel_lines[] = {
     "    return c - 0.5f * (u * (1.0f - u) * xx + v * (1.0f - v) * yy + w * (1.0f - w) * zz);\n",
     "}\n",
     "\n",
+    "/* Reads the 3x3x3 voxels from `first` on, x fastest, by the border rule beyond the domain. */\n",
+    "SPRINGLS__MATHS void springls__grid_block27(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, const int first[3],\n",
+    "                                            float block[27])\n",
+    "{\n",
+    "    bool one_brick = true, inner = true;\n",
+    "    int axis, d;\n",
+    "    for (axis = 0; axis < 3; axis++) {\n",
+    "        inner = inner && first[axis] >= g->table.lower[axis] && first[axis] + 2 < g->table.upper[axis];\n",
+    "        one_brick = one_brick && (first[axis] & 7) < 6;\n",
+    "    }\n",
+    "    if (inner && one_brick) {\n",
+    "        size_t slot = (size_t)springls__slot_at(g, first[0], first[1], first[2]);\n",
+    "        SPRINGLS__GLOBAL const float *b = phi + slot * SPRINGLS__BRICK_VOXELS\n",
+    "                                          + springls__voxel_in_brick(first[0], first[1], first[2]);\n",
+    "        for (d = 0; d < 27; d++) block[d] = b[d % 3 + 8 * (d / 3 % 3) + 64 * (d / 9)];\n",
+    "    } else {\n",
+    "        for (d = 0; d < 27; d++) {\n",
+    "            int x = first[0] + d % 3, y = first[1] + d / 3 % 3, z = first[2] + d / 9;\n",
+    "            block[d] = inner ? springls__grid_voxel(g, phi, x, y, z) : springls__grid_phi(g, phi, x, y, z);\n",
+    "        }\n",
+    "    }\n",
+    "}\n",
+    "\n",
     "/* Smooths phi at x by quadratic B-splines over 3x3x3 voxels, so that second differences do not depend on where x lies between\n",
     "   voxels. */\n",
     "SPRINGLS__MATHS float springls__grid_sample_spline(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)\n",
     "{\n",
     "    const float at[3] = { springls__clamp(x.x, -1.0f, (float)g->size[0]), springls__clamp(x.y, -1.0f, (float)g->size[1]),\n",
     "                          springls__clamp(x.z, -1.0f, (float)g->size[2]) };\n",
-    "    float w[9], sum = 0.0f;\n",
+    "    float w[9], block[27], sum = 0.0f;\n",
     "    int first[3], axis, d;\n",
-    "    bool one_brick = true, inner = true;\n",
     "    for (axis = 0; axis < 3; axis++) {\n",
     "        float nearest = springls__floor(at[axis] + 0.5f), t = at[axis] - nearest;\n",
     "        first[axis] = (int)nearest - 1;\n",
-    "        inner = inner && first[axis] >= g->table.lower[axis] && first[axis] + 2 < g->table.upper[axis];\n",
-    "        one_brick = one_brick && (first[axis] & 7) < 6;\n",
     "        w[3 * axis] = 0.5f * (0.5f - t) * (0.5f - t);\n",
     "        w[3 * axis + 2] = 0.5f * (0.5f + t) * (0.5f + t);\n",
     "        w[3 * axis + 1] = 1.0f - w[3 * axis] - w[3 * axis + 2];\n",
     "    }\n",
-    "    if (inner && one_brick) {\n",
-    "        size_t slot = (size_t)springls__slot_at(g, first[0], first[1], first[2]);\n",
-    "        SPRINGLS__GLOBAL const float *b = phi + slot * SPRINGLS__BRICK_VOXELS\n",
-    "                                          + springls__voxel_in_brick(first[0], first[1], first[2]);\n",
-    "        for (d = 0; d < 9; d++, b += d % 3 == 0 ? 48 : 8)\n",
-    "            sum += w[3 + d % 3] * w[6 + d / 3] * (w[0] * b[0] + w[1] * b[1] + w[2] * b[2]);\n",
-    "        return sum;\n",
-    "    }\n",
-    "    for (d = 0; d < 9 && inner; d++) {\n",
-    "        int y = first[1] + d % 3, z = first[2] + d / 3;\n",
-    "        sum += w[3 + d % 3] * w[6 + d / 3] * (w[0] * springls__grid_voxel(g, phi, first[0], y, z)\n",
-    "                                              + w[1] * springls__grid_voxel(g, phi, first[0] + 1, y, z)\n",
-    "                                              + w[2] * springls__grid_voxel(g, phi, first[0] + 2, y, z));\n",
-    "    }\n",
-    "    for (d = 0; d < 9 && !inner; d++) {\n",
-    "        int y = first[1] + d % 3, z = first[2] + d / 3;\n",
-    "        sum += w[3 + d % 3] * w[6 + d / 3] * (w[0] * springls__grid_phi(g, phi, first[0], y, z)\n",
-    "                                              + w[1] * springls__grid_phi(g, phi, first[0] + 1, y, z)\n",
-    "                                              + w[2] * springls__grid_phi(g, phi, first[0] + 2, y, z));\n",
-    "    }\n",
+    "    springls__grid_block27(g, phi, first, block);\n",
+    "    for (d = 0; d < 9; d++)\n",
+    "        sum += w[3 + d % 3] * w[6 + d / 3] * (w[0] * block[3 * d] + w[1] * block[3 * d + 1] + w[2] * block[3 * d + 2]);\n",
     "    return sum;\n",
     "}\n",
     "\n",
@@ -28836,7 +28842,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4320 \"springls.h\"\n",
+    "#line 4323 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -29024,8 +29030,8 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NEXT(model->grid.cell + model->cells.key[i]);\n",
     "}\n",
     "\n",
-    "/* Scans the counts of a brick's cells, which stand one entry late: entry c + 1 becomes where cell c begins in `ids`, given where\n",
-    "   the brick begins; when springls are put in place it moves on to where the cell ends. Returns where the next brick begins. */\n",
+    "/* Replaces the counts of a brick's cells, entry c + 1 for cell c, by where the cells begin in `ids`, given where the brick begins.\n",
+    "   Putting springls in place advances each entry to the end of its cell. Returns where the next brick begins. */\n",
     "SPRINGLS__MATHS uint32_t springls__scan_cells(SPRINGLS__GLOBAL uint32_t *cell, uint32_t begin)\n",
     "{\n",
     "    int c;\n",
@@ -29047,8 +29053,8 @@ static const char *const springls__kernel_lines[] = {
     "    springls__put_place(model, at, model->set.s[i].p);\n",
     "}\n",
     "\n",
-    "/* Counts a springl in the bricks it comes within `margin` of, one entry late: a scan of brick_list_first makes entry r + 1 where\n",
-    "   the list of active brick r begins. */\n",
+    "/* Counts a springl in the lists of the bricks it comes within `margin` of, entry r + 1 of brick_list_first for active brick r; a scan\n",
+    "   replaces the counts by where the lists begin. */\n",
     "SPRINGLS__MATHS void springls__count_in_brick_lists(const springls__model *model, float margin, int i)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
@@ -29059,7 +29065,7 @@ static const char *const springls__kernel_lines[] = {
     "        if (g->top[entry] >= SPRINGLS__FIRST_SLOT) SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[entry]] + 1);\n",
     "}\n",
     "\n",
-    "/* Puts springl i into the lists that springls__count_in_brick_lists has counted it for; entry r + 1 moves on to where the list\n",
+    "/* Puts springl i into the lists that springls__count_in_brick_lists has counted it in, and so advances their entries to their\n",
     "   ends. */\n",
     "SPRINGLS__MATHS void springls__put_in_brick_lists(const springls__model *model, float margin, int i)\n",
     "{\n",
@@ -29097,7 +29103,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4582 \"springls.h\"\n",
+    "#line 4585 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -29256,8 +29262,8 @@ static const char *const springls__kernel_lines[] = {
     "    return s;\n",
     "}\n",
     "\n",
-    "/* Returns the surface of that solution; not ok where there is none. */\n",
-    "SPRINGLS__MATHS springls__fit_result springls__fit_highest(const springls__fit *fit)\n",
+    "/* Returns the surface that springls__fit_solve finds; not ok where there is none. */\n",
+    "SPRINGLS__MATHS springls__fit_result springls__fit_surface(const springls__fit *fit)\n",
     "{\n",
     "    const springls__fit_solution s = springls__fit_solve(fit);\n",
     "    springls__fit_result result;\n",
@@ -29277,7 +29283,7 @@ static const char *const springls__kernel_lines[] = {
     "   there. */\n",
     "SPRINGLS__MATHS springls__fit_result springls__fit_end(const springls__fit *fit)\n",
     "{\n",
-    "    springls__fit_result result = springls__fit_highest(fit);\n",
+    "    springls__fit_result result = springls__fit_surface(fit);\n",
     "    float u = fit->normal_matrix[1], v = fit->normal_matrix[3], w = 0.6f * fit->normal_matrix[0];\n",
     "    if (u * u + v * v > w * w) {\n",
     "        result.point = fit->origin;\n",
@@ -29299,7 +29305,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 4785 \"springls.h\"\n",
+    "#line 4788 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -29317,7 +29323,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__find_stretch(springls__span *span)\n",
     "{\n",
     "    float uu = 0.0f, uv = 0.0f, vv = 0.0f, mean, spread;\n",
-    "    const float least = 1e-2f; /* a voxel there may be a hundred here */\n",
+    "    const float least = 1e-2f; /* a voxel of the original counts as at most a hundred here */\n",
     "    int v;\n",
     "    for (v = 1; v < SPRINGLS__FIT_VALUES; v++) {\n",
     "        float u = span->solution.x[v][1] * (1.0f / SPRINGLS__FIT_RADIUS);\n",
@@ -29416,7 +29422,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 4903 \"springls.h\"\n",
+    "#line 4906 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -29566,7 +29572,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5053 \"springls.h\"\n",
+    "#line 5056 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29581,7 +29587,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5069 \"springls.h\"\n",
+    "#line 5072 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -29929,7 +29935,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5417 \"springls.h\"\n",
+    "#line 5420 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29944,7 +29950,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5432 \"springls.h\"\n",
+    "#line 5435 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -30292,7 +30298,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5780 \"springls.h\"\n",
+    "#line 5783 \"springls.h\"\n",
     "\n",
     "/* Displaces springl i by the forces of the rule, into moved_springls. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -30309,7 +30315,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 6386 \"springls.h\"\n",
+    "#line 6389 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -30335,7 +30341,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6413 \"springls.h\"\n",
+    "#line 6416 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -30424,7 +30430,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6503 \"springls.h\"\n",
+    "#line 6506 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -30564,7 +30570,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6644 \"springls.h\"\n",
+    "#line 6647 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -30657,7 +30663,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6738 \"springls.h\"\n",
+    "#line 6741 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -30893,7 +30899,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__awaited_springl(model)[i] = -1;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6975 \"springls.h\"\n",
+    "#line 6978 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -30923,7 +30929,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7005 \"springls.h\"\n",
+    "#line 7008 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30938,7 +30944,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7021 \"springls.h\"\n",
+    "#line 7024 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -31107,7 +31113,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7190 \"springls.h\"\n",
+    "#line 7193 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31122,7 +31128,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7205 \"springls.h\"\n",
+    "#line 7208 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -31291,7 +31297,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7374 \"springls.h\"\n",
+    "#line 7377 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -31345,7 +31351,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7429 \"springls.h\"\n",
+    "#line 7432 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -31371,7 +31377,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7455 \"springls.h\"\n",
+    "#line 7458 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31386,7 +31392,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7471 \"springls.h\"\n",
+    "#line 7474 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -31469,7 +31475,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7554 \"springls.h\"\n",
+    "#line 7557 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31484,7 +31490,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7569 \"springls.h\"\n",
+    "#line 7572 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -31567,7 +31573,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7652 \"springls.h\"\n",
+    "#line 7655 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -31641,7 +31647,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7727 \"springls.h\"\n",
+    "#line 7730 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -31955,7 +31961,7 @@ static const char *const springls__kernel_lines[] = {
     "    int i;\n",
     "    for (i = 0; i < samples->count; i++)\n",
     "        if (side_of[i] == side) springls__fit_add(&fit, samples->p[i], samples->n[i], samples->a[i]);\n",
-    "    result = springls__fit_highest(&fit);\n",
+    "    result = springls__fit_surface(&fit);\n",
     "    if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, n) < 0.7f) result.ok = false;\n",
     "    return result;\n",
     "}\n",
@@ -32194,7 +32200,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8281 \"springls.h\"\n",
+    "#line 8284 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -32290,7 +32296,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8378 \"springls.h\"\n",
+    "#line 8381 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -32411,7 +32417,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8500 \"springls.h\"\n",
+    "#line 8503 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -32681,7 +32687,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8771 \"springls.h\"\n",
+    "#line 8774 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -32757,7 +32763,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8848 \"springls.h\"\n",
+    "#line 8851 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -32899,7 +32905,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 8991 \"springls.h\"\n",
+    "#line 8994 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -33088,7 +33094,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9181 \"springls.h\"\n",
+    "#line 9184 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -33214,7 +33220,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9308 \"springls.h\"\n",
+    "#line 9311 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -33247,7 +33253,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (others == 0) return 0;\n",
     "    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;\n",
     "}\n",
-    "#line 9342 \"springls.h\"\n",
+    "#line 9345 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -33791,7 +33797,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9887 \"springls.h\"\n",
+    "#line 9890 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -33941,7 +33947,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10038 \"springls.h\"\n",
+    "#line 10041 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -34045,7 +34051,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10143 \"springls.h\"\n",
+    "#line 10146 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -34142,7 +34148,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10241 \"springls.h\"\n",
+    "#line 10244 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -34680,7 +34686,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10780 \"springls.h\"\n",
+    "#line 10783 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -34762,7 +34768,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10863 \"springls.h\"\n",
+    "#line 10866 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -35012,7 +35018,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11114 \"springls.h\"\n",
+    "#line 11117 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -35045,7 +35051,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11148 \"springls.h\"\n",
+    "#line 11151 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -35070,14 +35076,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11174 \"springls.h\"\n",
+    "#line 11177 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11181 \"springls.h\"\n",
+    "#line 11184 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35092,7 +35098,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11197 \"springls.h\"\n",
+    "#line 11200 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35163,9 +35169,9 @@ static const char *const springls__kernel_lines[] = {
     "    m[14] += wvvv * v;\n",
     "}\n",
     "\n",
-    "/* Finds the shares, where they are not known yet, of a fit with the terms from number `first` on: those whose sums of shares times\n",
-    "   the terms are 0, and 1 for the constant one. They stay unknown where particles lie badly around the origin, which would make\n",
-    "   large errors of small ones: without their signs the shares are together at most the root of moments[0] / last pivot\n",
+    "/* Finds, where they are not known yet, the shares of a fit with the terms from number `first` on: over all particles the sum of\n",
+    "   share times term is 1 for the constant term and 0 for the others. They stay unknown where particles lie so badly around the\n",
+    "   origin that errors would grow: the sum of the shares' magnitudes is at most the root of moments[0] / last pivot\n",
     "   (Cauchy-Schwarz), and that is bounded. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(fit_shares_solve)(const SPRINGLS__W(correspondence_fit) *fit, int first,\n",
     "                                                     SPRINGLS__W(fit_shares) *shares, SPRINGLS__COND *known)\n",
@@ -35177,7 +35183,7 @@ static const char *const springls__kernel_lines[] = {
     "                                      { m[9], m[8], m[7], m[5] },\n",
     "                                      { m[8], m[7], m[6], m[4], m[3] },\n",
     "                                      { m[5], m[4], m[3], m[2], m[1], m[0] } };\n",
-    "    const float most = 8.0f; /* times the errors of correspondences */\n",
+    "    const float most = 8.0f; /* how often an error of the correspondences may count */\n",
     "    SPRINGLS__NUM left[6][6]; /* the lower triangle */\n",
     "    SPRINGLS__NUM inverse[6], found[6];\n",
     "    SPRINGLS__COND good;\n",
@@ -35222,7 +35228,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11327 \"springls.h\"\n",
+    "#line 11330 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35237,7 +35243,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11342 \"springls.h\"\n",
+    "#line 11345 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35308,9 +35314,9 @@ static const char *const springls__kernel_lines[] = {
     "    m[14] += wvvv * v;\n",
     "}\n",
     "\n",
-    "/* Finds the shares, where they are not known yet, of a fit with the terms from number `first` on: those whose sums of shares times\n",
-    "   the terms are 0, and 1 for the constant one. They stay unknown where particles lie badly around the origin, which would make\n",
-    "   large errors of small ones: without their signs the shares are together at most the root of moments[0] / last pivot\n",
+    "/* Finds, where they are not known yet, the shares of a fit with the terms from number `first` on: over all particles the sum of\n",
+    "   share times term is 1 for the constant term and 0 for the others. They stay unknown where particles lie so badly around the\n",
+    "   origin that errors would grow: the sum of the shares' magnitudes is at most the root of moments[0] / last pivot\n",
     "   (Cauchy-Schwarz), and that is bounded. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(fit_shares_solve)(const SPRINGLS__W(correspondence_fit) *fit, int first,\n",
     "                                                     SPRINGLS__W(fit_shares) *shares, SPRINGLS__COND *known)\n",
@@ -35322,7 +35328,7 @@ static const char *const springls__kernel_lines[] = {
     "                                      { m[9], m[8], m[7], m[5] },\n",
     "                                      { m[8], m[7], m[6], m[4], m[3] },\n",
     "                                      { m[5], m[4], m[3], m[2], m[1], m[0] } };\n",
-    "    const float most = 8.0f; /* times the errors of correspondences */\n",
+    "    const float most = 8.0f; /* how often an error of the correspondences may count */\n",
     "    SPRINGLS__NUM left[6][6]; /* the lower triangle */\n",
     "    SPRINGLS__NUM inverse[6], found[6];\n",
     "    SPRINGLS__COND good;\n",
@@ -35367,7 +35373,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11473 \"springls.h\"\n",
+    "#line 11476 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -35658,7 +35664,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11765 \"springls.h\"\n",
+    "#line 11768 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -35759,7 +35765,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 35763 \"springls.h\"\n",
+    "#line 35769 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

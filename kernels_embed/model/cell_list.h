@@ -191,8 +191,8 @@ SPRINGLS__MATHS void springls__count_in_cell(const springls__model *model, int i
     SPRINGLS__NEXT(model->grid.cell + model->cells.key[i]);
 }
 
-/* Scans the counts of a brick's cells, which stand one entry late: entry c + 1 becomes where cell c begins in `ids`, given where
-   the brick begins; when springls are put in place it moves on to where the cell ends. Returns where the next brick begins. */
+/* Replaces the counts of a brick's cells, entry c + 1 for cell c, by where the cells begin in `ids`, given where the brick begins.
+   Putting springls in place advances each entry to the end of its cell. Returns where the next brick begins. */
 SPRINGLS__MATHS uint32_t springls__scan_cells(SPRINGLS__GLOBAL uint32_t *cell, uint32_t begin)
 {
     int c;
@@ -214,8 +214,8 @@ SPRINGLS__MATHS void springls__put_in_cell(const springls__model *model, int i)
     springls__put_place(model, at, model->set.s[i].p);
 }
 
-/* Counts a springl in the bricks it comes within `margin` of, one entry late: a scan of brick_list_first makes entry r + 1 where
-   the list of active brick r begins. */
+/* Counts a springl in the lists of the bricks it comes within `margin` of, entry r + 1 of brick_list_first for active brick r; a scan
+   replaces the counts by where the lists begin. */
 SPRINGLS__MATHS void springls__count_in_brick_lists(const springls__model *model, float margin, int i)
 {
     const springls__grid *g = &model->grid;
@@ -226,7 +226,7 @@ SPRINGLS__MATHS void springls__count_in_brick_lists(const springls__model *model
         if (g->top[entry] >= SPRINGLS__FIRST_SLOT) SPRINGLS__NEXT(model->cells.brick_list_first + rank[g->top[entry]] + 1);
 }
 
-/* Puts springl i into the lists that springls__count_in_brick_lists has counted it for; entry r + 1 moves on to where the list
+/* Puts springl i into the lists that springls__count_in_brick_lists has counted it in, and so advances their entries to their
    ends. */
 SPRINGLS__MATHS void springls__put_in_brick_lists(const springls__model *model, float margin, int i)
 {

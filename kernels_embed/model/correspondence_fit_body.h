@@ -68,9 +68,9 @@ SPRINGLS__W_MATHS void SPRINGLS__W(correspondence_fit_add)(SPRINGLS__W(correspon
     m[14] += wvvv * v;
 }
 
-/* Finds the shares, where they are not known yet, of a fit with the terms from number `first` on: those whose sums of shares times
-   the terms are 0, and 1 for the constant one. They stay unknown where particles lie badly around the origin, which would make
-   large errors of small ones: without their signs the shares are together at most the root of moments[0] / last pivot
+/* Finds, where they are not known yet, the shares of a fit with the terms from number `first` on: over all particles the sum of
+   share times term is 1 for the constant term and 0 for the others. They stay unknown where particles lie so badly around the
+   origin that errors would grow: the sum of the shares' magnitudes is at most the root of moments[0] / last pivot
    (Cauchy-Schwarz), and that is bounded. */
 SPRINGLS__W_MATHS void SPRINGLS__W(fit_shares_solve)(const SPRINGLS__W(correspondence_fit) *fit, int first,
                                                      SPRINGLS__W(fit_shares) *shares, SPRINGLS__COND *known)
@@ -82,7 +82,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(fit_shares_solve)(const SPRINGLS__W(correspon
                                       { m[9], m[8], m[7], m[5] },
                                       { m[8], m[7], m[6], m[4], m[3] },
                                       { m[5], m[4], m[3], m[2], m[1], m[0] } };
-    const float most = 8.0f; /* times the errors of correspondences */
+    const float most = 8.0f; /* how often an error of the correspondences may count */
     SPRINGLS__NUM left[6][6]; /* the lower triangle */
     SPRINGLS__NUM inverse[6], found[6];
     SPRINGLS__COND good;

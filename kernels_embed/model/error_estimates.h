@@ -21,7 +21,7 @@ typedef struct springls__span {
 SPRINGLS__MATHS void springls__find_stretch(springls__span *span)
 {
     float uu = 0.0f, uv = 0.0f, vv = 0.0f, mean, spread;
-    const float least = 1e-2f; /* a voxel there may be a hundred here */
+    const float least = 1e-2f; /* a voxel of the original counts as at most a hundred here */
     int v;
     for (v = 1; v < SPRINGLS__FIT_VALUES; v++) {
         float u = span->solution.x[v][1] * (1.0f / SPRINGLS__FIT_RADIUS);

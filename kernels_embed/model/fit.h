@@ -160,8 +160,8 @@ SPRINGLS__MATHS springls__fit_solution springls__fit_solve(const springls__fit *
     return s;
 }
 
-/* Returns the surface of that solution; not ok where there is none. */
-SPRINGLS__MATHS springls__fit_result springls__fit_highest(const springls__fit *fit)
+/* Returns the surface that springls__fit_solve finds; not ok where there is none. */
+SPRINGLS__MATHS springls__fit_result springls__fit_surface(const springls__fit *fit)
 {
     const springls__fit_solution s = springls__fit_solve(fit);
     springls__fit_result result;
@@ -181,7 +181,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_highest(const springls__fit *
    there. */
 SPRINGLS__MATHS springls__fit_result springls__fit_end(const springls__fit *fit)
 {
-    springls__fit_result result = springls__fit_highest(fit);
+    springls__fit_result result = springls__fit_surface(fit);
     float u = fit->normal_matrix[1], v = fit->normal_matrix[3], w = 0.6f * fit->normal_matrix[0];
     if (u * u + v * v > w * w) {
         result.point = fit->origin;

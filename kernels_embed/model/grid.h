@@ -18,7 +18,7 @@ SPRINGLS__MATHS void springls__voxel_of_brick(const int origin[3], int v, int at
     at[2] = origin[2] + (v >> 6);
 }
 
-/* Returns where that voxel is. */
+/* Returns the place of voxel v of the brick whose first voxel is `origin`. */
 SPRINGLS__MATHS springls__v3 springls__voxel_place(const int origin[3], int v)
 {
     int at[3];
@@ -251,44 +251,47 @@ SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRI
     return c - 0.5f * (u * (1.0f - u) * xx + v * (1.0f - v) * yy + w * (1.0f - w) * zz);
 }
 
+/* Reads the 3x3x3 voxels from `first` on, x fastest, by the border rule beyond the domain. */
+SPRINGLS__MATHS void springls__grid_block27(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, const int first[3],
+                                            float block[27])
+{
+    bool one_brick = true, inner = true;
+    int axis, d;
+    for (axis = 0; axis < 3; axis++) {
+        inner = inner && first[axis] >= g->table.lower[axis] && first[axis] + 2 < g->table.upper[axis];
+        one_brick = one_brick && (first[axis] & 7) < 6;
+    }
+    if (inner && one_brick) {
+        size_t slot = (size_t)springls__slot_at(g, first[0], first[1], first[2]);
+        SPRINGLS__GLOBAL const float *b = phi + slot * SPRINGLS__BRICK_VOXELS
+                                          + springls__voxel_in_brick(first[0], first[1], first[2]);
+        for (d = 0; d < 27; d++) block[d] = b[d % 3 + 8 * (d / 3 % 3) + 64 * (d / 9)];
+    } else {
+        for (d = 0; d < 27; d++) {
+            int x = first[0] + d % 3, y = first[1] + d / 3 % 3, z = first[2] + d / 9;
+            block[d] = inner ? springls__grid_voxel(g, phi, x, y, z) : springls__grid_phi(g, phi, x, y, z);
+        }
+    }
+}
+
 /* Smooths phi at x by quadratic B-splines over 3x3x3 voxels, so that second differences do not depend on where x lies between
    voxels. */
 SPRINGLS__MATHS float springls__grid_sample_spline(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
 {
     const float at[3] = { springls__clamp(x.x, -1.0f, (float)g->size[0]), springls__clamp(x.y, -1.0f, (float)g->size[1]),
                           springls__clamp(x.z, -1.0f, (float)g->size[2]) };
-    float w[9], sum = 0.0f;
+    float w[9], block[27], sum = 0.0f;
     int first[3], axis, d;
-    bool one_brick = true, inner = true;
     for (axis = 0; axis < 3; axis++) {
         float nearest = springls__floor(at[axis] + 0.5f), t = at[axis] - nearest;
         first[axis] = (int)nearest - 1;
-        inner = inner && first[axis] >= g->table.lower[axis] && first[axis] + 2 < g->table.upper[axis];
-        one_brick = one_brick && (first[axis] & 7) < 6;
         w[3 * axis] = 0.5f * (0.5f - t) * (0.5f - t);
         w[3 * axis + 2] = 0.5f * (0.5f + t) * (0.5f + t);
         w[3 * axis + 1] = 1.0f - w[3 * axis] - w[3 * axis + 2];
     }
-    if (inner && one_brick) {
-        size_t slot = (size_t)springls__slot_at(g, first[0], first[1], first[2]);
-        SPRINGLS__GLOBAL const float *b = phi + slot * SPRINGLS__BRICK_VOXELS
-                                          + springls__voxel_in_brick(first[0], first[1], first[2]);
-        for (d = 0; d < 9; d++, b += d % 3 == 0 ? 48 : 8)
-            sum += w[3 + d % 3] * w[6 + d / 3] * (w[0] * b[0] + w[1] * b[1] + w[2] * b[2]);
-        return sum;
-    }
-    for (d = 0; d < 9 && inner; d++) {
-        int y = first[1] + d % 3, z = first[2] + d / 3;
-        sum += w[3 + d % 3] * w[6 + d / 3] * (w[0] * springls__grid_voxel(g, phi, first[0], y, z)
-                                              + w[1] * springls__grid_voxel(g, phi, first[0] + 1, y, z)
-                                              + w[2] * springls__grid_voxel(g, phi, first[0] + 2, y, z));
-    }
-    for (d = 0; d < 9 && !inner; d++) {
-        int y = first[1] + d % 3, z = first[2] + d / 3;
-        sum += w[3 + d % 3] * w[6 + d / 3] * (w[0] * springls__grid_phi(g, phi, first[0], y, z)
-                                              + w[1] * springls__grid_phi(g, phi, first[0] + 1, y, z)
-                                              + w[2] * springls__grid_phi(g, phi, first[0] + 2, y, z));
-    }
+    springls__grid_block27(g, phi, first, block);
+    for (d = 0; d < 9; d++)
+        sum += w[3 + d % 3] * w[6 + d / 3] * (w[0] * block[3 * d] + w[1] * block[3 * d + 1] + w[2] * block[3 * d + 2]);
     return sum;
 }
 

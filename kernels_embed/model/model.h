@@ -78,8 +78,8 @@
     X(SCRATCH4, uint8_t, 1, work, scratch[4]) X(SCRATCH5, uint8_t, 1, work, scratch[5])                                          \
     X(SCRATCH6, uint8_t, 1, work, scratch[6]) X(SCRATCH7, uint8_t, 1, work, scratch[7])
 #define SPRINGLS__DEVICE_ARRAYS(X)                                                                                               \
-    X(COUNTS, uint32_t, 1, work, counts)            /* what a collective has counted                                          */ \
-    X(SUMS, uint32_t, 1, work, sums)                /* the same of each of its chunks                                         */ \
+    X(COUNTS, uint32_t, 1, work, counts)            /* of a collective                                                        */ \
+    X(SUMS, uint32_t, 1, work, sums)                /* counts of each chunk of a collective                                   */ \
     X(BRICK_FLAG, uint32_t, 1, work, brick_flag)    /* 1: the brick is to be active                                           */ \
     X(NEW_SLOTS, int, 1, work, new_slots)           /* slots of the bricks that were added                                    */ \
     X(SPARE, springls__record, 1, work, spare)      /* springls between their old and new places                              */

@@ -318,7 +318,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_s
     int i;
     for (i = 0; i < samples->count; i++)
         if (side_of[i] == side) springls__fit_add(&fit, samples->p[i], samples->n[i], samples->a[i]);
-    result = springls__fit_highest(&fit);
+    result = springls__fit_surface(&fit);
     if (springls__length2(springls__sub(result.point, x)) > 1.0f || springls__dot(result.normal, n) < 0.7f) result.ok = false;
     return result;
 }
