@@ -12427,7 +12427,7 @@ SPRINGLS__FN void springls__abandon_step(springls_context *ctx)
    ties broken by index. So the tree depends on the triangles alone, and is never deeper than log2(count); each join adds one level,
    SPRINGLS__BVH_JOINS at most. */
 
-/* JOINS: most joins in one hierarchy; beyond that it is built anew, since each adds a level to every search. */
+/* JOINS: the most joins in one hierarchy; each adds a level to every search, so that beyond these it is built again. */
 enum { SPRINGLS__BVH_LEAF = 4, SPRINGLS__BVH_JOINS = 24, SPRINGLS__BVH_STACK = 64 };
 
 /* A point of a surface; triangle is -1 when none was found. t: the parameter along the ray, for ray queries only. */
@@ -12872,6 +12872,15 @@ SPRINGLS__FN int32_t springls__find_root(int32_t *parent, int32_t i)
 {
     while (parent[i] != i) i = parent[i] = parent[parent[i]];
     return i;
+}
+
+/* Joins two trees of a forest; the lower root stays a root. */
+SPRINGLS__FN void springls__join_trees(int32_t *parent, int32_t a, int32_t b)
+{
+    a = springls__find_root(parent, a);
+    b = springls__find_root(parent, b);
+    if (a < b) parent[b] = a;
+    else parent[a] = b;
 }
 
 #define SPRINGLS__HASH_BEGIN 14695981039346656037u /* a hash of nothing (FNV-1a, 64 bits) */
@@ -15387,10 +15396,10 @@ SPRINGLS__FN void springls__preserve_topology(springls_context *ctx, int passes)
 }
 
 /* ======== >>label_components  (src/stages/label_components.h) ================================================== */
-/* label_components.h - labels the components of phi: bodies, which are what is connected inside, and cavities, which are what
-   is connected outside and does not reach the border of the domain. Voxels are connected through their faces, and through a
-   triangle of marching cubes, so that a component has the topology of the extracted mesh. In double precision, which not every
-   device has: it always runs on the host. */
+/* label_components.h - labels the components of phi: bodies, connected parts of the inside, and cavities, connected parts of the
+   outside that do not reach the border of the domain. Voxels are connected through their faces, and through a
+   triangle of marching cubes, so that a component has the topology of the extracted mesh. It runs on the
+   host, because it needs double precision, which not every device has. */
 
 /* Sums over the surface of a part of a component: triangles of marching cubes, with what is under them towards the origin. */
 typedef struct springls__surface_sums { double volume, moment[3], area, world_area; } springls__surface_sums;
@@ -15404,7 +15413,7 @@ typedef struct springls__current_component {
     bool cavity;
 } springls__current_component;
 
-/* What one component has in one brick, as a node of the forest. */
+/* The part of a component in one brick: a node of the forest. */
 typedef struct springls__node_sums {
     springls__surface_sums surface;
     int32_t deepest; /* voxel of active bricks furthest from the surface; -1: in a constant brick */
@@ -15412,8 +15421,8 @@ typedef struct springls__node_sums {
     bool outside;
 } springls__node_sums;
 
-/* The current components of phi, and which one every voxel belongs to. Nodes are what is connected within an active brick,
-   then the entries of the top table (those that are constant), then the exterior. */
+/* The current components of phi, and which one every voxel belongs to. Nodes are the connected parts within active bricks, then the
+   entries of the top table (constant bricks), then the exterior. */
 typedef struct springls__labels {
     springls__current_component *item;
     int count;
@@ -15453,15 +15462,6 @@ SPRINGLS__FN void springls__labelled_voxel(const springls__grid *g, int32_t i, i
 SPRINGLS__FN int32_t springls__component_of_voxel(const springls__grid *g, const springls__labels *l, int x, int y, int z)
 {
     return l->node[springls__label_node(g, l, x, y, z)];
-}
-
-/* Joins two trees of a forest; the lower root stays a root. */
-SPRINGLS__FN void springls__join_trees(int32_t *parent, int32_t a, int32_t b)
-{
-    a = springls__find_root(parent, a);
-    b = springls__find_root(parent, b);
-    if (a < b) parent[b] = a;
-    else parent[a] = b;
 }
 
 /* ---- connection within a brick ---- */
@@ -15514,7 +15514,7 @@ SPRINGLS__FN void springls__flood(const springls__voxel_bits *within, springls__
     }
 }
 
-/* Finds the voxels that the first voxel of `left` is connected with, and takes them from there; false when none is left. */
+/* Moves the first voxel of `left`, and those connected with it, from there to `set`; false when none is left. */
 SPRINGLS__FN bool springls__take_connected(const springls__voxel_bits *inside, springls__voxel_bits *left,
                                            springls__voxel_bits *set)
 {
@@ -15540,7 +15540,7 @@ typedef struct springls__label_job {
     int32_t *nodes;     /* of an active brick; scanned: before it   */
 } springls__label_job;
 
-/* Numbers what is connected within each brick, in the order of first voxels; -1: beyond the domain. */
+/* Numbers the connected parts within each brick, in the order of first voxels; -1: beyond the domain. */
 SPRINGLS__FN void springls__label_bricks_task(void *arg, int begin, int end)
 {
     const springls__label_job *job = (const springls__label_job *)arg;
@@ -15557,7 +15557,7 @@ SPRINGLS__FN void springls__label_bricks_task(void *arg, int begin, int end)
     }
 }
 
-/* Makes numbers within bricks nodes, and finds the voxel of each node that is furthest from the surface. */
+/* Replaces numbers within bricks by nodes, and finds the voxel of each node that is furthest from the surface. */
 SPRINGLS__FN void springls__number_nodes_task(void *arg, int begin, int end)
 {
     const springls__label_job *job = (const springls__label_job *)arg;
@@ -15602,7 +15602,7 @@ SPRINGLS__FN void springls__join_across(const springls__grid *g, springls__label
     if (l->node[node] != other && l->node[other] != node) springls__join_trees(l->node, node, other);
 }
 
-/* Joins the voxels at the faces of active brick i with what is beyond; d: the face, -x +x -y +y -z +z. */
+/* Joins the voxels at face d (-x +x -y +y -z +z) of active brick i with those beyond it. */
 SPRINGLS__FN void springls__join_face(const springls__grid *g, springls__labels *l, int i, int d)
 {
     const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
@@ -15623,7 +15623,7 @@ SPRINGLS__FN void springls__join_face(const springls__grid *g, springls__labels 
         }
 }
 
-/* Joins active brick i with those beside it: where the one beside is active too, that one does it for lower faces. */
+/* Joins active brick i with those beside it. Between two active bricks the lower one does it. */
 SPRINGLS__FN void springls__join_active_brick(const springls__grid *g, springls__labels *l, int i)
 {
     int origin[3], d;
@@ -24612,10 +24612,7 @@ SPRINGLS__FN size_t springls__mesh_count(const float *positions, int n, const in
             half_edges[count++] = springls__half_edge_key(v[i], v[(i + 1) % 3]);
             springls__mesh_use_vertex(report, positions, parent, v[i]);
         }
-        for (i = 1; i < 3; ++i) {
-            int32_t a = springls__find_root(parent, v[0]), b = springls__find_root(parent, v[i]);
-            if (a < b) parent[b] = a; else parent[a] = b;
-        }
+        for (i = 1; i < 3; ++i) springls__join_trees(parent, v[0], v[i]);
     }
     for (i = 0; i < n; ++i) report->components += parent[i] == i;
     return count;
@@ -25447,19 +25444,17 @@ SPRINGLS__FN void springls__snapshot_attributes(const springls_context *ctx, spr
     }
 }
 
-/* Fills the statistics, but for times: they are no part of a state. */
+/* Lists the statistics of a snapshot: all but times, which are no part of a state. */
+#define SPRINGLS__SNAPSHOT_STATS(X)                                                                                              \
+    X(steps) X(added) X(split) X(removed) X(reshaped) X(refused) X(left) X(volume_correction) X(largest_displacement)            \
+    X(moving_share)
+
+/* Fills the statistics. */
 SPRINGLS__FN void springls__snapshot_stats(const springls_stats *stats, springls__snapshot_state *s)
 {
-    s->steps = stats->steps;
-    s->added = stats->added;
-    s->split = stats->split;
-    s->removed = stats->removed;
-    s->reshaped = stats->reshaped;
-    s->refused = stats->refused;
-    s->left = stats->left;
-    s->volume_correction = stats->volume_correction;
-    s->largest_displacement = stats->largest_displacement;
-    s->moving_share = stats->moving_share;
+#define SPRINGLS__STORE_STATISTIC(name) s->name = stats->name;
+    SPRINGLS__SNAPSHOT_STATS(SPRINGLS__STORE_STATISTIC)
+#undef SPRINGLS__STORE_STATISTIC
 }
 
 /* Fills the numbers from the model. */
@@ -25598,7 +25593,7 @@ SPRINGLS__FN void springls__put_section_head(const springls__layout *layout, int
     memset(out + end, 0, (size_t)(springls__padded(bytes) - bytes));
 }
 
-/* Writes the head of a block that is complete but for it. */
+/* Writes the head of a block; the rest of the block must be complete. */
 SPRINGLS__FN void springls__put_head(char *out, const springls__layout *layout)
 {
     springls__coder c = springls__writer(out + sizeof springls__snapshot_magic);
@@ -26119,7 +26114,7 @@ SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__table *t
     g->free_count = 0;
 }
 
-/* Initializes what the model's grid keeps of a brick besides phi. calm: a byte for each octant; NULL: zeros. */
+/* Initializes the slot arrays of the model's grid besides phi. calm: a byte for each octant; NULL: zeros. */
 SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbers, const char *calm, int count)
 {
     springls__grid *g = &ctx->model.grid;
@@ -26176,7 +26171,7 @@ SPRINGLS__FN void springls__get_components(springls_context *ctx, const springls
     springls__coder events = springls__reader(block + layout->at[SPRINGLS__SECTION_EVENTS]);
     springls__coder parts = springls__reader(block + layout->at[SPRINGLS__SECTION_EVENT_PARTS]);
     int i;
-    /* Clears padding: what a user compares by bytes is equal after a restore. */
+    /* Clears padding, so that users can compare components and events by bytes. */
     if (s->components) memset(ctx->component_memory.data, 0, (size_t)s->components * sizeof(springls__component));
     if (s->events) memset(ctx->event_memory.data, 0, (size_t)s->events * sizeof(springls_event));
     if (s->event_parts) memset(ctx->event_part_memory.data, 0, (size_t)s->event_parts * sizeof(springls_component));
@@ -26223,16 +26218,9 @@ SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls_
 /* Replaces the statistics; the times stay those of the context. */
 SPRINGLS__FN void springls__stats_take(springls_stats *stats, const springls__snapshot_state *s)
 {
-    stats->steps = s->steps;
-    stats->added = s->added;
-    stats->split = s->split;
-    stats->removed = s->removed;
-    stats->reshaped = s->reshaped;
-    stats->refused = s->refused;
-    stats->left = s->left;
-    stats->volume_correction = s->volume_correction;
-    stats->largest_displacement = s->largest_displacement;
-    stats->moving_share = s->moving_share;
+#define SPRINGLS__RESTORE_STATISTIC(name) stats->name = s->name;
+    SPRINGLS__SNAPSHOT_STATS(SPRINGLS__RESTORE_STATISTIC)
+#undef SPRINGLS__RESTORE_STATISTIC
 }
 
 /* Replaces the numbers of the model, except parameters and attributes, by those of the snapshot. */
@@ -35765,7 +35753,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 35769 \"springls.h\"\n",
+    "#line 35757 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

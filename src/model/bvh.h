@@ -8,7 +8,7 @@
 #include "../runtime/arrays.h"
 #include "../runtime/memory.h"
 
-/* JOINS: most joins in one hierarchy; beyond that it is built anew, since each adds a level to every search. */
+/* JOINS: the most joins in one hierarchy; each adds a level to every search, so that beyond these it is built again. */
 enum { SPRINGLS__BVH_LEAF = 4, SPRINGLS__BVH_JOINS = 24, SPRINGLS__BVH_STACK = 64 };
 
 /* A point of a surface; triangle is -1 when none was found. t: the parameter along the ray, for ray queries only. */

@@ -114,10 +114,7 @@ SPRINGLS__FN size_t springls__mesh_count(const float *positions, int n, const in
             half_edges[count++] = springls__half_edge_key(v[i], v[(i + 1) % 3]);
             springls__mesh_use_vertex(report, positions, parent, v[i]);
         }
-        for (i = 1; i < 3; ++i) {
-            int32_t a = springls__find_root(parent, v[0]), b = springls__find_root(parent, v[i]);
-            if (a < b) parent[b] = a; else parent[a] = b;
-        }
+        for (i = 1; i < 3; ++i) springls__join_trees(parent, v[0], v[i]);
     }
     for (i = 0; i < n; ++i) report->components += parent[i] == i;
     return count;

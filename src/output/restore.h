@@ -88,7 +88,7 @@ SPRINGLS__FN void springls__get_grid(springls__grid *g, const springls__table *t
     g->free_count = 0;
 }
 
-/* Initializes what the model's grid keeps of a brick besides phi. calm: a byte for each octant; NULL: zeros. */
+/* Initializes the slot arrays of the model's grid besides phi. calm: a byte for each octant; NULL: zeros. */
 SPRINGLS__FN void springls__fresh_slots(springls_context *ctx, const char *numbers, const char *calm, int count)
 {
     springls__grid *g = &ctx->model.grid;
@@ -145,7 +145,7 @@ SPRINGLS__FN void springls__get_components(springls_context *ctx, const springls
     springls__coder events = springls__reader(block + layout->at[SPRINGLS__SECTION_EVENTS]);
     springls__coder parts = springls__reader(block + layout->at[SPRINGLS__SECTION_EVENT_PARTS]);
     int i;
-    /* Clears padding: what a user compares by bytes is equal after a restore. */
+    /* Clears padding, so that users can compare components and events by bytes. */
     if (s->components) memset(ctx->component_memory.data, 0, (size_t)s->components * sizeof(springls__component));
     if (s->events) memset(ctx->event_memory.data, 0, (size_t)s->events * sizeof(springls_event));
     if (s->event_parts) memset(ctx->event_part_memory.data, 0, (size_t)s->event_parts * sizeof(springls_component));
@@ -192,16 +192,9 @@ SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls_
 /* Replaces the statistics; the times stay those of the context. */
 SPRINGLS__FN void springls__stats_take(springls_stats *stats, const springls__snapshot_state *s)
 {
-    stats->steps = s->steps;
-    stats->added = s->added;
-    stats->split = s->split;
-    stats->removed = s->removed;
-    stats->reshaped = s->reshaped;
-    stats->refused = s->refused;
-    stats->left = s->left;
-    stats->volume_correction = s->volume_correction;
-    stats->largest_displacement = s->largest_displacement;
-    stats->moving_share = s->moving_share;
+#define SPRINGLS__RESTORE_STATISTIC(name) stats->name = s->name;
+    SPRINGLS__SNAPSHOT_STATS(SPRINGLS__RESTORE_STATISTIC)
+#undef SPRINGLS__RESTORE_STATISTIC
 }
 
 /* Replaces the numbers of the model, except parameters and attributes, by those of the snapshot. */

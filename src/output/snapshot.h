@@ -81,19 +81,17 @@ SPRINGLS__FN void springls__snapshot_attributes(const springls_context *ctx, spr
     }
 }
 
-/* Fills the statistics, but for times: they are no part of a state. */
+/* Lists the statistics of a snapshot: all but times, which are no part of a state. */
+#define SPRINGLS__SNAPSHOT_STATS(X)                                                                                              \
+    X(steps) X(added) X(split) X(removed) X(reshaped) X(refused) X(left) X(volume_correction) X(largest_displacement)            \
+    X(moving_share)
+
+/* Fills the statistics. */
 SPRINGLS__FN void springls__snapshot_stats(const springls_stats *stats, springls__snapshot_state *s)
 {
-    s->steps = stats->steps;
-    s->added = stats->added;
-    s->split = stats->split;
-    s->removed = stats->removed;
-    s->reshaped = stats->reshaped;
-    s->refused = stats->refused;
-    s->left = stats->left;
-    s->volume_correction = stats->volume_correction;
-    s->largest_displacement = stats->largest_displacement;
-    s->moving_share = stats->moving_share;
+#define SPRINGLS__STORE_STATISTIC(name) s->name = stats->name;
+    SPRINGLS__SNAPSHOT_STATS(SPRINGLS__STORE_STATISTIC)
+#undef SPRINGLS__STORE_STATISTIC
 }
 
 /* Fills the numbers from the model. */
@@ -232,7 +230,7 @@ SPRINGLS__FN void springls__put_section_head(const springls__layout *layout, int
     memset(out + end, 0, (size_t)(springls__padded(bytes) - bytes));
 }
 
-/* Writes the head of a block that is complete but for it. */
+/* Writes the head of a block; the rest of the block must be complete. */
 SPRINGLS__FN void springls__put_head(char *out, const springls__layout *layout)
 {
     springls__coder c = springls__writer(out + sizeof springls__snapshot_magic);

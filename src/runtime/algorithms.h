@@ -57,6 +57,15 @@ SPRINGLS__FN int32_t springls__find_root(int32_t *parent, int32_t i)
     return i;
 }
 
+/* Joins two trees of a forest; the lower root stays a root. */
+SPRINGLS__FN void springls__join_trees(int32_t *parent, int32_t a, int32_t b)
+{
+    a = springls__find_root(parent, a);
+    b = springls__find_root(parent, b);
+    if (a < b) parent[b] = a;
+    else parent[a] = b;
+}
+
 #define SPRINGLS__HASH_BEGIN 14695981039346656037u /* a hash of nothing (FNV-1a, 64 bits) */
 
 /* Continues a hash over an array of 32-bit words (FNV-1a). */

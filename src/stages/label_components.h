@@ -1,7 +1,7 @@
-/* label_components.h - labels the components of phi: bodies, which are what is connected inside, and cavities, which are what
-   is connected outside and does not reach the border of the domain. Voxels are connected through their faces, and through a
-   triangle of marching cubes, so that a component has the topology of the extracted mesh. In double precision, which not every
-   device has: it always runs on the host. */
+/* label_components.h - labels the components of phi: bodies, connected parts of the inside, and cavities, connected parts of the
+   outside that do not reach the border of the domain. Voxels are connected through their faces, and through a
+   triangle of marching cubes, so that a component has the topology of the extracted mesh. It runs on the
+   host, because it needs double precision, which not every device has. */
 #ifndef SPRINGLS__STAGES_LABEL_COMPONENTS_H
 #define SPRINGLS__STAGES_LABEL_COMPONENTS_H
 
@@ -26,7 +26,7 @@ typedef struct springls__current_component {
     bool cavity;
 } springls__current_component;
 
-/* What one component has in one brick, as a node of the forest. */
+/* The part of a component in one brick: a node of the forest. */
 typedef struct springls__node_sums {
     springls__surface_sums surface;
     int32_t deepest; /* voxel of active bricks furthest from the surface; -1: in a constant brick */
@@ -34,8 +34,8 @@ typedef struct springls__node_sums {
     bool outside;
 } springls__node_sums;
 
-/* The current components of phi, and which one every voxel belongs to. Nodes are what is connected within an active brick,
-   then the entries of the top table (those that are constant), then the exterior. */
+/* The current components of phi, and which one every voxel belongs to. Nodes are the connected parts within active bricks, then the
+   entries of the top table (constant bricks), then the exterior. */
 typedef struct springls__labels {
     springls__current_component *item;
     int count;
@@ -75,15 +75,6 @@ SPRINGLS__FN void springls__labelled_voxel(const springls__grid *g, int32_t i, i
 SPRINGLS__FN int32_t springls__component_of_voxel(const springls__grid *g, const springls__labels *l, int x, int y, int z)
 {
     return l->node[springls__label_node(g, l, x, y, z)];
-}
-
-/* Joins two trees of a forest; the lower root stays a root. */
-SPRINGLS__FN void springls__join_trees(int32_t *parent, int32_t a, int32_t b)
-{
-    a = springls__find_root(parent, a);
-    b = springls__find_root(parent, b);
-    if (a < b) parent[b] = a;
-    else parent[a] = b;
 }
 
 /* ---- connection within a brick ---- */
@@ -136,7 +127,7 @@ SPRINGLS__FN void springls__flood(const springls__voxel_bits *within, springls__
     }
 }
 
-/* Finds the voxels that the first voxel of `left` is connected with, and takes them from there; false when none is left. */
+/* Moves the first voxel of `left`, and those connected with it, from there to `set`; false when none is left. */
 SPRINGLS__FN bool springls__take_connected(const springls__voxel_bits *inside, springls__voxel_bits *left,
                                            springls__voxel_bits *set)
 {
@@ -162,7 +153,7 @@ typedef struct springls__label_job {
     int32_t *nodes;     /* of an active brick; scanned: before it   */
 } springls__label_job;
 
-/* Numbers what is connected within each brick, in the order of first voxels; -1: beyond the domain. */
+/* Numbers the connected parts within each brick, in the order of first voxels; -1: beyond the domain. */
 SPRINGLS__FN void springls__label_bricks_task(void *arg, int begin, int end)
 {
     const springls__label_job *job = (const springls__label_job *)arg;
@@ -179,7 +170,7 @@ SPRINGLS__FN void springls__label_bricks_task(void *arg, int begin, int end)
     }
 }
 
-/* Makes numbers within bricks nodes, and finds the voxel of each node that is furthest from the surface. */
+/* Replaces numbers within bricks by nodes, and finds the voxel of each node that is furthest from the surface. */
 SPRINGLS__FN void springls__number_nodes_task(void *arg, int begin, int end)
 {
     const springls__label_job *job = (const springls__label_job *)arg;
@@ -224,7 +215,7 @@ SPRINGLS__FN void springls__join_across(const springls__grid *g, springls__label
     if (l->node[node] != other && l->node[other] != node) springls__join_trees(l->node, node, other);
 }
 
-/* Joins the voxels at the faces of active brick i with what is beyond; d: the face, -x +x -y +y -z +z. */
+/* Joins the voxels at face d (-x +x -y +y -z +z) of active brick i with those beyond it. */
 SPRINGLS__FN void springls__join_face(const springls__grid *g, springls__labels *l, int i, int d)
 {
     const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
@@ -245,7 +236,7 @@ SPRINGLS__FN void springls__join_face(const springls__grid *g, springls__labels 
         }
 }
 
-/* Joins active brick i with those beside it: where the one beside is active too, that one does it for lower faces. */
+/* Joins active brick i with those beside it. Between two active bricks the lower one does it. */
 SPRINGLS__FN void springls__join_active_brick(const springls__grid *g, springls__labels *l, int i)
 {
     int origin[3], d;
