@@ -1,6 +1,5 @@
-/* histories.h - lives of models that between them go through every stage, rule and input, and what is left of them in 64
-   bits: equal for every number of threads (test_determinism.c), every compiler and every optimisation level
-   (portability/hashes.c). */
+/* histories.h - runs of models that together go through every stage, rule and input, and a hash of each: equal for every number of
+   threads (test_determinism.c), every compiler and every optimisation level (portability/hashes.c). */
 #ifndef HISTORIES_H
 #define HISTORIES_H
 
@@ -23,7 +22,7 @@ FIXTURE uint64_t history_mix(uint64_t hash, const void *data, size_t bytes)
     return hash;
 }
 
-/* The state, the mesh and what the model answers. */
+/* Returns a hash of the state, the mesh and the results of queries. */
 FIXTURE uint64_t history_digest(springls_context *ctx)
 {
     uint64_t hash = springls_state_hash(ctx);

@@ -261,7 +261,7 @@ SPRINGLS__FN void springls__snapshot_write(springls_context *ctx, const springls
 }
 
 SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out,
-                                               size_t room, size_t *size)
+                                               size_t capacity, size_t *size)
 {
     springls__snapshot_state state;
     springls__layout layout;
@@ -278,9 +278,9 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
     *size = (size_t)layout.size;
     if (*size != layout.size) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "snapshot: a size overflows");
     if (!out) return SPRINGLS_OK;
-    if (room < *size)
+    if (capacity < *size)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: %lu bytes are needed, not %lu",
-                              (unsigned long)*size, (unsigned long)room);
+                              (unsigned long)*size, (unsigned long)capacity);
     springls__snapshot_write(ctx, &state, &layout, (char *)out);
     return SPRINGLS_OK;
 }

@@ -1,4 +1,4 @@
-/* Prints what is left of every history: the same lines from every compiler, at every optimisation level, on every machine. */
+/* Prints the hash of every history: the same lines from every compiler, at every optimisation level, on every machine. */
 #include "histories.h"
 
 GREATEST_MAIN_DEFS(); /* of fixtures.h */

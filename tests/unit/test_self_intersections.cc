@@ -33,7 +33,7 @@ int main(int argc, char **argv)
 typedef CGAL::Exact_predicates_inexact_constructions_kernel Kernel;
 typedef CGAL::Surface_mesh<Kernel::Point_3> Mesh;
 
-enum { LOOKS = 10 };
+enum { CHECKPOINTS = 10 };
 
 static bool to_cgal(const springls_mesh &from, Mesh &to)
 {
@@ -56,11 +56,11 @@ TEST no_triangles_cross(int kind, const char *variable, int usual)
     const int length = text && text[0] ? atoi(text) : usual;
     life l;
     ASSERT_EQ(SPRINGLS_OK, life_begin(&l, kind));
-    for (int i = 0; i < LOOKS; ++i) {
+    for (int i = 0; i < CHECKPOINTS; ++i) {
         springls_mesh mesh;
         springls_measures measures;
         Mesh judged;
-        ASSERT_EQ(SPRINGLS_OK, life_advance(&l, length / LOOKS > 0 ? length / LOOKS : 1));
+        ASSERT_EQ(SPRINGLS_OK, life_advance(&l, length / CHECKPOINTS > 0 ? length / CHECKPOINTS : 1));
         ASSERT_EQ(SPRINGLS_OK, springls_extract_mesh(l.ctx, &mesh));
         ASSERT_EQ(SPRINGLS_OK, springls_measure(l.ctx, &measures));
         ASSERT(to_cgal(mesh, judged)); /* edges of two triangles, in order */
