@@ -12231,6 +12231,13 @@ SPRINGLS__FN bool springls__checks_round(const springls_context *ctx, int rounds
     return !ctx->on_device || rounds % between == 0;
 }
 
+/* Returns true when rounds whose actions trade places between two scratch arrays are to be checked: after an even number, when the
+   arrays are where they were. They have grown by other roles, and in each other's places they would grow again. */
+SPRINGLS__FN bool springls__checks_traded_round(const springls_context *ctx, int rounds)
+{
+    return rounds % 2 == 0 && springls__checks_round(ctx, rounds);
+}
+
 /* ======== >>stage_clock  (src/runtime/stage_clock.h) =========================================================== */
 /* stage_clock.h - begins and ends every stage: its clock and the caller's trace. */
 
@@ -15319,7 +15326,7 @@ enum {
 /* Returns true after the last round of merging. */
 SPRINGLS__FN bool springls__merges_decided(springls_context *ctx, int rounds)
 {
-    return springls__checks_round(ctx, rounds)
+    return springls__checks_traded_round(ctx, rounds)
         && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(contract_action), ctx->model.set.count, SPRINGLS__UNDECIDED) == 0;
 }
 
@@ -16418,7 +16425,7 @@ SPRINGLS__FN springls_status springls__find_seeds(springls_context *ctx)
 /* Returns true when all seeds have been chosen or dropped, after so many rounds. */
 SPRINGLS__FN bool springls__seeds_decided(springls_context *ctx, int rounds)
 {
-    return springls__checks_round(ctx, rounds)
+    return springls__checks_traded_round(ctx, rounds)
         && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(seed_action), ctx->model.set.count, SPRINGLS__UNDECIDED) == 0;
 }
 
@@ -25624,7 +25631,7 @@ SPRINGLS__FN void springls__snapshot_write(springls_context *ctx, const springls
 }
 
 SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out,
-                                               size_t room, size_t *size)
+                                               size_t capacity, size_t *size)
 {
     springls__snapshot_state state;
     springls__layout layout;
@@ -25641,9 +25648,9 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
     *size = (size_t)layout.size;
     if (*size != layout.size) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "snapshot: a size overflows");
     if (!out) return SPRINGLS_OK;
-    if (room < *size)
+    if (capacity < *size)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: %lu bytes are needed, not %lu",
-                              (unsigned long)*size, (unsigned long)room);
+                              (unsigned long)*size, (unsigned long)capacity);
     springls__snapshot_write(ctx, &state, &layout, (char *)out);
     return SPRINGLS_OK;
 }
@@ -35753,7 +35760,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 35757 \"springls.h\"\n",
+    "#line 35764 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

@@ -293,4 +293,11 @@ SPRINGLS__FN bool springls__checks_round(const springls_context *ctx, int rounds
     return !ctx->on_device || rounds % between == 0;
 }
 
+/* Returns true when rounds whose actions trade places between two scratch arrays are to be checked: after an even number, when the
+   arrays are where they were. They have grown by other roles, and in each other's places they would grow again. */
+SPRINGLS__FN bool springls__checks_traded_round(const springls_context *ctx, int rounds)
+{
+    return rounds % 2 == 0 && springls__checks_round(ctx, rounds);
+}
+
 #endif

@@ -30,7 +30,7 @@ enum {
 /* Returns true after the last round of merging. */
 SPRINGLS__FN bool springls__merges_decided(springls_context *ctx, int rounds)
 {
-    return springls__checks_round(ctx, rounds)
+    return springls__checks_traded_round(ctx, rounds)
         && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(contract_action), ctx->model.set.count, SPRINGLS__UNDECIDED) == 0;
 }
 

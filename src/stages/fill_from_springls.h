@@ -26,7 +26,7 @@ SPRINGLS__FN springls_status springls__find_seeds(springls_context *ctx)
 /* Returns true when all seeds have been chosen or dropped, after so many rounds. */
 SPRINGLS__FN bool springls__seeds_decided(springls_context *ctx, int rounds)
 {
-    return springls__checks_round(ctx, rounds)
+    return springls__checks_traded_round(ctx, rounds)
         && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(seed_action), ctx->model.set.count, SPRINGLS__UNDECIDED) == 0;
 }
 
