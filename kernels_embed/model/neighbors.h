@@ -21,13 +21,11 @@ SPRINGLS__MATHS int springls__insert_nearest(float *d2s, SPRINGLS__GLOBAL int *c
     return length < room ? length + 1 : room;
 }
 
-/* Finds the edge of springl o nearest to each of the points q[0..2] within the radius, one point a lane: its number (-1: none)
+/* Finds the edge of springl o nearest to each of three points (x, y, z) within the radius, one point a lane: its number (-1: none)
    and its squared distance. */
-SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, SPRINGLS__GLOBAL const springls__v3 *q,
-                                             float radius2, float d2[8], float edge[8])
+SPRINGLS__MATHS void springls__nearest_edges(SPRINGLS__GLOBAL const springls__springl *o, const float x[8], const float y[8],
+                                             const float z[8], float radius2, float d2[8], float edge[8])
 {
-    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f };
-    const float z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };
     int e, m;
     for (m = 0; m < 3; m += SPRINGLS__LANES) {
         springls__vec3 at = springls__vec_load_v3(x + m, y + m, z + m);
@@ -62,6 +60,9 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
     SPRINGLS__GLOBAL const springls__springl *all = model->set.s, *self = &all[n];
     const float radius = model->params.neighbor_radius, radius2 = radius * radius;
     const int room = model->params.max_neighbors;
+    SPRINGLS__GLOBAL const springls__v3 *q = self->q;
+    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f };
+    const float z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };
     springls__v3 normal = springls__springl_normal(*self);
     springls__cell_walk walk = springls__cell_walk_around(model, self->p, radius + self->bounding_radius);
     float d2s[SPRINGLS__NEIGHBOR_ROW], d2[8], edge[8];
@@ -73,11 +74,11 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
         if (other == n) continue;
         if (springls__length2(springls__sub(o->p, self->p)) > within * within) continue;
         within = radius + o->bounding_radius;
-        if (springls__length2(springls__sub(o->p, self->q[0])) > within * within
-            && springls__length2(springls__sub(o->p, self->q[1])) > within * within
-            && springls__length2(springls__sub(o->p, self->q[2])) > within * within) continue;
+        if (springls__length2(springls__sub(o->p, q[0])) > within * within
+            && springls__length2(springls__sub(o->p, q[1])) > within * within
+            && springls__length2(springls__sub(o->p, q[2])) > within * within) continue;
         if (springls__is_other_sheet(model, n, normal, other)) continue;
-        springls__nearest_edges(o, self->q, radius2, d2, edge);
+        springls__nearest_edges(o, x, y, z, radius2, d2, edge);
         for (m = 0; m < 3; m++)
             if (edge[m] >= 0.0f)
                 length[m] = springls__insert_nearest(d2s + SPRINGLS__MAX_NEIGHBORS * m, row + SPRINGLS__MAX_NEIGHBORS * m,
