@@ -2804,7 +2804,6 @@ typedef union springls__arguments {
     /* contract, compaction, inheritance of attributes */                                                                        \
     X(contract_action, uint8_t, 1)              /* KEEP, REMOVE, RESHAPE or UNDECIDED                                         */ \
     X(next_contract_action, uint8_t, 2)         /* after a round of merging; trades places with it                            */ \
-    X(awaited_springl, int, 3)                  /* while a springl is undecided: an older one, whose decision it needs; or -1 */ \
     /* resample */                                                                                                               \
     X(split_number, uint32_t, 1)                /* 1 for a springl to split; scanned: the number of its second half           */ \
     X(split_halves, struct springls__half, 2)   /* two for each springl that is split                                         */ \
@@ -6926,43 +6925,40 @@ SPRINGLS__MATHS bool springls__outranks(const springls__model *model, int other,
     return model->set.generation[other] == model->set.generation[i] && other < i;
 }
 
-/* Returns the action for springl i after a round of merging. Of two springls of one side and body that are closer than
-   merge_distance the one of lower rank is removed. A springl stays undecided until all of higher rank near it are decided, so that
-   only springls that are kept remove others; *awaited becomes one that is not decided. */
-SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i,
-                                                SPRINGLS__GLOBAL int *awaited)
+/* Returns true when springls i, with normal n, and `other` are of one side and body and closer than merge_distance: the one of
+   lower rank is removed. */
+SPRINGLS__MATHS bool springls__merges(const springls__model *model, int i, springls__v3 n, int other)
 {
     const float r = model->params.merge_distance;
-    springls__springl s = model->set.s[i];
-    springls__v3 n = springls__springl_normal(s);
-    springls__cell_walk walk = springls__cell_walk_near(model, s.p, r);
+    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i], *o = &model->set.s[other];
+    return springls__length2(springls__sub(o->p, s->p)) < r * r
+        && springls__dot(springls__springl_normal(*o), n) > SPRINGLS__SAME_SIDE
+        && !springls__of_two_contact_bodies(model, i, other);
+}
+
+/* Returns the action for undecided springl i after a round of merging. It stays undecided until all of higher rank that it merges
+   with are decided, so that only springls that are kept remove others. */
+SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i)
+{
+    springls__v3 n = springls__springl_normal(model->set.s[i]);
+    springls__cell_walk walk = springls__cell_walk_near(model, model->set.s[i].p, model->params.merge_distance);
     uint8_t decided = SPRINGLS__KEEP;
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
-        if (!springls__outranks(model, other, i) || action[other] == SPRINGLS__REMOVE) continue;
-        if (springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;
-        if (springls__dot(springls__springl_normal(*o), n) <= SPRINGLS__SAME_SIDE) continue;
-        if (springls__of_two_contact_bodies(model, i, other)) continue;
+        if (action[other] == SPRINGLS__REMOVE || !springls__outranks(model, other, i)) continue;
+        if (!springls__merges(model, i, n, other)) continue;
         if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
         decided = SPRINGLS__UNDECIDED;
-        *awaited = other;
     }
     return decided;
 }
 
-/* Searches around an undecided springl again only once the one that it awaits is removed: a dense mesh takes hundreds of rounds. */
 SPRINGLS__MATHS void springls__merge_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL const uint8_t *action = springls__contract_action(model);
-    SPRINGLS__GLOBAL int *awaited = springls__awaited_springl(model) + i;
     uint8_t current = action[i];
     (void)args;
-    if (current == SPRINGLS__UNDECIDED) {
-        uint8_t other = *awaited < 0 ? SPRINGLS__REMOVE : action[*awaited];
-        if (other == SPRINGLS__REMOVE) current = springls__resolve_merge(model, action, i, awaited);
-        else if (other == SPRINGLS__KEEP) current = SPRINGLS__REMOVE;
-    }
+    if (current == SPRINGLS__UNDECIDED) current = springls__resolve_merge(model, action, i);
     springls__next_contract_action(model)[i] = current;
 }
 
@@ -6971,7 +6967,6 @@ SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model,
 {
     SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
     (void)args;
-    springls__awaited_springl(model)[i] = -1;
     if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;
 }
 
@@ -11787,8 +11782,8 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                                                    \
     X(contract, 256, SPRINGLS__ROLE_BIT(contract_action))                                                                        \
     X(reshape, 256, SPRINGLS__BIT(S))                                                                                            \
-    X(merge_begin, 4096, SPRINGLS__ROLE_BIT(contract_action) | SPRINGLS__ROLE_BIT(awaited_springl))                              \
-    X(merge, 256, SPRINGLS__ROLE_BIT(next_contract_action) | SPRINGLS__ROLE_BIT(awaited_springl))                                \
+    X(merge_begin, 4096, SPRINGLS__ROLE_BIT(contract_action))                                                                    \
+    X(merge, 256, SPRINGLS__ROLE_BIT(next_contract_action))                                                                      \
     X(overgrown, 512, SPRINGLS__ROLE_BIT(split_number))                                                                          \
     X(split, 64, SPRINGLS__ROLE_BIT(split_halves))                                                                               \
     X(split_store, 512, SPRINGLS__SET_BITS)                                                                                      \
@@ -15321,14 +15316,53 @@ enum {
     SPRINGLS__CONTRACT_RESHAPED,
     SPRINGLS__CONTRACT_MERGE,
     SPRINGLS__CONTRACT_MERGED,
+    SPRINGLS__CONTRACT_MERGE_BY_RANK,
     SPRINGLS__CONTRACT_REMOVE
 };
 
-/* Returns true after the last round of merging. */
-SPRINGLS__FN bool springls__merges_decided(springls_context *ctx, int rounds)
+/* Returns the phase after a round of merging. Where springls are dense, a round decides only a few and searches around all. */
+SPRINGLS__FN int springls__phase_after_merging(springls_context *ctx, int rounds)
 {
-    return springls__checks_traded_round(ctx, rounds)
-        && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(contract_action), ctx->model.set.count, SPRINGLS__UNDECIDED) == 0;
+    const int most = 16, count = ctx->model.set.count;
+    int undecided;
+    if (!springls__checks_traded_round(ctx, rounds)) return SPRINGLS__CONTRACT_MERGE;
+    undecided = (int)springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(contract_action), count, SPRINGLS__UNDECIDED);
+    if (undecided == 0) return SPRINGLS__CONTRACT_REMOVE;
+    return rounds < most && undecided < count / 8 ? SPRINGLS__CONTRACT_MERGE : SPRINGLS__CONTRACT_MERGE_BY_RANK;
+}
+
+/* Removes the undecided springls that merge with springl i, which is kept. */
+SPRINGLS__FN void springls__remove_merged(const springls__model *model, uint8_t *action, int i)
+{
+    springls__v3 n = springls__springl_normal(model->set.s[i]);
+    springls__cell_walk walk = springls__cell_walk_near(model, model->set.s[i].p, model->params.merge_distance);
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0)
+        if (action[other] == SPRINGLS__UNDECIDED && other != i && springls__merges(model, i, n, other))
+            action[other] = SPRINGLS__REMOVE;
+}
+
+/* Decides about the springls that rounds have left undecided: one after the other by rank, each that is kept removes those that
+   merge with it. The rounds have decided about those that merge with one of the mask. */
+SPRINGLS__FN springls_status springls__merge_by_rank(springls_context *ctx)
+{
+    const springls__constellation *set = &ctx->model.set;
+    uint8_t *action = springls__contract_action(&ctx->model);
+    uint32_t generation = 0, next;
+    int i;
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__ALL_BITS, SPRINGLS__ROLE_BIT(contract_action)));
+    do {
+        next = UINT32_MAX;
+        for (i = 0; i < set->count; i++) {
+            if (action[i] == SPRINGLS__REMOVE) continue;
+            if (set->generation[i] > generation && set->generation[i] < next) next = set->generation[i];
+            if (set->generation[i] != generation) continue;
+            if (action[i] == SPRINGLS__UNDECIDED) action[i] = SPRINGLS__KEEP;
+            springls__remove_merged(&ctx->model, action, i);
+        }
+        generation = next;
+    } while (next != UINT32_MAX);
+    return SPRINGLS_OK;
 }
 
 SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
@@ -15354,7 +15388,6 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
         if (!(ctx->model.params.merge_distance > 0.0f)) return springls__next_phase(ctx, SPRINGLS__CONTRACT_REMOVE);
         SPRINGLS__TRY(springls__cell_list_build(ctx));
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, next_contract_action, count));
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, awaited_springl, count));
         springls__run(ctx, SPRINGLS__KERNEL_merge_begin, count, NULL);
         return springls__next_phase(ctx, SPRINGLS__CONTRACT_MERGE);
     case SPRINGLS__CONTRACT_MERGE:
@@ -15362,8 +15395,10 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
         return springls__next_phase(ctx, SPRINGLS__CONTRACT_MERGED);
     case SPRINGLS__CONTRACT_MERGED:
         springls__swap(ctx, SPRINGLS__ROLE_ARRAY(contract_action), SPRINGLS__ROLE_ARRAY(next_contract_action));
-        return springls__next_phase(ctx, springls__merges_decided(ctx, ++ctx->work.repetition) ? SPRINGLS__CONTRACT_REMOVE
-                                                                                               : SPRINGLS__CONTRACT_MERGE);
+        return springls__next_phase(ctx, springls__phase_after_merging(ctx, ++ctx->work.repetition));
+    case SPRINGLS__CONTRACT_MERGE_BY_RANK:
+        SPRINGLS__TRY(springls__merge_by_rank(ctx));
+        return springls__next_phase(ctx, SPRINGLS__CONTRACT_REMOVE);
     case SPRINGLS__CONTRACT_REMOVE:
     default:
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_departed, count));
@@ -27329,7 +27364,6 @@ static const char *const springls__kernel_lines[] = {
     "    /* contract, compaction, inheritance of attributes */                                                                        \\\n",
     "    X(contract_action, uint8_t, 1)              /* KEEP, REMOVE, RESHAPE or UNDECIDED                                         */ \\\n",
     "    X(next_contract_action, uint8_t, 2)         /* after a round of merging; trades places with it                            */ \\\n",
-    "    X(awaited_springl, int, 3)                  /* while a springl is undecided: an older one, whose decision it needs; or -1 */ \\\n",
     "    /* resample */                                                                                                               \\\n",
     "    X(split_number, uint32_t, 1)                /* 1 for a springl to split; scanned: the number of its second half           */ \\\n",
     "    X(split_halves, struct springls__half, 2)   /* two for each springl that is split                                         */ \\\n",
@@ -27398,7 +27432,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 2878 \"springls.h\"\n",
+    "#line 2877 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -27410,7 +27444,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2890 \"springls.h\"\n",
+    "#line 2889 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27425,7 +27459,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2906 \"springls.h\"\n",
+    "#line 2905 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -27469,7 +27503,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2950 \"springls.h\"\n",
+    "#line 2949 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27484,7 +27518,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2965 \"springls.h\"\n",
+    "#line 2964 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -27528,7 +27562,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3009 \"springls.h\"\n",
+    "#line 3008 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -27607,7 +27641,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3088 \"springls.h\"\n",
+    "#line 3087 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27622,7 +27656,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3104 \"springls.h\"\n",
+    "#line 3103 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -27689,7 +27723,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3171 \"springls.h\"\n",
+    "#line 3170 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27704,7 +27738,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3186 \"springls.h\"\n",
+    "#line 3185 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -27771,7 +27805,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3254 \"springls.h\"\n",
+    "#line 3253 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -28149,7 +28183,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3633 \"springls.h\"\n",
+    "#line 3632 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -28838,7 +28872,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4323 \"springls.h\"\n",
+    "#line 4322 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
     "\n",
@@ -29099,7 +29133,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4585 \"springls.h\"\n",
+    "#line 4584 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -29301,7 +29335,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 4788 \"springls.h\"\n",
+    "#line 4787 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -29418,7 +29452,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 4906 \"springls.h\"\n",
+    "#line 4905 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -29568,7 +29602,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5056 \"springls.h\"\n",
+    "#line 5055 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29583,7 +29617,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5072 \"springls.h\"\n",
+    "#line 5071 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -29931,7 +29965,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5420 \"springls.h\"\n",
+    "#line 5419 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29946,7 +29980,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5435 \"springls.h\"\n",
+    "#line 5434 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -30294,7 +30328,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5783 \"springls.h\"\n",
+    "#line 5782 \"springls.h\"\n",
     "\n",
     "/* Displaces springl i by the forces of the rule, into moved_springls. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -30311,7 +30345,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 6389 \"springls.h\"\n",
+    "#line 6388 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -30337,7 +30371,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6416 \"springls.h\"\n",
+    "#line 6415 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -30426,7 +30460,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6506 \"springls.h\"\n",
+    "#line 6505 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -30566,7 +30600,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6647 \"springls.h\"\n",
+    "#line 6646 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -30660,7 +30694,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6742 \"springls.h\"\n",
+    "#line 6741 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -30848,43 +30882,40 @@ static const char *const springls__kernel_lines[] = {
     "    return model->set.generation[other] == model->set.generation[i] && other < i;\n",
     "}\n",
     "\n",
-    "/* Returns the action for springl i after a round of merging. Of two springls of one side and body that are closer than\n",
-    "   merge_distance the one of lower rank is removed. A springl stays undecided until all of higher rank near it are decided, so that\n",
-    "   only springls that are kept remove others; *awaited becomes one that is not decided. */\n",
-    "SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i,\n",
-    "                                                SPRINGLS__GLOBAL int *awaited)\n",
+    "/* Returns true when springls i, with normal n, and `other` are of one side and body and closer than merge_distance: the one of\n",
+    "   lower rank is removed. */\n",
+    "SPRINGLS__MATHS bool springls__merges(const springls__model *model, int i, springls__v3 n, int other)\n",
     "{\n",
     "    const float r = model->params.merge_distance;\n",
-    "    springls__springl s = model->set.s[i];\n",
-    "    springls__v3 n = springls__springl_normal(s);\n",
-    "    springls__cell_walk walk = springls__cell_walk_near(model, s.p, r);\n",
+    "    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i], *o = &model->set.s[other];\n",
+    "    return springls__length2(springls__sub(o->p, s->p)) < r * r\n",
+    "        && springls__dot(springls__springl_normal(*o), n) > SPRINGLS__SAME_SIDE\n",
+    "        && !springls__of_two_contact_bodies(model, i, other);\n",
+    "}\n",
+    "\n",
+    "/* Returns the action for undecided springl i after a round of merging. It stays undecided until all of higher rank that it merges\n",
+    "   with are decided, so that only springls that are kept remove others. */\n",
+    "SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i)\n",
+    "{\n",
+    "    springls__v3 n = springls__springl_normal(model->set.s[i]);\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, model->set.s[i].p, model->params.merge_distance);\n",
     "    uint8_t decided = SPRINGLS__KEEP;\n",
     "    int other;\n",
     "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
-    "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
-    "        if (!springls__outranks(model, other, i) || action[other] == SPRINGLS__REMOVE) continue;\n",
-    "        if (springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;\n",
-    "        if (springls__dot(springls__springl_normal(*o), n) <= SPRINGLS__SAME_SIDE) continue;\n",
-    "        if (springls__of_two_contact_bodies(model, i, other)) continue;\n",
+    "        if (action[other] == SPRINGLS__REMOVE || !springls__outranks(model, other, i)) continue;\n",
+    "        if (!springls__merges(model, i, n, other)) continue;\n",
     "        if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;\n",
     "        decided = SPRINGLS__UNDECIDED;\n",
-    "        *awaited = other;\n",
     "    }\n",
     "    return decided;\n",
     "}\n",
     "\n",
-    "/* Searches around an undecided springl again only once the one that it awaits is removed: a dense mesh takes hundreds of rounds. */\n",
     "SPRINGLS__MATHS void springls__merge_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const uint8_t *action = springls__contract_action(model);\n",
-    "    SPRINGLS__GLOBAL int *awaited = springls__awaited_springl(model) + i;\n",
     "    uint8_t current = action[i];\n",
     "    (void)args;\n",
-    "    if (current == SPRINGLS__UNDECIDED) {\n",
-    "        uint8_t other = *awaited < 0 ? SPRINGLS__REMOVE : action[*awaited];\n",
-    "        if (other == SPRINGLS__REMOVE) current = springls__resolve_merge(model, action, i, awaited);\n",
-    "        else if (other == SPRINGLS__KEEP) current = SPRINGLS__REMOVE;\n",
-    "    }\n",
+    "    if (current == SPRINGLS__UNDECIDED) current = springls__resolve_merge(model, action, i);\n",
     "    springls__next_contract_action(model)[i] = current;\n",
     "}\n",
     "\n",
@@ -30893,10 +30924,9 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;\n",
     "    (void)args;\n",
-    "    springls__awaited_springl(model)[i] = -1;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6979 \"springls.h\"\n",
+    "#line 6974 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -30926,7 +30956,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7009 \"springls.h\"\n",
+    "#line 7004 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30941,7 +30971,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7025 \"springls.h\"\n",
+    "#line 7020 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -31110,7 +31140,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7194 \"springls.h\"\n",
+    "#line 7189 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31125,7 +31155,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7209 \"springls.h\"\n",
+    "#line 7204 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -31294,7 +31324,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7378 \"springls.h\"\n",
+    "#line 7373 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -31348,7 +31378,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7433 \"springls.h\"\n",
+    "#line 7428 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -31374,7 +31404,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7459 \"springls.h\"\n",
+    "#line 7454 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31389,7 +31419,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7475 \"springls.h\"\n",
+    "#line 7470 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -31472,7 +31502,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7558 \"springls.h\"\n",
+    "#line 7553 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31487,7 +31517,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7573 \"springls.h\"\n",
+    "#line 7568 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -31570,7 +31600,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7656 \"springls.h\"\n",
+    "#line 7651 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -31644,7 +31674,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7731 \"springls.h\"\n",
+    "#line 7726 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -32197,7 +32227,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8285 \"springls.h\"\n",
+    "#line 8280 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -32293,7 +32323,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8382 \"springls.h\"\n",
+    "#line 8377 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -32414,7 +32444,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8504 \"springls.h\"\n",
+    "#line 8499 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -32684,7 +32714,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8775 \"springls.h\"\n",
+    "#line 8770 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -32760,7 +32790,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8852 \"springls.h\"\n",
+    "#line 8847 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -32902,7 +32932,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 8995 \"springls.h\"\n",
+    "#line 8990 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -33091,7 +33121,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9185 \"springls.h\"\n",
+    "#line 9180 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -33217,7 +33247,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9312 \"springls.h\"\n",
+    "#line 9307 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -33250,7 +33280,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (others == 0) return 0;\n",
     "    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;\n",
     "}\n",
-    "#line 9346 \"springls.h\"\n",
+    "#line 9341 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -33794,7 +33824,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9891 \"springls.h\"\n",
+    "#line 9886 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -33944,7 +33974,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10042 \"springls.h\"\n",
+    "#line 10037 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -34048,7 +34078,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10147 \"springls.h\"\n",
+    "#line 10142 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -34145,7 +34175,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10245 \"springls.h\"\n",
+    "#line 10240 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -34683,7 +34713,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10784 \"springls.h\"\n",
+    "#line 10779 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -34765,7 +34795,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10867 \"springls.h\"\n",
+    "#line 10862 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -35015,7 +35045,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11118 \"springls.h\"\n",
+    "#line 11113 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -35048,7 +35078,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11152 \"springls.h\"\n",
+    "#line 11147 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -35073,14 +35103,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11178 \"springls.h\"\n",
+    "#line 11173 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11185 \"springls.h\"\n",
+    "#line 11180 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35095,7 +35125,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11201 \"springls.h\"\n",
+    "#line 11196 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35225,7 +35255,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11331 \"springls.h\"\n",
+    "#line 11326 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35240,7 +35270,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11346 \"springls.h\"\n",
+    "#line 11341 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35370,7 +35400,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11477 \"springls.h\"\n",
+    "#line 11472 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -35661,7 +35691,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11769 \"springls.h\"\n",
+    "#line 11764 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -35683,8 +35713,8 @@ static const char *const springls__kernel_lines[] = {
     "    X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                                                    \\\n",
     "    X(contract, 256, SPRINGLS__ROLE_BIT(contract_action))                                                                        \\\n",
     "    X(reshape, 256, SPRINGLS__BIT(S))                                                                                            \\\n",
-    "    X(merge_begin, 4096, SPRINGLS__ROLE_BIT(contract_action) | SPRINGLS__ROLE_BIT(awaited_springl))                              \\\n",
-    "    X(merge, 256, SPRINGLS__ROLE_BIT(next_contract_action) | SPRINGLS__ROLE_BIT(awaited_springl))                                \\\n",
+    "    X(merge_begin, 4096, SPRINGLS__ROLE_BIT(contract_action))                                                                    \\\n",
+    "    X(merge, 256, SPRINGLS__ROLE_BIT(next_contract_action))                                                                      \\\n",
     "    X(overgrown, 512, SPRINGLS__ROLE_BIT(split_number))                                                                          \\\n",
     "    X(split, 64, SPRINGLS__ROLE_BIT(split_halves))                                                                               \\\n",
     "    X(split_store, 512, SPRINGLS__SET_BITS)                                                                                      \\\n",
@@ -35762,7 +35792,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 35766 \"springls.h\"\n",
+    "#line 35796 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

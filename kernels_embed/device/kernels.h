@@ -46,8 +46,8 @@
     X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                                                    \
     X(contract, 256, SPRINGLS__ROLE_BIT(contract_action))                                                                        \
     X(reshape, 256, SPRINGLS__BIT(S))                                                                                            \
-    X(merge_begin, 4096, SPRINGLS__ROLE_BIT(contract_action) | SPRINGLS__ROLE_BIT(awaited_springl))                              \
-    X(merge, 256, SPRINGLS__ROLE_BIT(next_contract_action) | SPRINGLS__ROLE_BIT(awaited_springl))                                \
+    X(merge_begin, 4096, SPRINGLS__ROLE_BIT(contract_action))                                                                    \
+    X(merge, 256, SPRINGLS__ROLE_BIT(next_contract_action))                                                                      \
     X(overgrown, 512, SPRINGLS__ROLE_BIT(split_number))                                                                          \
     X(split, 64, SPRINGLS__ROLE_BIT(split_halves))                                                                               \
     X(split_store, 512, SPRINGLS__SET_BITS)                                                                                      \

@@ -26,7 +26,6 @@
     /* contract, compaction, inheritance of attributes */                                                                        \
     X(contract_action, uint8_t, 1)              /* KEEP, REMOVE, RESHAPE or UNDECIDED                                         */ \
     X(next_contract_action, uint8_t, 2)         /* after a round of merging; trades places with it                            */ \
-    X(awaited_springl, int, 3)                  /* while a springl is undecided: an older one, whose decision it needs; or -1 */ \
     /* resample */                                                                                                               \
     X(split_number, uint32_t, 1)                /* 1 for a springl to split; scanned: the number of its second half           */ \
     X(split_halves, struct springls__half, 2)   /* two for each springl that is split                                         */ \

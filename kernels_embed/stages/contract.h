@@ -192,43 +192,40 @@ SPRINGLS__MATHS bool springls__outranks(const springls__model *model, int other,
     return model->set.generation[other] == model->set.generation[i] && other < i;
 }
 
-/* Returns the action for springl i after a round of merging. Of two springls of one side and body that are closer than
-   merge_distance the one of lower rank is removed. A springl stays undecided until all of higher rank near it are decided, so that
-   only springls that are kept remove others; *awaited becomes one that is not decided. */
-SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i,
-                                                SPRINGLS__GLOBAL int *awaited)
+/* Returns true when springls i, with normal n, and `other` are of one side and body and closer than merge_distance: the one of
+   lower rank is removed. */
+SPRINGLS__MATHS bool springls__merges(const springls__model *model, int i, springls__v3 n, int other)
 {
     const float r = model->params.merge_distance;
-    springls__springl s = model->set.s[i];
-    springls__v3 n = springls__springl_normal(s);
-    springls__cell_walk walk = springls__cell_walk_near(model, s.p, r);
+    SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i], *o = &model->set.s[other];
+    return springls__length2(springls__sub(o->p, s->p)) < r * r
+        && springls__dot(springls__springl_normal(*o), n) > SPRINGLS__SAME_SIDE
+        && !springls__of_two_contact_bodies(model, i, other);
+}
+
+/* Returns the action for undecided springl i after a round of merging. It stays undecided until all of higher rank that it merges
+   with are decided, so that only springls that are kept remove others. */
+SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SPRINGLS__GLOBAL const uint8_t *action, int i)
+{
+    springls__v3 n = springls__springl_normal(model->set.s[i]);
+    springls__cell_walk walk = springls__cell_walk_near(model, model->set.s[i].p, model->params.merge_distance);
     uint8_t decided = SPRINGLS__KEEP;
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0) {
-        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
-        if (!springls__outranks(model, other, i) || action[other] == SPRINGLS__REMOVE) continue;
-        if (springls__length2(springls__sub(o->p, s.p)) >= r * r) continue;
-        if (springls__dot(springls__springl_normal(*o), n) <= SPRINGLS__SAME_SIDE) continue;
-        if (springls__of_two_contact_bodies(model, i, other)) continue;
+        if (action[other] == SPRINGLS__REMOVE || !springls__outranks(model, other, i)) continue;
+        if (!springls__merges(model, i, n, other)) continue;
         if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
         decided = SPRINGLS__UNDECIDED;
-        *awaited = other;
     }
     return decided;
 }
 
-/* Searches around an undecided springl again only once the one that it awaits is removed: a dense mesh takes hundreds of rounds. */
 SPRINGLS__MATHS void springls__merge_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL const uint8_t *action = springls__contract_action(model);
-    SPRINGLS__GLOBAL int *awaited = springls__awaited_springl(model) + i;
     uint8_t current = action[i];
     (void)args;
-    if (current == SPRINGLS__UNDECIDED) {
-        uint8_t other = *awaited < 0 ? SPRINGLS__REMOVE : action[*awaited];
-        if (other == SPRINGLS__REMOVE) current = springls__resolve_merge(model, action, i, awaited);
-        else if (other == SPRINGLS__KEEP) current = SPRINGLS__REMOVE;
-    }
+    if (current == SPRINGLS__UNDECIDED) current = springls__resolve_merge(model, action, i);
     springls__next_contract_action(model)[i] = current;
 }
 
@@ -237,7 +234,6 @@ SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model,
 {
     SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
     (void)args;
-    springls__awaited_springl(model)[i] = -1;
     if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;
 }
 

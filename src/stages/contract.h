@@ -24,14 +24,53 @@ enum {
     SPRINGLS__CONTRACT_RESHAPED,
     SPRINGLS__CONTRACT_MERGE,
     SPRINGLS__CONTRACT_MERGED,
+    SPRINGLS__CONTRACT_MERGE_BY_RANK,
     SPRINGLS__CONTRACT_REMOVE
 };
 
-/* Returns true after the last round of merging. */
-SPRINGLS__FN bool springls__merges_decided(springls_context *ctx, int rounds)
+/* Returns the phase after a round of merging. Where springls are dense, a round decides only a few and searches around all. */
+SPRINGLS__FN int springls__phase_after_merging(springls_context *ctx, int rounds)
 {
-    return springls__checks_traded_round(ctx, rounds)
-        && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(contract_action), ctx->model.set.count, SPRINGLS__UNDECIDED) == 0;
+    const int most = 16, count = ctx->model.set.count;
+    int undecided;
+    if (!springls__checks_traded_round(ctx, rounds)) return SPRINGLS__CONTRACT_MERGE;
+    undecided = (int)springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(contract_action), count, SPRINGLS__UNDECIDED);
+    if (undecided == 0) return SPRINGLS__CONTRACT_REMOVE;
+    return rounds < most && undecided < count / 8 ? SPRINGLS__CONTRACT_MERGE : SPRINGLS__CONTRACT_MERGE_BY_RANK;
+}
+
+/* Removes the undecided springls that merge with springl i, which is kept. */
+SPRINGLS__FN void springls__remove_merged(const springls__model *model, uint8_t *action, int i)
+{
+    springls__v3 n = springls__springl_normal(model->set.s[i]);
+    springls__cell_walk walk = springls__cell_walk_near(model, model->set.s[i].p, model->params.merge_distance);
+    int other;
+    while ((other = springls__cell_walk_next(&walk)) >= 0)
+        if (action[other] == SPRINGLS__UNDECIDED && other != i && springls__merges(model, i, n, other))
+            action[other] = SPRINGLS__REMOVE;
+}
+
+/* Decides about the springls that rounds have left undecided: one after the other by rank, each that is kept removes those that
+   merge with it. The rounds have decided about those that merge with one of the mask. */
+SPRINGLS__FN springls_status springls__merge_by_rank(springls_context *ctx)
+{
+    const springls__constellation *set = &ctx->model.set;
+    uint8_t *action = springls__contract_action(&ctx->model);
+    uint32_t generation = 0, next;
+    int i;
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__ALL_BITS, SPRINGLS__ROLE_BIT(contract_action)));
+    do {
+        next = UINT32_MAX;
+        for (i = 0; i < set->count; i++) {
+            if (action[i] == SPRINGLS__REMOVE) continue;
+            if (set->generation[i] > generation && set->generation[i] < next) next = set->generation[i];
+            if (set->generation[i] != generation) continue;
+            if (action[i] == SPRINGLS__UNDECIDED) action[i] = SPRINGLS__KEEP;
+            springls__remove_merged(&ctx->model, action, i);
+        }
+        generation = next;
+    } while (next != UINT32_MAX);
+    return SPRINGLS_OK;
 }
 
 SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
@@ -57,7 +96,6 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
         if (!(ctx->model.params.merge_distance > 0.0f)) return springls__next_phase(ctx, SPRINGLS__CONTRACT_REMOVE);
         SPRINGLS__TRY(springls__cell_list_build(ctx));
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, next_contract_action, count));
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, awaited_springl, count));
         springls__run(ctx, SPRINGLS__KERNEL_merge_begin, count, NULL);
         return springls__next_phase(ctx, SPRINGLS__CONTRACT_MERGE);
     case SPRINGLS__CONTRACT_MERGE:
@@ -65,8 +103,10 @@ SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
         return springls__next_phase(ctx, SPRINGLS__CONTRACT_MERGED);
     case SPRINGLS__CONTRACT_MERGED:
         springls__swap(ctx, SPRINGLS__ROLE_ARRAY(contract_action), SPRINGLS__ROLE_ARRAY(next_contract_action));
-        return springls__next_phase(ctx, springls__merges_decided(ctx, ++ctx->work.repetition) ? SPRINGLS__CONTRACT_REMOVE
-                                                                                               : SPRINGLS__CONTRACT_MERGE);
+        return springls__next_phase(ctx, springls__phase_after_merging(ctx, ++ctx->work.repetition));
+    case SPRINGLS__CONTRACT_MERGE_BY_RANK:
+        SPRINGLS__TRY(springls__merge_by_rank(ctx));
+        return springls__next_phase(ctx, SPRINGLS__CONTRACT_REMOVE);
     case SPRINGLS__CONTRACT_REMOVE:
     default:
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_departed, count));

@@ -192,19 +192,25 @@ TEST merging_takes_the_younger(void)
     PASS();
 }
 
-/* A point of a spiral of six turns from one pole to the other: what happens to one there depends on that before it. */
+/* A point of a spiral of six turns from one pole to the other: the decision about one depends on that about the one before it. */
 static d3 spiral_direction(double part)
 {
     double polar = fixture_pi * part, turn = 12.0 * polar;
     return d3_make(sin(polar) * cos(turn), sin(polar) * sin(turn), cos(polar));
 }
 
-/* After merging no two particles of one side are closer than merge_distance, and none was removed without a reason. */
+static bool is_older(uint32_t id, uint32_t other, uint32_t generations)
+{
+    return id % generations < other % generations || (id % generations == other % generations && id < other);
+}
+
+/* After merging no two particles of one side are closer than merge_distance, and each that was removed has an older one near. */
 TEST merging_leaves_no_crowd(bool in_a_row)
 {
     springls_params p = springls_paper_params();
     springls_context *ctx;
     fixture_springl *before;
+    const uint32_t generations = in_a_row ? 3 : 1; /* that of springl i is i modulo this */
     int i, k, j = 0, count;
     p.merge_distance = 0.6f;
     ctx = sphere_without_springls(&p);
@@ -212,6 +218,7 @@ TEST merging_leaves_no_crowd(bool in_a_row)
     for (i = 0; i < 1500; i++) {
         d3 dir = in_a_row ? spiral_direction((i + 0.5) / 1500.0) : random_direction();
         add_shape(ctx, d3_mad(center, dir, radius), dir, 60.0, 60.0, 1.0);
+        fixture_here(ctx)->set.generation[i] = (uint32_t)i % generations;
     }
     before = fixture_copy(ctx);
     ASSERT_OK(springls_contract(ctx));
@@ -227,7 +234,7 @@ TEST merging_leaves_no_crowd(bool in_a_row)
         }
         for (k = 0; k < count; k++)
             near = near
-                || (springls_ids(ctx)[k] < before[i].id
+                || (is_older(springls_ids(ctx)[k], before[i].id, generations)
                     && d3_distance(d3_of(fixture_particle(ctx, k)), d3_of(before[i].p)) < 0.6 + 1e-5);
         ASSERT(near);
     }
