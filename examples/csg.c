@@ -79,7 +79,7 @@ static bool read_solid(struct solid *s)
     char error[MESH_TEXT];
     const int ball = shape_numbers(s->text, "ball", 4, n), box = ball ? 0 : shape_numbers(s->text, "box", 4, n);
     if (ball < 0 || box < 0) {
-        cli_fail("csg", CLI_EXIT_FAILURE, "%s: wanted are a place, and a positive size: ball:x,y,z,radius or box:x,y,z,half",
+        cli_fail("csg", CLI_EXIT_FAILURE, "%s: wanted are a place, and a positive size, of at most 1e6 each: ball:x,y,z,radius or box:x,y,z,half",
                  s->text);
         return false;
     }

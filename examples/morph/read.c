@@ -80,6 +80,9 @@ bool morph_read(struct morph *morph)
         return false;
     }
     if (!morph_check_props(set->props, source, target)) { return false; }
+    if (set->donor && source->skinned && target->skinned) {
+        return morph_fail("--donor has no effect: both characters have bones");
+    }
     if (!lend_bones(morph, source, set->source, target) || !lend_bones(morph, target, set->target, source)) {
         return false;
     }

@@ -134,7 +134,7 @@ static const char *read_seeds(struct segment_settings *set)
             char number[48];
             const size_t digits = length > 0 ? next_item(part, ",", number, sizeof number) : 0;
             if (digits == 0 || (part[digits] == ',') != (a < 2) || !cli_read_double(number, &value[a]) || fabs(value[a]) > 1e6) {
-                return "--seed wants X,Y,Z in mm, more of them between semicolons";
+                return "--seed wants X,Y,Z in mm, at most 1e6 each, more of them between semicolons";
             }
             set->seeds[set->seed_count][a] = (float)value[a];
             part += digits + (a < 2 ? 1 : 0);

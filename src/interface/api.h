@@ -222,8 +222,8 @@ SPRINGLS_API size_t springls_memory_used(const springls_context *ctx);
 /* ---- >>input:api: each call replaces the model and makes it the original surface: a_n = p_n, phi_ref = phi -------- */
 
 /* An input removes all attributes, sets the time to 0 and puts a grid that has moved back to where springls_desc.grid places it.
-   One that fails after its arguments were found good leaves the model empty. springls_set_reference, _set_reference_mesh,
-   _set_keep_mask and springls_write change the model that is there. */
+   One that fails after its arguments were found good leaves the model as it was, or empty. springls_set_reference,
+   _set_reference_mesh, _set_keep_mask and springls_write change the model that is there. */
 
 /* Reports what springls_set_mesh found. All members but triangles_dropped and springls describe the input after equal points
    were welded and repeated triangles dropped. */
@@ -251,7 +251,8 @@ typedef struct springls_mesh_report {
    positions: position_count points, world coordinates, `stride` bytes from one to the next (0: 12; a multiple of 4).
    triangles: 3 indices each, counter-clockwise seen from outside. report: may be NULL.
    An open, inside-out or otherwise defective mesh is repaired as `report` shows; holes are closed by a film of springls,
-   which come after those of the triangles.
+   which come after those of the triangles. With triangles much smaller than a voxel call springls_remesh next: the time of a
+   search grows with the springls in a cell.
    BAD_MESH: an index is out of range, no triangle has an area, or all lie outside the grid; or nothing is inside, as with a
    flat patch, with sheets that lie on each other, or with parts smaller than a voxel or than
    min_component: then the model is empty. NON_FINITE: a used position. */

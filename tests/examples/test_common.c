@@ -672,6 +672,9 @@ TEST pictures_of_a_sphere(void)
     indices[5] = 1000000;
     ASSERT_FALSE(raycast_render(&scene, 16, 16, &image));
     image_free(&image);
+    scene.triangle_count = 0;
+    ASSERT(raycast_render(&scene, 16, 16, &image));
+    image_free(&image);
     free(positions);
     free(indices);
     PASS();

@@ -43,7 +43,7 @@ static bool indices_valid(const struct raycast_scene *scene)
             return false;
         }
     }
-    return scene->triangle_count > 0;
+    return true;
 }
 
 /* Copies the triangles, shrunk for the springl style, and computes their mean edge length. */
@@ -325,9 +325,12 @@ static void make_boxes(struct renderer *r)
     }
 }
 
-/* Computes all that the pixels of a picture need. Returns false if there is nothing to draw or memory is short. */
+/* Computes all that the pixels of a picture need. Returns false if an index is wrong or memory is short. */
 static bool prepare(struct renderer *r)
 {
+    if (r->scene->triangle_count == 0) {
+        return true; /* only the background */
+    }
     if (!indices_valid(r->scene) || !allocate(r)) {
         return false;
     }

@@ -85,8 +85,8 @@ struct raycast_scene {
     int supersampling; /* n x n samples a pixel; 0 = 2 */
 };
 
-/* Renders the scene. Returns false if there is no finite triangle (the picture is then the background), an index is wrong, or
- * memory is short. */
+/* Renders the scene; without triangles the picture is the background. Returns false if there are triangles but none is finite (the
+ * picture is then the background), an index is wrong, or memory is short. */
 bool raycast_render(const struct raycast_scene *scene, int width, int height, struct image *result);
 
 /* Returns a pattern that makes tracking visible: hue by direction from the center of the box lo..hi, times a checker of
