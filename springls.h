@@ -23083,7 +23083,8 @@ SPRINGLS__FN springls__tri springls__level_triangle(springls__mc_cell cell, int 
 typedef struct springls__level_ray {
     const springls__grid *g;
     springls__ray_frame frame;
-    double t_max;
+    int step, last;  /* to the next slab: 1 or -1; the last slab of the domain */
+    double t_max;    /* nothing better is further along the ray                */
     springls__level_hit best;
 } springls__level_ray;
 
@@ -23136,8 +23137,8 @@ SPRINGLS__FN void springls__level_ray_cube(springls__level_ray *ray, const int a
     }
 }
 
-/* Visits the cubes of one slab, and returns whether the ray has met a triangle. */
-SPRINGLS__FN bool springls__level_ray_slab(springls__level_ray *ray, int slab)
+/* Visits the cubes of one slab. */
+SPRINGLS__FN void springls__level_ray_slab(springls__level_ray *ray, int slab)
 {
     const int kx = ray->frame.kx, ky = ray->frame.ky;
     int u[2], v[2], at[3];
@@ -23146,7 +23147,29 @@ SPRINGLS__FN bool springls__level_ray_slab(springls__level_ray *ray, int slab)
     at[ray->frame.kz] = slab;
     for (at[ky] = v[0]; at[ky] <= v[1]; at[ky]++)
         for (at[kx] = u[0]; at[kx] <= u[1]; at[kx]++) springls__level_ray_cube(ray, at);
-    return ray->best.found;
+}
+
+/* Returns the last slab, the way the ray goes, of the layer of bricks that slab `slab` is in. */
+SPRINGLS__FN int springls__level_ray_layer_end(const springls__level_ray *ray, int slab)
+{
+    const int first = springls__imax(slab, 0) & ~7;
+    if (ray->step > 0) return springls__imin(first + 7, ray->last);
+    return first > 0 ? first : -1;
+}
+
+/* Visits the slabs from `slab` to `end`, in one layer of bricks, until the ray has met a triangle. */
+SPRINGLS__FN void springls__level_ray_layer(springls__level_ray *ray, int slab, int end)
+{
+    if (!springls__level_ray_active(ray, springls__imin(slab, end), springls__imax(slab, end) + 1)) return;
+    for (; (end - slab) * ray->step >= 0 && !ray->best.found; slab += ray->step) springls__level_ray_slab(ray, slab);
+}
+
+/* Returns whether the ray, which has length t_end, comes to a slab of the domain. */
+SPRINGLS__FN bool springls__level_ray_reaches(const springls__level_ray *ray, int slab, double t_end)
+{
+    const springls__ray_frame *f = &ray->frame;
+    const double plane = (double)(ray->step > 0 ? slab : slab + 1);
+    return (ray->last - slab) * ray->step >= 0 && !(f->sz * (plane - f->origin[f->kz]) > t_end + 1e-6 * fabs(f->sz));
 }
 
 /* Clips the ray to the cubes of the domain, [*t_in, *t_out], and finds where it begins there. */
@@ -23181,29 +23204,21 @@ SPRINGLS__FN springls__level_hit springls__level_ray_first(const springls__grid 
 {
     springls__level_ray ray;
     double from[3], t_in = 0.0, t_out = *t;
-    int k, slab, last, step, end;
+    int k, slab, end;
     memset(&ray, 0, sizeof ray);
     if (!springls__level_ray_clip(g, origin, direction, &t_in, &t_out, from)) return ray.best;
     ray.g = g;
     ray.frame = springls__ray_frame_make(from, direction);
     ray.t_max = *t - t_in;
     k = ray.frame.kz;
-    step = direction[k] > 0.0 ? 1 : -1;
-    slab = springls__iclamp((int)(from[k] - step * 1e-6 + 1.0) - 1, -1, g->size[k] - 1);
-    last = step > 0 ? g->size[k] - 1 : -1;
-    for (;; slab = end + step) {
-        int first = springls__imax(slab, 0) & ~7;
-        end = step > 0 ? springls__imin(first + 7, last) : first > 0 ? first : -1;
-        if (ray.frame.sz * ((double)(step > 0 ? slab : slab + 1) - from[k]) > t_out - t_in + 1e-6 * fabs(ray.frame.sz))
-            break;
-        if (springls__level_ray_active(&ray, step > 0 ? slab : end, (step > 0 ? end : slab) + 1))
-            for (; (slab - end) * step <= 0; slab += step)
-                if (springls__level_ray_slab(&ray, slab)) {
-                    *t = t_in + ray.t_max;
-                    return ray.best;
-                }
-        if (end == last) break;
+    ray.step = direction[k] > 0.0 ? 1 : -1;
+    ray.last = ray.step > 0 ? g->size[k] - 1 : -1;
+    slab = springls__iclamp((int)(from[k] - ray.step * 1e-6 + 1.0) - 1, -1, g->size[k] - 1);
+    for (; !ray.best.found && springls__level_ray_reaches(&ray, slab, t_out - t_in); slab = end + ray.step) {
+        end = springls__level_ray_layer_end(&ray, slab);
+        springls__level_ray_layer(&ray, slab, end);
     }
+    if (ray.best.found) *t = t_in + ray.t_max;
     return ray.best;
 }
 
@@ -25488,45 +25503,30 @@ SPRINGLS__FN void springls__snapshot_attributes(const springls_context *ctx, spr
     }
 }
 
-/* Lists the statistics of a snapshot: all but times, which are no part of a state. */
-#define SPRINGLS__SNAPSHOT_STATS(X)                                                                                              \
-    X(steps) X(added) X(split) X(removed) X(reshaped) X(refused) X(left) X(volume_correction) X(largest_displacement)            \
-    X(moving_share)
-
-/* Fills the statistics. */
-SPRINGLS__FN void springls__snapshot_stats(const springls_stats *stats, springls__snapshot_state *s)
-{
-#define SPRINGLS__STORE_STATISTIC(name) s->name = stats->name;
-    SPRINGLS__SNAPSHOT_STATS(SPRINGLS__STORE_STATISTIC)
-#undef SPRINGLS__STORE_STATISTIC
-}
+/* Lists the numbers that a snapshot copies from the context and back: X(name in the snapshot, member of the context). Times are no
+   part of a state. */
+#define SPRINGLS__SNAPSHOT_COPIES(X)                                                                                             \
+    X(time, time) X(iteration, iteration) X(lag, lag) X(lag_turned, lag_turned) X(opposed, opposed)                              \
+    X(springls, model.set.count) X(at_edges, model.set.at_edges) X(next_id, model.set.next_id) X(step, model.set.step)           \
+    X(components, component_count) X(events, event_count) X(event_parts, event_part_count)                                       \
+    X(components_found, components_found) X(components_fresh, components_fresh) X(volumes_locked, volumes_locked)                \
+    X(last_component_id, last_component_id) X(last_contact_body, last_contact_body)                                              \
+    X(steps, stats.steps) X(added, stats.added) X(split, stats.split) X(removed, stats.removed) X(reshaped, stats.reshaped)      \
+    X(refused, stats.refused) X(left, stats.left) X(volume_correction, stats.volume_correction)                                  \
+    X(largest_displacement, stats.largest_displacement) X(moving_share, stats.moving_share)
 
 /* Fills the numbers from the model. */
 SPRINGLS__FN void springls__snapshot_fill(springls_context *ctx, springls_snapshot_kind kind, springls__snapshot_state *s)
 {
     memset(s, 0, sizeof *s);
+#define SPRINGLS__STORE(name, member) s->name = ctx->member;
+    SPRINGLS__SNAPSHOT_COPIES(SPRINGLS__STORE)
+#undef SPRINGLS__STORE
     s->kind = (int32_t)kind;
-    s->time = ctx->time;
     s->reference_stamp = kind == SPRINGLS_SNAPSHOT_KIND_FRAME ? springls__reference_stamp(ctx) : 0;
     s->params = ctx->model.params;
-    s->iteration = ctx->iteration;
-    s->lag = ctx->lag;
-    s->lag_turned = ctx->lag_turned;
-    s->opposed = ctx->opposed;
-    s->springls = ctx->model.set.count;
-    s->at_edges = ctx->model.set.at_edges;
     s->neighbors_age = springls__imax(ctx->neighbors_age, -1);
     s->bricks = ctx->model.grid.active_count;
-    s->components = ctx->component_count;
-    s->events = ctx->event_count;
-    s->event_parts = ctx->event_part_count;
-    s->components_found = ctx->components_found;
-    s->components_fresh = ctx->components_fresh;
-    s->volumes_locked = ctx->volumes_locked;
-    s->last_component_id = ctx->last_component_id;
-    s->last_contact_body = ctx->last_contact_body;
-    s->next_id = ctx->model.set.next_id;
-    s->step = ctx->model.set.step;
     s->reference_bricks = springls__active_bricks(&ctx->model.reference);
     s->original = ctx->original.count;
     s->given = ctx->original.given;
@@ -25539,7 +25539,6 @@ SPRINGLS__FN void springls__snapshot_fill(springls_context *ctx, springls_snapsh
     s->original_window_z = ctx->original_window.offset[2];
     s->inside_runs = springls__put_inside_runs(NULL, &ctx->model.grid);
     s->reference_inside_runs = springls__put_inside_runs(NULL, &ctx->model.reference);
-    springls__snapshot_stats(&ctx->stats, s);
     springls__snapshot_attributes(ctx, s);
 }
 
@@ -26259,14 +26258,6 @@ SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls_
     springls__get_array(ctx, s, layout, block, SPRINGLS__SECTION_SOURCE);
 }
 
-/* Replaces the statistics; the times stay those of the context. */
-SPRINGLS__FN void springls__stats_take(springls_stats *stats, const springls__snapshot_state *s)
-{
-#define SPRINGLS__RESTORE_STATISTIC(name) stats->name = s->name;
-    SPRINGLS__SNAPSHOT_STATS(SPRINGLS__RESTORE_STATISTIC)
-#undef SPRINGLS__RESTORE_STATISTIC
-}
-
 /* Replaces the numbers of the model, except parameters and attributes, by those of the snapshot. */
 SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__snapshot_state *s)
 {
@@ -26274,30 +26265,15 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     const int original_window[3] = { s->original_window_x, s->original_window_y, s->original_window_z };
     springls__place_window(ctx, &ctx->window, window);
     springls__place_window(ctx, &ctx->original_window, original_window);
-    ctx->model.set.count = s->springls;
-    ctx->model.set.at_edges = s->at_edges;
-    ctx->model.set.next_id = s->next_id;
-    ctx->model.set.step = s->step;
-    ctx->time = s->time;
-    ctx->iteration = s->iteration;
-    ctx->lag = s->lag;
-    ctx->lag_turned = s->lag_turned;
-    ctx->away = FLT_MAX;
-    ctx->opposed = s->opposed != 0;
-    ctx->saved.in_use = false;
-    springls__stats_take(&ctx->stats, s);
-    ctx->component_count = s->components;
-    ctx->event_count = s->events;
-    ctx->event_part_count = s->event_parts;
-    ctx->last_component_id = s->last_component_id;
-    ctx->last_contact_body = s->last_contact_body;
-    ctx->components_found = s->components_found != 0;
-    ctx->volumes_locked = s->volumes_locked != 0;
-    ctx->model.grid.some_asleep = 0;
-    springls__constellation_changed(ctx);
-    ctx->components_fresh = s->components_fresh != 0;
+    springls__constellation_changed(ctx); /* before components_fresh and neighbors_age, which it clears */
+#define SPRINGLS__RESTORE(name, member) ctx->member = s->name;
+    SPRINGLS__SNAPSHOT_COPIES(SPRINGLS__RESTORE)
+#undef SPRINGLS__RESTORE
     ctx->neighbors_age = s->neighbors_age;
     ctx->neighbors_missing = true;
+    ctx->model.grid.some_asleep = 0;
+    ctx->away = FLT_MAX;
+    ctx->saved.in_use = false;
 }
 
 SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *block, size_t size)
@@ -35793,7 +35769,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 35797 \"springls.h\"\n",
+    "#line 35773 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

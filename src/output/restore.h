@@ -189,14 +189,6 @@ SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls_
     springls__get_array(ctx, s, layout, block, SPRINGLS__SECTION_SOURCE);
 }
 
-/* Replaces the statistics; the times stay those of the context. */
-SPRINGLS__FN void springls__stats_take(springls_stats *stats, const springls__snapshot_state *s)
-{
-#define SPRINGLS__RESTORE_STATISTIC(name) stats->name = s->name;
-    SPRINGLS__SNAPSHOT_STATS(SPRINGLS__RESTORE_STATISTIC)
-#undef SPRINGLS__RESTORE_STATISTIC
-}
-
 /* Replaces the numbers of the model, except parameters and attributes, by those of the snapshot. */
 SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__snapshot_state *s)
 {
@@ -204,30 +196,15 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
     const int original_window[3] = { s->original_window_x, s->original_window_y, s->original_window_z };
     springls__place_window(ctx, &ctx->window, window);
     springls__place_window(ctx, &ctx->original_window, original_window);
-    ctx->model.set.count = s->springls;
-    ctx->model.set.at_edges = s->at_edges;
-    ctx->model.set.next_id = s->next_id;
-    ctx->model.set.step = s->step;
-    ctx->time = s->time;
-    ctx->iteration = s->iteration;
-    ctx->lag = s->lag;
-    ctx->lag_turned = s->lag_turned;
-    ctx->away = FLT_MAX;
-    ctx->opposed = s->opposed != 0;
-    ctx->saved.in_use = false;
-    springls__stats_take(&ctx->stats, s);
-    ctx->component_count = s->components;
-    ctx->event_count = s->events;
-    ctx->event_part_count = s->event_parts;
-    ctx->last_component_id = s->last_component_id;
-    ctx->last_contact_body = s->last_contact_body;
-    ctx->components_found = s->components_found != 0;
-    ctx->volumes_locked = s->volumes_locked != 0;
-    ctx->model.grid.some_asleep = 0;
-    springls__constellation_changed(ctx);
-    ctx->components_fresh = s->components_fresh != 0;
+    springls__constellation_changed(ctx); /* before components_fresh and neighbors_age, which it clears */
+#define SPRINGLS__RESTORE(name, member) ctx->member = s->name;
+    SPRINGLS__SNAPSHOT_COPIES(SPRINGLS__RESTORE)
+#undef SPRINGLS__RESTORE
     ctx->neighbors_age = s->neighbors_age;
     ctx->neighbors_missing = true;
+    ctx->model.grid.some_asleep = 0;
+    ctx->away = FLT_MAX;
+    ctx->saved.in_use = false;
 }
 
 SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *block, size_t size)

@@ -81,45 +81,30 @@ SPRINGLS__FN void springls__snapshot_attributes(const springls_context *ctx, spr
     }
 }
 
-/* Lists the statistics of a snapshot: all but times, which are no part of a state. */
-#define SPRINGLS__SNAPSHOT_STATS(X)                                                                                              \
-    X(steps) X(added) X(split) X(removed) X(reshaped) X(refused) X(left) X(volume_correction) X(largest_displacement)            \
-    X(moving_share)
-
-/* Fills the statistics. */
-SPRINGLS__FN void springls__snapshot_stats(const springls_stats *stats, springls__snapshot_state *s)
-{
-#define SPRINGLS__STORE_STATISTIC(name) s->name = stats->name;
-    SPRINGLS__SNAPSHOT_STATS(SPRINGLS__STORE_STATISTIC)
-#undef SPRINGLS__STORE_STATISTIC
-}
+/* Lists the numbers that a snapshot copies from the context and back: X(name in the snapshot, member of the context). Times are no
+   part of a state. */
+#define SPRINGLS__SNAPSHOT_COPIES(X)                                                                                             \
+    X(time, time) X(iteration, iteration) X(lag, lag) X(lag_turned, lag_turned) X(opposed, opposed)                              \
+    X(springls, model.set.count) X(at_edges, model.set.at_edges) X(next_id, model.set.next_id) X(step, model.set.step)           \
+    X(components, component_count) X(events, event_count) X(event_parts, event_part_count)                                       \
+    X(components_found, components_found) X(components_fresh, components_fresh) X(volumes_locked, volumes_locked)                \
+    X(last_component_id, last_component_id) X(last_contact_body, last_contact_body)                                              \
+    X(steps, stats.steps) X(added, stats.added) X(split, stats.split) X(removed, stats.removed) X(reshaped, stats.reshaped)      \
+    X(refused, stats.refused) X(left, stats.left) X(volume_correction, stats.volume_correction)                                  \
+    X(largest_displacement, stats.largest_displacement) X(moving_share, stats.moving_share)
 
 /* Fills the numbers from the model. */
 SPRINGLS__FN void springls__snapshot_fill(springls_context *ctx, springls_snapshot_kind kind, springls__snapshot_state *s)
 {
     memset(s, 0, sizeof *s);
+#define SPRINGLS__STORE(name, member) s->name = ctx->member;
+    SPRINGLS__SNAPSHOT_COPIES(SPRINGLS__STORE)
+#undef SPRINGLS__STORE
     s->kind = (int32_t)kind;
-    s->time = ctx->time;
     s->reference_stamp = kind == SPRINGLS_SNAPSHOT_KIND_FRAME ? springls__reference_stamp(ctx) : 0;
     s->params = ctx->model.params;
-    s->iteration = ctx->iteration;
-    s->lag = ctx->lag;
-    s->lag_turned = ctx->lag_turned;
-    s->opposed = ctx->opposed;
-    s->springls = ctx->model.set.count;
-    s->at_edges = ctx->model.set.at_edges;
     s->neighbors_age = springls__imax(ctx->neighbors_age, -1);
     s->bricks = ctx->model.grid.active_count;
-    s->components = ctx->component_count;
-    s->events = ctx->event_count;
-    s->event_parts = ctx->event_part_count;
-    s->components_found = ctx->components_found;
-    s->components_fresh = ctx->components_fresh;
-    s->volumes_locked = ctx->volumes_locked;
-    s->last_component_id = ctx->last_component_id;
-    s->last_contact_body = ctx->last_contact_body;
-    s->next_id = ctx->model.set.next_id;
-    s->step = ctx->model.set.step;
     s->reference_bricks = springls__active_bricks(&ctx->model.reference);
     s->original = ctx->original.count;
     s->given = ctx->original.given;
@@ -132,7 +117,6 @@ SPRINGLS__FN void springls__snapshot_fill(springls_context *ctx, springls_snapsh
     s->original_window_z = ctx->original_window.offset[2];
     s->inside_runs = springls__put_inside_runs(NULL, &ctx->model.grid);
     s->reference_inside_runs = springls__put_inside_runs(NULL, &ctx->model.reference);
-    springls__snapshot_stats(&ctx->stats, s);
     springls__snapshot_attributes(ctx, s);
 }
 

@@ -30,7 +30,8 @@ SPRINGLS__FN springls__tri springls__level_triangle(springls__mc_cell cell, int 
 typedef struct springls__level_ray {
     const springls__grid *g;
     springls__ray_frame frame;
-    double t_max;
+    int step, last;  /* to the next slab: 1 or -1; the last slab of the domain */
+    double t_max;    /* nothing better is further along the ray                */
     springls__level_hit best;
 } springls__level_ray;
 
@@ -83,8 +84,8 @@ SPRINGLS__FN void springls__level_ray_cube(springls__level_ray *ray, const int a
     }
 }
 
-/* Visits the cubes of one slab, and returns whether the ray has met a triangle. */
-SPRINGLS__FN bool springls__level_ray_slab(springls__level_ray *ray, int slab)
+/* Visits the cubes of one slab. */
+SPRINGLS__FN void springls__level_ray_slab(springls__level_ray *ray, int slab)
 {
     const int kx = ray->frame.kx, ky = ray->frame.ky;
     int u[2], v[2], at[3];
@@ -93,7 +94,29 @@ SPRINGLS__FN bool springls__level_ray_slab(springls__level_ray *ray, int slab)
     at[ray->frame.kz] = slab;
     for (at[ky] = v[0]; at[ky] <= v[1]; at[ky]++)
         for (at[kx] = u[0]; at[kx] <= u[1]; at[kx]++) springls__level_ray_cube(ray, at);
-    return ray->best.found;
+}
+
+/* Returns the last slab, the way the ray goes, of the layer of bricks that slab `slab` is in. */
+SPRINGLS__FN int springls__level_ray_layer_end(const springls__level_ray *ray, int slab)
+{
+    const int first = springls__imax(slab, 0) & ~7;
+    if (ray->step > 0) return springls__imin(first + 7, ray->last);
+    return first > 0 ? first : -1;
+}
+
+/* Visits the slabs from `slab` to `end`, in one layer of bricks, until the ray has met a triangle. */
+SPRINGLS__FN void springls__level_ray_layer(springls__level_ray *ray, int slab, int end)
+{
+    if (!springls__level_ray_active(ray, springls__imin(slab, end), springls__imax(slab, end) + 1)) return;
+    for (; (end - slab) * ray->step >= 0 && !ray->best.found; slab += ray->step) springls__level_ray_slab(ray, slab);
+}
+
+/* Returns whether the ray, which has length t_end, comes to a slab of the domain. */
+SPRINGLS__FN bool springls__level_ray_reaches(const springls__level_ray *ray, int slab, double t_end)
+{
+    const springls__ray_frame *f = &ray->frame;
+    const double plane = (double)(ray->step > 0 ? slab : slab + 1);
+    return (ray->last - slab) * ray->step >= 0 && !(f->sz * (plane - f->origin[f->kz]) > t_end + 1e-6 * fabs(f->sz));
 }
 
 /* Clips the ray to the cubes of the domain, [*t_in, *t_out], and finds where it begins there. */
@@ -128,29 +151,21 @@ SPRINGLS__FN springls__level_hit springls__level_ray_first(const springls__grid 
 {
     springls__level_ray ray;
     double from[3], t_in = 0.0, t_out = *t;
-    int k, slab, last, step, end;
+    int k, slab, end;
     memset(&ray, 0, sizeof ray);
     if (!springls__level_ray_clip(g, origin, direction, &t_in, &t_out, from)) return ray.best;
     ray.g = g;
     ray.frame = springls__ray_frame_make(from, direction);
     ray.t_max = *t - t_in;
     k = ray.frame.kz;
-    step = direction[k] > 0.0 ? 1 : -1;
-    slab = springls__iclamp((int)(from[k] - step * 1e-6 + 1.0) - 1, -1, g->size[k] - 1);
-    last = step > 0 ? g->size[k] - 1 : -1;
-    for (;; slab = end + step) {
-        int first = springls__imax(slab, 0) & ~7;
-        end = step > 0 ? springls__imin(first + 7, last) : first > 0 ? first : -1;
-        if (ray.frame.sz * ((double)(step > 0 ? slab : slab + 1) - from[k]) > t_out - t_in + 1e-6 * fabs(ray.frame.sz))
-            break;
-        if (springls__level_ray_active(&ray, step > 0 ? slab : end, (step > 0 ? end : slab) + 1))
-            for (; (slab - end) * step <= 0; slab += step)
-                if (springls__level_ray_slab(&ray, slab)) {
-                    *t = t_in + ray.t_max;
-                    return ray.best;
-                }
-        if (end == last) break;
+    ray.step = direction[k] > 0.0 ? 1 : -1;
+    ray.last = ray.step > 0 ? g->size[k] - 1 : -1;
+    slab = springls__iclamp((int)(from[k] - ray.step * 1e-6 + 1.0) - 1, -1, g->size[k] - 1);
+    for (; !ray.best.found && springls__level_ray_reaches(&ray, slab, t_out - t_in); slab = end + ray.step) {
+        end = springls__level_ray_layer_end(&ray, slab);
+        springls__level_ray_layer(&ray, slab, end);
     }
+    if (ray.best.found) *t = t_in + ray.t_max;
     return ray.best;
 }
 
