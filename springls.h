@@ -12871,6 +12871,19 @@ SPRINGLS__FN void springls__sort_keys(uint64_t *keys, size_t count)
     }
 }
 
+/* Returns the first of `count` elements that has not a lower number than `sought`; numbers ascend. number: that of the first
+   element; stride: bytes from one element to the next. */
+SPRINGLS__FN int springls__lower_bound(const void *number, size_t stride, int count, uint32_t sought)
+{
+    int low = 0, high = count;
+    while (low < high) {
+        int middle = low + (high - low) / 2;
+        if (*(const uint32_t *)(const void *)((const char *)number + (size_t)middle * stride) < sought) low = middle + 1;
+        else high = middle;
+    }
+    return low;
+}
+
 /* Returns the root of i's tree in a forest, and shortens the paths on the way. */
 SPRINGLS__FN int32_t springls__find_root(int32_t *parent, int32_t i)
 {
@@ -12878,13 +12891,14 @@ SPRINGLS__FN int32_t springls__find_root(int32_t *parent, int32_t i)
     return i;
 }
 
-/* Joins two trees of a forest; the lower root stays a root. */
-SPRINGLS__FN void springls__join_trees(int32_t *parent, int32_t a, int32_t b)
+/* Joins two trees of a forest; the lower root stays a root. Returns false where they are one tree already. */
+SPRINGLS__FN bool springls__join_trees(int32_t *parent, int32_t a, int32_t b)
 {
     a = springls__find_root(parent, a);
     b = springls__find_root(parent, b);
     if (a < b) parent[b] = a;
     else parent[a] = b;
+    return a != b;
 }
 
 #define SPRINGLS__HASH_BEGIN 14695981039346656037u /* a hash of nothing (FNV-1a, 64 bits) */
@@ -14984,13 +14998,7 @@ SPRINGLS__FN springls_status springls__attributes_before_split(springls_context 
 /* Returns which of the first `count` springls has an id: ids ascend. */
 SPRINGLS__FN int springls__springl_of_id(const springls_context *ctx, uint32_t id, int count)
 {
-    int low = 0, high = count;
-    while (high - low > 1) {
-        int middle = low + (high - low) / 2;
-        if (ctx->model.set.id[middle] <= id) low = middle;
-        else high = middle;
-    }
-    return low;
+    return springls__lower_bound(ctx->model.set.id, sizeof *ctx->model.set.id, count, id);
 }
 
 /* Values for new springls; the search has those that were there before. */
@@ -15311,25 +15319,36 @@ SPRINGLS__FN springls_status springls__sample_phi(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-enum {
-    SPRINGLS__CONTRACT_JUDGE,
-    SPRINGLS__CONTRACT_RESHAPE,
-    SPRINGLS__CONTRACT_RESHAPED,
-    SPRINGLS__CONTRACT_MERGE,
-    SPRINGLS__CONTRACT_MERGED,
-    SPRINGLS__CONTRACT_MERGE_BY_RANK,
-    SPRINGLS__CONTRACT_REMOVE
-};
-
-/* Returns the phase after a round of merging. Where springls are dense, a round decides only a few and searches around all. */
-SPRINGLS__FN int springls__phase_after_merging(springls_context *ctx, int rounds)
+/* Decides for each springl whether it stays, is reshaped or removed. Ends with a loop. */
+SPRINGLS__FN springls_status springls__find_poor(springls_context *ctx)
 {
-    const int most = 16, count = ctx->model.set.count;
-    int undecided;
-    if (!springls__checks_traded_round(ctx, rounds)) return SPRINGLS__CONTRACT_MERGE;
-    undecided = (int)springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(contract_action), count, SPRINGLS__UNDECIDED);
-    if (undecided == 0) return SPRINGLS__CONTRACT_REMOVE;
-    return rounds < most && undecided < count / 8 ? SPRINGLS__CONTRACT_MERGE : SPRINGLS__CONTRACT_MERGE_BY_RANK;
+    const springls_params *params = &ctx->model.params;
+    springls__arguments args;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, ctx->model.set.count));
+    if (params->keep_thin) SPRINGLS__TRY(springls__cell_list_build(ctx));
+    args.contract.min_angle_cosine = springls__cospi(params->min_angle / 180.0f);
+    args.contract.max_angle_cosine = springls__cospi(params->max_angle / 180.0f);
+    springls__loop(ctx, SPRINGLS__KERNEL_contract, ctx->model.set.count, &args);
+    return SPRINGLS_OK;
+}
+
+/* Counts the springls that have been reshaped. */
+SPRINGLS__FN void springls__triangles_reshaped(springls_context *ctx)
+{
+    springls__count_later(ctx, SPRINGLS__COUNT_RESHAPED, SPRINGLS__ROLE_ARRAY(contract_action), ctx->model.set.count,
+                          SPRINGLS__RESHAPE);
+    springls__triangles_changed(ctx);
+    ctx->neighbors_age = -1;
+}
+
+/* Makes springls undecided that may be merged, for rounds of merging. */
+SPRINGLS__FN springls_status springls__merge_begin(springls_context *ctx)
+{
+    const int count = ctx->model.set.count;
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, next_contract_action, count));
+    springls__run(ctx, SPRINGLS__KERNEL_merge_begin, count, NULL);
+    return SPRINGLS_OK;
 }
 
 /* Removes the undecided springls that merge with springl i, which is kept. */
@@ -15366,54 +15385,74 @@ SPRINGLS__FN springls_status springls__merge_by_rank(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* Removes the springls whose action that is. */
+SPRINGLS__FN springls_status springls__remove_poor(springls_context *ctx)
+{
+    const int count = ctx->model.set.count;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_departed, count));
+    springls__run(ctx, SPRINGLS__KERNEL_departed, count, NULL);
+    springls__count_later(ctx, SPRINGLS__COUNT_DEPARTED, SPRINGLS__ROLE_ARRAY(has_departed), count, 1);
+    SPRINGLS__TRY(springls__attributes_before_removal(ctx));
+    springls__stir(ctx, SPRINGLS__STIR_CONTRACTED, 0, count);
+    SPRINGLS__TRY(springls__constellation_compact(ctx));
+    ctx->stats.reshaped += (int)springls__count_found(ctx, SPRINGLS__COUNT_RESHAPED);
+    ctx->stats.left += (int)springls__count_found(ctx, SPRINGLS__COUNT_DEPARTED);
+    springls__attributes_after_removal(ctx, count);
+    ctx->stats.removed += count - ctx->model.set.count;
+    springls__constellation_changed(ctx);
+    return SPRINGLS_OK;
+}
+
+enum {
+    SPRINGLS__CONTRACT_FIND,
+    SPRINGLS__CONTRACT_RESHAPE,
+    SPRINGLS__CONTRACT_RESHAPED,
+    SPRINGLS__CONTRACT_MERGE,
+    SPRINGLS__CONTRACT_MERGED,
+    SPRINGLS__CONTRACT_MERGE_BY_RANK,
+    SPRINGLS__CONTRACT_REMOVE
+};
+
+/* Ends a round of merging; returns the phase that follows. Where springls are dense, a round decides only a few and searches around
+   all. */
+SPRINGLS__FN int springls__phase_after_merging(springls_context *ctx)
+{
+    const int most = 16, count = ctx->model.set.count, rounds = ++ctx->work.repetition;
+    int undecided;
+    springls__swap(ctx, SPRINGLS__ROLE_ARRAY(contract_action), SPRINGLS__ROLE_ARRAY(next_contract_action));
+    if (!springls__checks_traded_round(ctx, rounds)) return SPRINGLS__CONTRACT_MERGE;
+    undecided = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(contract_action), count, SPRINGLS__UNDECIDED);
+    if (undecided == 0) return SPRINGLS__CONTRACT_REMOVE;
+    return rounds < most && undecided < count / 8 ? SPRINGLS__CONTRACT_MERGE : SPRINGLS__CONTRACT_MERGE_BY_RANK;
+}
+
 SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
 {
-    springls__arguments args;
-    int count = ctx->model.set.count;
+    const int count = ctx->model.set.count;
     switch (ctx->work.phase) {
-    case SPRINGLS__CONTRACT_JUDGE:
+    case SPRINGLS__CONTRACT_FIND:
         if (count == 0) return SPRINGLS_OK;
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, count));
-        if (ctx->model.params.keep_thin) SPRINGLS__TRY(springls__cell_list_build(ctx));
-        args.contract.min_angle_cosine = springls__cospi(ctx->model.params.min_angle / 180.0f);
-        args.contract.max_angle_cosine = springls__cospi(ctx->model.params.max_angle / 180.0f);
-        springls__loop(ctx, SPRINGLS__KERNEL_contract, count, &args);
+        SPRINGLS__TRY(springls__find_poor(ctx));
         return springls__next_phase(ctx, SPRINGLS__CONTRACT_RESHAPE);
     case SPRINGLS__CONTRACT_RESHAPE:
         springls__loop(ctx, SPRINGLS__KERNEL_reshape, count, NULL);
         return springls__next_phase(ctx, SPRINGLS__CONTRACT_RESHAPED);
     case SPRINGLS__CONTRACT_RESHAPED:
-        springls__count_later(ctx, SPRINGLS__COUNT_RESHAPED, SPRINGLS__ROLE_ARRAY(contract_action), count, SPRINGLS__RESHAPE);
-        springls__triangles_changed(ctx);
-        ctx->neighbors_age = -1;
+        springls__triangles_reshaped(ctx);
         if (!(ctx->model.params.merge_distance > 0.0f)) return springls__next_phase(ctx, SPRINGLS__CONTRACT_REMOVE);
-        SPRINGLS__TRY(springls__cell_list_build(ctx));
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, next_contract_action, count));
-        springls__run(ctx, SPRINGLS__KERNEL_merge_begin, count, NULL);
+        SPRINGLS__TRY(springls__merge_begin(ctx));
         return springls__next_phase(ctx, SPRINGLS__CONTRACT_MERGE);
     case SPRINGLS__CONTRACT_MERGE:
         springls__loop(ctx, SPRINGLS__KERNEL_merge, count, NULL);
         return springls__next_phase(ctx, SPRINGLS__CONTRACT_MERGED);
     case SPRINGLS__CONTRACT_MERGED:
-        springls__swap(ctx, SPRINGLS__ROLE_ARRAY(contract_action), SPRINGLS__ROLE_ARRAY(next_contract_action));
-        return springls__next_phase(ctx, springls__phase_after_merging(ctx, ++ctx->work.repetition));
+        return springls__next_phase(ctx, springls__phase_after_merging(ctx));
     case SPRINGLS__CONTRACT_MERGE_BY_RANK:
         SPRINGLS__TRY(springls__merge_by_rank(ctx));
         return springls__next_phase(ctx, SPRINGLS__CONTRACT_REMOVE);
     case SPRINGLS__CONTRACT_REMOVE:
     default:
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_departed, count));
-        springls__run(ctx, SPRINGLS__KERNEL_departed, count, NULL);
-        springls__count_later(ctx, SPRINGLS__COUNT_DEPARTED, SPRINGLS__ROLE_ARRAY(has_departed), count, 1);
-        SPRINGLS__TRY(springls__attributes_before_removal(ctx));
-        springls__stir(ctx, SPRINGLS__STIR_CONTRACTED, 0, count);
-        SPRINGLS__TRY(springls__constellation_compact(ctx));
-        ctx->stats.reshaped += (int)springls__count_found(ctx, SPRINGLS__COUNT_RESHAPED);
-        ctx->stats.left += (int)springls__count_found(ctx, SPRINGLS__COUNT_DEPARTED);
-        springls__attributes_after_removal(ctx, count);
-        ctx->stats.removed += count - ctx->model.set.count;
-        springls__constellation_changed(ctx);
-        return SPRINGLS_OK;
+        return springls__remove_poor(ctx);
     }
 }
 
@@ -16033,13 +16072,8 @@ SPRINGLS__FN springls__component *springls__component_list(const springls_contex
 /* Returns the place of an id in a list by ascending ids; -1: it is not there. */
 SPRINGLS__FN int32_t springls__find_component(const springls__component *list, int count, uint32_t id)
 {
-    int low = 0, high = count;
-    while (low < high) {
-        int middle = low + (high - low) / 2;
-        if (list[middle].view.id < id) low = middle + 1;
-        else high = middle;
-    }
-    return low < count && list[low].view.id == id ? low : -1;
+    const int place = count > 0 ? springls__lower_bound(&list->view.id, sizeof *list, count, id) : 0;
+    return place < count && list[place].view.id == id ? place : -1;
 }
 
 /* Returns true when components have ids that last. */
@@ -16147,15 +16181,10 @@ SPRINGLS__FN const springls__component_link *springls__links_of(const springls__
                                                                 bool current, int *count)
 {
     const springls__component_link *list = current ? graph->link_by_current : graph->link;
-    int low = 0, high = graph->link_count;
-    while (low < high) {
-        int middle = low + (high - low) / 2;
-        if ((current ? list[middle].current : list[middle].previous) < component) low = middle + 1;
-        else high = middle;
-    }
-    while (high < graph->link_count && (current ? list[high].current : list[high].previous) == component) high++;
-    *count = high - low;
-    return list + low;
+    const int32_t *number = current ? &list->current : &list->previous;
+    const int first = springls__lower_bound(number, sizeof *list, graph->link_count, (uint32_t)component);
+    *count = springls__lower_bound(number, sizeof *list, graph->link_count, (uint32_t)component + 1u) - first;
+    return list + first;
 }
 
 /* Finds the current components, and links them to the previous ones. */
@@ -18033,6 +18062,12 @@ SPRINGLS__FN bool springls__phi_lags(const springls_context *ctx) { return ctx->
 #define SPRINGLS__SAVED_BITS                                                                                                     \
     (((SPRINGLS__GRID_BITS) & ~(SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(CELL))) | SPRINGLS__BIT(SYNCED_POSITION))
 
+/* Lists the numbers that are saved besides: X(name in springls__saved_level_set, member of the context). */
+#define SPRINGLS__SAVED_NUMBERS(X)                                                                                               \
+    X(table, model.grid.table) X(active_count, model.grid.active_count) X(free_count, model.grid.free_count)                     \
+    X(slot_count, model.grid.slot_count) X(some_asleep, model.grid.some_asleep)                                                  \
+    X(lag, lag) X(lag_turned, lag_turned) X(away, away) X(opposed, opposed)
+
 /* Copies the arrays of SAVED_BITS to saved memory, or back; returns their bytes. Memory NULL: copies nothing. */
 SPRINGLS__FN size_t springls__copy_saved(springls_context *ctx, char *memory, bool back)
 {
@@ -18062,15 +18097,9 @@ SPRINGLS__FN springls_status springls__save_level_set(springls_context *ctx)
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__SAVED_BITS, 0));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &saved->memory, springls__copy_saved(ctx, NULL, false) + 1, 1, 0));
     springls__copy_saved(ctx, (char *)saved->memory.data, false);
-    saved->table = ctx->model.grid.table;
-    saved->active_count = ctx->model.grid.active_count;
-    saved->free_count = ctx->model.grid.free_count;
-    saved->slot_count = ctx->model.grid.slot_count;
-    saved->some_asleep = ctx->model.grid.some_asleep;
-    saved->lag = ctx->lag;
-    saved->lag_turned = ctx->lag_turned;
-    saved->away = ctx->away;
-    saved->opposed = ctx->opposed;
+#define SPRINGLS__SAVE(name, member) saved->name = ctx->member;
+    SPRINGLS__SAVED_NUMBERS(SPRINGLS__SAVE)
+#undef SPRINGLS__SAVE
     saved->in_use = true;
     return SPRINGLS_OK;
 }
@@ -18080,16 +18109,10 @@ SPRINGLS__FN void springls__end_reading(springls_context *ctx)
 {
     springls__saved_level_set *saved = &ctx->saved;
     if (!saved->in_use) return;
-    ctx->model.grid.table = saved->table;
-    ctx->model.grid.active_count = saved->active_count;
-    ctx->model.grid.free_count = saved->free_count;
-    ctx->model.grid.slot_count = saved->slot_count;
-    springls__copy_saved(ctx, (char *)saved->memory.data, true);
-    ctx->model.grid.some_asleep = saved->some_asleep;
-    ctx->lag = saved->lag;
-    ctx->lag_turned = saved->lag_turned;
-    ctx->away = saved->away;
-    ctx->opposed = saved->opposed;
+#define SPRINGLS__GET_SAVED(name, member) ctx->member = saved->name;
+    SPRINGLS__SAVED_NUMBERS(SPRINGLS__GET_SAVED)
+#undef SPRINGLS__GET_SAVED
+    springls__copy_saved(ctx, (char *)saved->memory.data, true); /* as many elements as these numbers have in use */
     ctx->at_rest = false;
     ctx->omega_fresh = ctx->labels_fresh = false;
     springls__discard_cell_list(ctx);
@@ -18237,9 +18260,9 @@ SPRINGLS__FN bool springls__must_catch_up(const springls_context *ctx)
    and phi would lose what is between them: they are followed more closely. */
 SPRINGLS__FN float springls__lazy_limit(const springls_context *ctx)
 {
-    const float closely = 0.15f, sure = 0.5f; /* leaves room in the band that phi is known in */
-    float limit = springls__min(ctx->model.params.lazy_distance, ctx->model.grid.far_value - sure);
-    return ctx->opposed ? springls__min(closely, limit) : limit;
+    const float opposed_limit = 0.15f, margin = 0.5f; /* margin: to the end of the band that phi is known in */
+    float limit = springls__min(ctx->model.params.lazy_distance, ctx->model.grid.far_value - margin);
+    return ctx->opposed ? springls__min(opposed_limit, limit) : limit;
 }
 
 /* How far springls may turn or stretch before phi follows: see springls__turned2. */
@@ -18419,10 +18442,10 @@ SPRINGLS__FN bool springls__is_at_rest(const springls_context *ctx) { return ctx
    bricks that a moved window has kept. */
 SPRINGLS__FN springls_status springls__check_displacement(springls_context *ctx)
 {
-    const float sure = 0.9f; /* leaves room for the rounding of places */
+    const float certain = 0.9f; /* share of the band: springls no further away are within it, however places are rounded */
     float displacement = 0.0f;
     if (!ctx->model.params.carry_level_set) return SPRINGLS_OK;
-    if (ctx->away > sure * ctx->model.grid.far_value) SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
+    if (ctx->away > certain * ctx->model.grid.far_value) SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
     ctx->step.phi_from_springls = displacement > ctx->model.grid.far_value || springls__has_lost_level_set(ctx);
     if (ctx->step.phi_from_springls) springls__wake_all(ctx);
     return SPRINGLS_OK;
@@ -19202,6 +19225,16 @@ SPRINGLS_API springls_status springls_create(const springls_desc *desc, springls
     }
     *out = ctx;
     return SPRINGLS_OK;
+}
+
+/* Creates an empty model with the grid, the parameters and the allocator of this one, without a device. call: for the error. */
+SPRINGLS__FN springls_status springls__create_alike(springls_context *ctx, const char *call, springls_context **out)
+{
+    springls_desc desc = ctx->desc;
+    desc.params = &ctx->model.params;
+    desc.backend = NULL;
+    if (springls_create(&desc, out) == SPRINGLS_OK) return SPRINGLS_OK;
+    return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "%s: out of memory", call);
 }
 
 SPRINGLS_API void springls_destroy(springls_context *ctx)
@@ -20482,7 +20515,6 @@ SPRINGLS__FN springls__split_rule springls__split_rule_of(const springls_context
     int k;
     rule.longest2 = edge * edge < edge2_of_area * area ? edge * edge : edge2_of_area * area;
     if (!ctx->model.params.split_input) rule.longest2 = DBL_MAX;
-
     rule.room = springls__imax(ctx->desc.max_springls - given, 0);
     for (k = 0; k < 3; k++) {
         rule.lower[k] = -margin;
@@ -20723,8 +20755,7 @@ SPRINGLS__FN springls_status springls__mesh_intake_reserve(springls_context *ctx
                                                            int triangles)
 {
     size_t n = (size_t)positions, t = (size_t)triangles;
-    m->table_size = 16;
-    while (m->table_size < 2 * n || m->table_size < 6 * t) m->table_size *= 2;
+    m->table_size = springls__table_size(n > 3 * t ? n : 3 * t);
     SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[0], n, sizeof *m->point, 0));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[1], n, sizeof *m->weld, 0));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[2], m->table_size, sizeof *m->table, 0));
@@ -20925,13 +20956,8 @@ SPRINGLS__FN int springls__mesh_components(springls__mesh_intake *m)
         m->weld[m->corner[h]] = m->corner[h];
         components++;
     }
-    for (h = 0; h < 3 * m->count; h++) {
-        int a = springls__find_root(m->weld, m->corner[h]);
-        int b = springls__find_root(m->weld, m->corner[springls__mesh_next(h)]);
-        if (a == b) continue;
-        m->weld[a > b ? a : b] = a > b ? b : a;
-        components--;
-    }
+    for (h = 0; h < 3 * m->count; h++)
+        components -= springls__join_trees(m->weld, m->corner[h], m->corner[springls__mesh_next(h)]);
     return components;
 }
 
@@ -21046,7 +21072,7 @@ SPRINGLS__FN void springls__mesh_log(const springls_context *ctx, const springls
                       : " is closed", r->triangles_dropped);
 }
 
-/* Removes the triangles without an area from the list; none may remain. */
+/* Removes the triangles without an area from the list, which may be empty then. */
 SPRINGLS__FN void springls__mesh_drop_flat(springls__mesh_intake *m)
 {
     int t, k, n = 0;
@@ -21164,8 +21190,8 @@ SPRINGLS__FN springls_status springls__mesh_fill_grid(springls_context *ctx, boo
     return springls__set_from_distance(ctx, springls__mesh_signed_distance, &distance, &ctx->original, 64.0f);
 }
 
-/* Makes the springls and the level set from the original surface. parts: the mesh is balanced, but no simple surface. */
-SPRINGLS__FN springls_status springls__mesh_make_model(springls_context *ctx, bool balanced, bool parts)
+/* Makes the springls and the level set from the original surface. may_overlap: the mesh is balanced, and may overlap itself. */
+SPRINGLS__FN springls_status springls__mesh_make_model(springls_context *ctx, bool balanced, bool may_overlap)
 {
     springls__surface outer;
     springls_status status;
@@ -21174,7 +21200,7 @@ SPRINGLS__FN springls_status springls__mesh_make_model(springls_context *ctx, bo
     memset(&outer, 0, sizeof outer);
     SPRINGLS__TRY(springls__mesh_append_springls(ctx));
     count = ctx->model.set.count;
-    if (parts) SPRINGLS__TRY(springls__mesh_drop_inner(ctx, true));
+    if (may_overlap) SPRINGLS__TRY(springls__mesh_drop_inner(ctx, true));
     overlaps = ctx->model.set.count < count;
     status = springls__mesh_fill_grid(ctx, balanced, overlaps, &outer);
     springls__surface_free(ctx, &outer);
@@ -21209,15 +21235,14 @@ SPRINGLS__FN springls_status springls__mesh_no_inside(springls_context *ctx)
                           "smaller than a voxel or than min_component");
 }
 
-/* Replaces the model by the listed triangles. given: triangles in the caller's mesh; balanced: every edge is; parts: it may
-   overlap itself. On failure the model is left unfinished. */
+/* Replaces the model by the listed triangles. given: triangles in the caller's mesh; balanced: every edge is. On failure the model is left unfinished. */
 SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx, springls__mesh_intake *m, int given,
-                                                          bool balanced, bool parts)
+                                                          bool balanced, bool may_overlap)
 {
     springls__clear_model(ctx);
     SPRINGLS__TRY(springls__mesh_make_original(ctx, m));
     if (!springls__surface_has_inside(&ctx->original)) return springls__mesh_no_inside(ctx);
-    SPRINGLS__TRY(springls__mesh_make_model(ctx, balanced, balanced && parts));
+    SPRINGLS__TRY(springls__mesh_make_model(ctx, balanced, balanced && may_overlap));
     if (!balanced) SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
     SPRINGLS__TRY(springls__tidy_level_set(ctx));
     if (!springls__has_inside(&ctx->model.grid)) return springls__mesh_no_inside(ctx);
@@ -21370,17 +21395,12 @@ SPRINGLS_API springls_status springls_set_reference_mesh(springls_context *ctx, 
                                                          springls_mesh_report *report)
 {
     springls_context *other;
-    springls_desc desc;
     springls_status status;
     if (report) memset(report, 0, sizeof *report);
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__finish_step(ctx));
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "set_reference_mesh: there are no springls");
-    desc = ctx->desc;
-    desc.params = &ctx->model.params;
-    desc.backend = NULL;
-    if (springls_create(&desc, &other) != SPRINGLS_OK)
-        return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "set_reference_mesh: out of memory");
+    SPRINGLS__TRY(springls__create_alike(ctx, "set_reference_mesh", &other));
     memcpy(other->home, ctx->original_window.offset, sizeof other->home); /* correspondences keep their bits */
     status = springls_set_mesh(other, positions, position_count, stride, triangles, triangle_count, report);
     if (status != SPRINGLS_OK) springls__fail(ctx, status, "set_reference_mesh: %.200s", other->error);
@@ -35769,7 +35789,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 35773 \"springls.h\"\n",
+    "#line 35793 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -35781,6 +35801,18 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS int springls__chunk_end(springls__chunk_arguments chunk, int i)\n",
     "{\n",
     "    return springls__imin((i + 1) * chunk.size, chunk.count);\n",
+    "}\n",
+    "\n",
+    "/* Replaces each of some numbers, `stride` apart, by the sum of those before it and of `sum`; returns the sum of all. */\n",
+    "SPRINGLS__MATHS uint springls__prefix_sums(__global uint *numbers, int count, int stride, uint sum)\n",
+    "{\n",
+    "    int k;\n",
+    "    for (k = 0; k < count * stride; k += stride) {\n",
+    "        uint number = numbers[k];\n",
+    "        numbers[k] = sum;\n",
+    "        sum += number;\n",
+    "    }\n",
+    "    return sum;\n",
     "}\n",
     "\n",
     "/* Returns an array of numbers: a scratch array or brick_list_first. */\n",
@@ -35811,27 +35843,14 @@ static const char *const springls__kernel_lines[] = {
     "/* Replaces the sum of each chunk by that of the chunks before it; writes the sum of all to counts[args.chunk.place]. */\n",
     "SPRINGLS__MATHS void springls__scan_sums_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    uint sum = 0, one;\n",
-    "    int k;\n",
-    "    for (k = 0; k < args.chunk.chunks; k++) {\n",
-    "        one = model->work.sums[k];\n",
-    "        model->work.sums[k] = sum;\n",
-    "        sum += one;\n",
-    "    }\n",
-    "    model->work.counts[args.chunk.place + i] = sum;\n",
+    "    model->work.counts[args.chunk.place + i] = springls__prefix_sums(model->work.sums, args.chunk.chunks, 1, 0u);\n",
     "}\n",
     "\n",
     "/* Replaces each number of chunk i by the sum of those before it. */\n",
     "SPRINGLS__MATHS void springls__scan_apply_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    __global uint *numbers = springls__numbers(model, args.chunk.array);\n",
-    "    uint sum = model->work.sums[i], one;\n",
-    "    int k;\n",
-    "    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++) {\n",
-    "        one = numbers[k];\n",
-    "        numbers[k] = sum;\n",
-    "        sum += one;\n",
-    "    }\n",
+    "    const int begin = springls__chunk_begin(args.chunk, i), end = springls__chunk_end(args.chunk, i);\n",
+    "    springls__prefix_sums(springls__numbers(model, args.chunk.array) + begin, end - begin, 1, model->work.sums[i]);\n",
     "}\n",
     "\n",
     "/* Counts the bytes of chunk i that are args.chunk.value. */\n",
@@ -36064,14 +36083,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Replaces one of the three sums (i) of each chunk by that of the chunks before it; writes the sum of all to counts[i]. */\n",
     "SPRINGLS__MATHS void springls__bricks_sums_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    uint sum = 0, one;\n",
-    "    int k;\n",
-    "    for (k = 0; k < args.chunk.chunks; k++) {\n",
-    "        one = model->work.sums[3 * k + i];\n",
-    "        model->work.sums[3 * k + i] = sum;\n",
-    "        sum += one;\n",
-    "    }\n",
-    "    model->work.counts[i] = sum;\n",
+    "    model->work.counts[i] = springls__prefix_sums(model->work.sums + i, args.chunk.chunks, 3, 0u);\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__bricks_drop_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -36648,10 +36660,11 @@ SPRINGLS__FN void springls__combine_level_sets(springls_context *ctx, springls_o
     ctx->omega_fresh = false;
 }
 
-/* The bricks of two references together, while they are combined: the top table of the result, and its entries. */
+/* Two references, and the one that is made of both: its grid has its own planes, top table and phi. */
 typedef struct springls__both_references {
     const springls__grid *first, *second;
-    springls__grid grid; /* its size, table, planes and top */
+    springls__grid grid;
+    springls__buffer plane, top, phi;
 } springls__both_references;
 
 /* Gives the bricks with voxels of either reference new slots, and the constant ones the side of the first. Returns the number of
@@ -36692,45 +36705,48 @@ SPRINGLS__FN void springls__replace_memory(springls_context *ctx, springls__arra
     memory->bytes = by->bytes;
 }
 
+/* Makes the memory of the reference that is made of both, and numbers its bricks. */
+SPRINGLS__FN springls_status springls__reserve_references(springls_context *ctx, springls__both_references *both)
+{
+    springls__grid *g = &both->grid;
+    springls__brick_groups groups = springls__no_groups();
+    springls__table table;
+    springls__keep_grid(both->first, &groups, springls__unmoved);
+    springls__keep_grid(both->second, &groups, springls__unmoved);
+    table = springls__table_of(both->first, &groups);
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &both->plane, 6 * SPRINGLS__MOST_PLANES, sizeof *g->plane, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &both->top, springls__entries_of(&table), sizeof *g->top, 0));
+    g->plane = (int *)both->plane.data;
+    g->top = (int *)both->top.data;
+    springls__take_table(g, &table);
+    g->slot_count = springls__number_references(both);
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &both->phi, (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS, sizeof(float), 0));
+    g->phi = (float *)both->phi.data;
+    return SPRINGLS_OK;
+}
+
 /* Replaces the reference level set by that of both originals. */
 SPRINGLS__FN springls_status springls__combine_references(springls_context *ctx, const springls__grid *other)
 {
     springls__grid *g = &ctx->model.reference;
-    springls__brick_groups groups = springls__no_groups();
     springls__both_references both;
-    springls__buffer top, phi, plane;
-    springls__table table;
     springls_status status;
-    memset(&top, 0, sizeof top);
-    memset(&plane, 0, sizeof plane);
-    memset(&phi, 0, sizeof phi);
-    springls__keep_grid(g, &groups, springls__unmoved);
-    springls__keep_grid(other, &groups, springls__unmoved);
-    table = springls__table_of(g, &groups);
+    memset(&both, 0, sizeof both);
     both.first = g;
     both.second = other;
     both.grid = *g;
-    status = springls__buffer_grow(ctx, &plane, 6 * SPRINGLS__MOST_PLANES, sizeof *g->plane, 0);
-    if (status == SPRINGLS_OK) status = springls__buffer_grow(ctx, &top, springls__entries_of(&table), sizeof *g->top, 0);
-    if (status == SPRINGLS_OK) {
-        both.grid.plane = (int *)plane.data;
-        both.grid.top = (int *)top.data;
-        springls__take_table(&both.grid, &table);
-        both.grid.slot_count = springls__number_references(&both);
-        status = springls__buffer_grow(ctx, &phi, (size_t)both.grid.slot_count * SPRINGLS__BRICK_VOXELS, sizeof(float), 0);
-    }
+    status = springls__reserve_references(ctx, &both);
     if (status != SPRINGLS_OK) {
-        springls__buffer_free(ctx, &top);
-        springls__buffer_free(ctx, &plane);
+        springls__buffer_free(ctx, &both.top);
+        springls__buffer_free(ctx, &both.plane);
         return status;
     }
-    both.grid.phi = (float *)phi.data;
     springls__merge_references(&both);
-    g->table = table;
+    g->table = both.grid.table;
     g->slot_count = both.grid.slot_count;
-    springls__replace_memory(ctx, SPRINGLS__ARRAY_REFERENCE_PLANE, &plane);
-    springls__replace_memory(ctx, SPRINGLS__ARRAY_REFERENCE_TOP, &top);
-    springls__replace_memory(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, &phi);
+    springls__replace_memory(ctx, SPRINGLS__ARRAY_REFERENCE_PLANE, &both.plane);
+    springls__replace_memory(ctx, SPRINGLS__ARRAY_REFERENCE_TOP, &both.top);
+    springls__replace_memory(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, &both.phi);
     springls__bind(ctx);
     return SPRINGLS_OK;
 }
@@ -36917,12 +36933,9 @@ SPRINGLS__FN springls_status springls__copy_model(springls_context *to, springls
 /* Makes a copy of the other model in the window of this one: what lies beyond that is left out. */
 SPRINGLS__FN springls_status springls__copy_into_window(springls_context *ctx, springls_context *other, springls_context **copy)
 {
-    springls_desc desc = ctx->desc;
     springls_status status;
     int bricks[3], axis;
-    desc.params = &ctx->model.params;
-    desc.backend = NULL;
-    if (springls_create(&desc, copy) != SPRINGLS_OK) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: out of memory");
+    SPRINGLS__TRY(springls__create_alike(ctx, "combine", copy));
     status = springls__copy_model(*copy, other);
     if (status == SPRINGLS_OK) status = springls__change_level_set(*copy); /* a snapshot has phi as the steps have left it */
     for (axis = 0; axis < 3; axis++) /* where windows are further apart, nothing is in both */
@@ -37039,16 +37052,11 @@ SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, sp
                                                        springls_implicit_fn fn, void *user)
 {
     springls_context *other;
-    springls_desc desc;
     springls_status status;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!fn) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine_implicit: the function is NULL");
     SPRINGLS__TRY(springls__follow_all(ctx));
-    desc = ctx->desc;
-    desc.params = &ctx->model.params;
-    desc.backend = NULL;
-    if (springls_create(&desc, &other) != SPRINGLS_OK)
-        return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine_implicit: out of memory");
+    SPRINGLS__TRY(springls__create_alike(ctx, "combine_implicit", &other));
     memcpy(other->home, ctx->window.offset, sizeof other->home);
     status = springls_set_implicit(other, fn, user);
     if (status == SPRINGLS_OK) status = springls_combine(ctx, operation, other);

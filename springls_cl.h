@@ -184,6 +184,9 @@ typedef enum springls__collective {
     SPRINGLS__COLLECTIVE_COUNT
 } springls__collective;
 
+/* The kernels of the table, then the collectives. */
+enum { SPRINGLS__CL_KERNELS = (int)SPRINGLS__KERNEL_COUNT + (int)SPRINGLS__COLLECTIVE_COUNT };
+
 typedef struct springls__collective_info { const char *name; int grain; } springls__collective_info;
 
 static const springls__collective_info springls__collectives[] = {
@@ -200,7 +203,7 @@ typedef struct springls__cl {
     cl_device_id device;
     cl_command_queue queue;
     cl_program program;
-    cl_kernel kernels[(int)SPRINGLS__KERNEL_COUNT + (int)SPRINGLS__COLLECTIVE_COUNT]; /* of the table, then collectives */
+    cl_kernel kernels[SPRINGLS__CL_KERNELS];
     springls_cl_counts counts;
     bool exact, gpu;
     size_t group;           /* work items that share a brick                                                     */
@@ -758,24 +761,26 @@ SPRINGLS__FN cl_int springls__cl_take_queue(springls__cl *cl, cl_command_queue q
     return error;
 }
 
+/* Takes the caller's context, and its device, or its first one. */
+SPRINGLS__FN cl_int springls__cl_take_context(springls__cl *cl, cl_context context, cl_device_id device)
+{
+    cl_device_id devices[SPRINGLS__CL_MAX_PLATFORMS] = { device };
+    cl_int error = CL_SUCCESS;
+    if (!device) error = cl->GetContextInfo(context, CL_CONTEXT_DEVICES, sizeof devices, devices, NULL);
+    cl->device = devices[0];
+    if (error == CL_SUCCESS) error = cl->RetainContext(context);
+    if (error == CL_SUCCESS) cl->context = context;
+    return error;
+}
+
 /* Sets up the caller's context and queue, or new ones, and builds the kernels. */
 SPRINGLS__FN cl_int springls__cl_set_up(springls__cl *cl, const springls_cl_desc *desc)
 {
     cl_int error = CL_SUCCESS;
-    if (desc->context) {
-        cl_device_id devices[SPRINGLS__CL_MAX_PLATFORMS] = { (cl_device_id)desc->device };
-        cl_context context = (cl_context)desc->context;
-        if (!desc->device) error = cl->GetContextInfo(context, CL_CONTEXT_DEVICES, sizeof devices, devices, NULL);
-        cl->device = devices[0];
-        if (error == CL_SUCCESS) error = cl->RetainContext(context);
-        if (error != CL_SUCCESS) return error;
-        cl->context = context;
-    } else {
-        if (!springls__cl_choose_device(cl, desc->kind)) return CL_DEVICE_NOT_FOUND;
-        cl->context = cl->CreateContext(NULL, 1, &cl->device, NULL, NULL, &error);
-        if (error != CL_SUCCESS) return error;
-    }
-    error = springls__cl_describe(cl);
+    if (desc->context) error = springls__cl_take_context(cl, (cl_context)desc->context, (cl_device_id)desc->device);
+    else if (!springls__cl_choose_device(cl, desc->kind)) return CL_DEVICE_NOT_FOUND;
+    else cl->context = cl->CreateContext(NULL, 1, &cl->device, NULL, NULL, &error);
+    if (error == CL_SUCCESS) error = springls__cl_describe(cl);
     if (error == CL_SUCCESS) error = springls__cl_check_room(cl);
     if (error != CL_SUCCESS) return error;
     if (desc->queue) error = springls__cl_take_queue(cl, (cl_command_queue)desc->queue);
@@ -788,7 +793,7 @@ SPRINGLS_API void springls_cl_destroy(springls_backend *backend)
     springls__cl *cl = (springls__cl *)(void *)backend;
     int kernel;
     if (!cl) return;
-    for (kernel = 0; kernel < (int)SPRINGLS__KERNEL_COUNT + (int)SPRINGLS__COLLECTIVE_COUNT; kernel++)
+    for (kernel = 0; kernel < SPRINGLS__CL_KERNELS; kernel++)
         if (cl->kernels[kernel]) cl->ReleaseKernel(cl->kernels[kernel]);
     if (cl->program) cl->ReleaseProgram(cl->program);
     if (cl->queue) cl->ReleaseCommandQueue(cl->queue);
@@ -875,7 +880,6 @@ SPRINGLS__FN cl_int springls__cl_run_empty(springls__cl *cl, int kernel, cl_mem 
 
 SPRINGLS_API springls_status springls_cl_prepare(springls_backend *backend, const springls_progress *progress)
 {
-    const int count = (int)SPRINGLS__KERNEL_COUNT + (int)SPRINGLS__COLLECTIVE_COUNT;
     const size_t enough = 65536; /* bytes: an element of every array */
     springls__cl *cl = (springls__cl *)(void *)backend;
     bool cancelled = false;
@@ -884,10 +888,10 @@ SPRINGLS_API springls_status springls_cl_prepare(springls_backend *backend, cons
     int kernel;
     if (!cl) return SPRINGLS_INVALID_ARGUMENT;
     memory = cl->CreateBuffer(cl->context, CL_MEM_READ_WRITE, enough, NULL, &error);
-    for (kernel = 0; kernel < count && error == CL_SUCCESS && !cancelled; kernel++) {
+    for (kernel = 0; kernel < SPRINGLS__CL_KERNELS && error == CL_SUCCESS && !cancelled; kernel++) {
         error = springls__cl_run_empty(cl, kernel, memory);
         if (error == CL_SUCCESS && progress && progress->report)
-            cancelled = progress->report(progress->user, (float)(kernel + 1) / (float)count) != 0;
+            cancelled = progress->report(progress->user, (float)(kernel + 1) / (float)SPRINGLS__CL_KERNELS) != 0;
     }
     if (memory) cl->ReleaseMemObject(memory);
     if (error != CL_SUCCESS) springls__cl_log(&cl->logger, 1, "opencl: prepare: %s", springls__cl_error(error));

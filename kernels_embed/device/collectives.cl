@@ -11,6 +11,18 @@ SPRINGLS__MATHS int springls__chunk_end(springls__chunk_arguments chunk, int i)
     return springls__imin((i + 1) * chunk.size, chunk.count);
 }
 
+/* Replaces each of some numbers, `stride` apart, by the sum of those before it and of `sum`; returns the sum of all. */
+SPRINGLS__MATHS uint springls__prefix_sums(__global uint *numbers, int count, int stride, uint sum)
+{
+    int k;
+    for (k = 0; k < count * stride; k += stride) {
+        uint number = numbers[k];
+        numbers[k] = sum;
+        sum += number;
+    }
+    return sum;
+}
+
 /* Returns an array of numbers: a scratch array or brick_list_first. */
 SPRINGLS__MATHS __global uint *springls__numbers(const springls__model *model, int array)
 {
@@ -39,27 +51,14 @@ SPRINGLS__MATHS void springls__scan_chunk_element(const springls__model *model, 
 /* Replaces the sum of each chunk by that of the chunks before it; writes the sum of all to counts[args.chunk.place]. */
 SPRINGLS__MATHS void springls__scan_sums_element(const springls__model *model, springls__arguments args, int i)
 {
-    uint sum = 0, one;
-    int k;
-    for (k = 0; k < args.chunk.chunks; k++) {
-        one = model->work.sums[k];
-        model->work.sums[k] = sum;
-        sum += one;
-    }
-    model->work.counts[args.chunk.place + i] = sum;
+    model->work.counts[args.chunk.place + i] = springls__prefix_sums(model->work.sums, args.chunk.chunks, 1, 0u);
 }
 
 /* Replaces each number of chunk i by the sum of those before it. */
 SPRINGLS__MATHS void springls__scan_apply_element(const springls__model *model, springls__arguments args, int i)
 {
-    __global uint *numbers = springls__numbers(model, args.chunk.array);
-    uint sum = model->work.sums[i], one;
-    int k;
-    for (k = springls__chunk_begin(args.chunk, i); k < springls__chunk_end(args.chunk, i); k++) {
-        one = numbers[k];
-        numbers[k] = sum;
-        sum += one;
-    }
+    const int begin = springls__chunk_begin(args.chunk, i), end = springls__chunk_end(args.chunk, i);
+    springls__prefix_sums(springls__numbers(model, args.chunk.array) + begin, end - begin, 1, model->work.sums[i]);
 }
 
 /* Counts the bytes of chunk i that are args.chunk.value. */
@@ -292,14 +291,7 @@ SPRINGLS__MATHS void springls__bricks_count_element(const springls__model *model
 /* Replaces one of the three sums (i) of each chunk by that of the chunks before it; writes the sum of all to counts[i]. */
 SPRINGLS__MATHS void springls__bricks_sums_element(const springls__model *model, springls__arguments args, int i)
 {
-    uint sum = 0, one;
-    int k;
-    for (k = 0; k < args.chunk.chunks; k++) {
-        one = model->work.sums[3 * k + i];
-        model->work.sums[3 * k + i] = sum;
-        sum += one;
-    }
-    model->work.counts[i] = sum;
+    model->work.counts[i] = springls__prefix_sums(model->work.sums + i, args.chunk.chunks, 3, 0u);
 }
 
 SPRINGLS__MATHS void springls__bricks_drop_element(const springls__model *model, springls__arguments args, int i)

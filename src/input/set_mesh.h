@@ -64,8 +64,7 @@ SPRINGLS__FN springls_status springls__mesh_intake_reserve(springls_context *ctx
                                                            int triangles)
 {
     size_t n = (size_t)positions, t = (size_t)triangles;
-    m->table_size = 16;
-    while (m->table_size < 2 * n || m->table_size < 6 * t) m->table_size *= 2;
+    m->table_size = springls__table_size(n > 3 * t ? n : 3 * t);
     SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[0], n, sizeof *m->point, 0));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[1], n, sizeof *m->weld, 0));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[2], m->table_size, sizeof *m->table, 0));
@@ -266,13 +265,8 @@ SPRINGLS__FN int springls__mesh_components(springls__mesh_intake *m)
         m->weld[m->corner[h]] = m->corner[h];
         components++;
     }
-    for (h = 0; h < 3 * m->count; h++) {
-        int a = springls__find_root(m->weld, m->corner[h]);
-        int b = springls__find_root(m->weld, m->corner[springls__mesh_next(h)]);
-        if (a == b) continue;
-        m->weld[a > b ? a : b] = a > b ? b : a;
-        components--;
-    }
+    for (h = 0; h < 3 * m->count; h++)
+        components -= springls__join_trees(m->weld, m->corner[h], m->corner[springls__mesh_next(h)]);
     return components;
 }
 
@@ -387,7 +381,7 @@ SPRINGLS__FN void springls__mesh_log(const springls_context *ctx, const springls
                       : " is closed", r->triangles_dropped);
 }
 
-/* Removes the triangles without an area from the list; none may remain. */
+/* Removes the triangles without an area from the list, which may be empty then. */
 SPRINGLS__FN void springls__mesh_drop_flat(springls__mesh_intake *m)
 {
     int t, k, n = 0;
@@ -505,8 +499,8 @@ SPRINGLS__FN springls_status springls__mesh_fill_grid(springls_context *ctx, boo
     return springls__set_from_distance(ctx, springls__mesh_signed_distance, &distance, &ctx->original, 64.0f);
 }
 
-/* Makes the springls and the level set from the original surface. parts: the mesh is balanced, but no simple surface. */
-SPRINGLS__FN springls_status springls__mesh_make_model(springls_context *ctx, bool balanced, bool parts)
+/* Makes the springls and the level set from the original surface. may_overlap: the mesh is balanced, and may overlap itself. */
+SPRINGLS__FN springls_status springls__mesh_make_model(springls_context *ctx, bool balanced, bool may_overlap)
 {
     springls__surface outer;
     springls_status status;
@@ -515,7 +509,7 @@ SPRINGLS__FN springls_status springls__mesh_make_model(springls_context *ctx, bo
     memset(&outer, 0, sizeof outer);
     SPRINGLS__TRY(springls__mesh_append_springls(ctx));
     count = ctx->model.set.count;
-    if (parts) SPRINGLS__TRY(springls__mesh_drop_inner(ctx, true));
+    if (may_overlap) SPRINGLS__TRY(springls__mesh_drop_inner(ctx, true));
     overlaps = ctx->model.set.count < count;
     status = springls__mesh_fill_grid(ctx, balanced, overlaps, &outer);
     springls__surface_free(ctx, &outer);
@@ -550,15 +544,14 @@ SPRINGLS__FN springls_status springls__mesh_no_inside(springls_context *ctx)
                           "smaller than a voxel or than min_component");
 }
 
-/* Replaces the model by the listed triangles. given: triangles in the caller's mesh; balanced: every edge is; parts: it may
-   overlap itself. On failure the model is left unfinished. */
+/* Replaces the model by the listed triangles. given: triangles in the caller's mesh; balanced: every edge is. On failure the model is left unfinished. */
 SPRINGLS__FN springls_status springls__mesh_replace_model(springls_context *ctx, springls__mesh_intake *m, int given,
-                                                          bool balanced, bool parts)
+                                                          bool balanced, bool may_overlap)
 {
     springls__clear_model(ctx);
     SPRINGLS__TRY(springls__mesh_make_original(ctx, m));
     if (!springls__surface_has_inside(&ctx->original)) return springls__mesh_no_inside(ctx);
-    SPRINGLS__TRY(springls__mesh_make_model(ctx, balanced, balanced && parts));
+    SPRINGLS__TRY(springls__mesh_make_model(ctx, balanced, balanced && may_overlap));
     if (!balanced) SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
     SPRINGLS__TRY(springls__tidy_level_set(ctx));
     if (!springls__has_inside(&ctx->model.grid)) return springls__mesh_no_inside(ctx);

@@ -43,17 +43,12 @@ SPRINGLS_API springls_status springls_set_reference_mesh(springls_context *ctx, 
                                                          springls_mesh_report *report)
 {
     springls_context *other;
-    springls_desc desc;
     springls_status status;
     if (report) memset(report, 0, sizeof *report);
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__finish_step(ctx));
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "set_reference_mesh: there are no springls");
-    desc = ctx->desc;
-    desc.params = &ctx->model.params;
-    desc.backend = NULL;
-    if (springls_create(&desc, &other) != SPRINGLS_OK)
-        return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "set_reference_mesh: out of memory");
+    SPRINGLS__TRY(springls__create_alike(ctx, "set_reference_mesh", &other));
     memcpy(other->home, ctx->original_window.offset, sizeof other->home); /* correspondences keep their bits */
     status = springls_set_mesh(other, positions, position_count, stride, triangles, triangle_count, report);
     if (status != SPRINGLS_OK) springls__fail(ctx, status, "set_reference_mesh: %.200s", other->error);

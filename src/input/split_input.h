@@ -30,7 +30,6 @@ SPRINGLS__FN springls__split_rule springls__split_rule_of(const springls_context
     int k;
     rule.longest2 = edge * edge < edge2_of_area * area ? edge * edge : edge2_of_area * area;
     if (!ctx->model.params.split_input) rule.longest2 = DBL_MAX;
-
     rule.room = springls__imax(ctx->desc.max_springls - given, 0);
     for (k = 0; k < 3; k++) {
         rule.lower[k] = -margin;

@@ -50,6 +50,19 @@ SPRINGLS__FN void springls__sort_keys(uint64_t *keys, size_t count)
     }
 }
 
+/* Returns the first of `count` elements that has not a lower number than `sought`; numbers ascend. number: that of the first
+   element; stride: bytes from one element to the next. */
+SPRINGLS__FN int springls__lower_bound(const void *number, size_t stride, int count, uint32_t sought)
+{
+    int low = 0, high = count;
+    while (low < high) {
+        int middle = low + (high - low) / 2;
+        if (*(const uint32_t *)(const void *)((const char *)number + (size_t)middle * stride) < sought) low = middle + 1;
+        else high = middle;
+    }
+    return low;
+}
+
 /* Returns the root of i's tree in a forest, and shortens the paths on the way. */
 SPRINGLS__FN int32_t springls__find_root(int32_t *parent, int32_t i)
 {
@@ -57,13 +70,14 @@ SPRINGLS__FN int32_t springls__find_root(int32_t *parent, int32_t i)
     return i;
 }
 
-/* Joins two trees of a forest; the lower root stays a root. */
-SPRINGLS__FN void springls__join_trees(int32_t *parent, int32_t a, int32_t b)
+/* Joins two trees of a forest; the lower root stays a root. Returns false where they are one tree already. */
+SPRINGLS__FN bool springls__join_trees(int32_t *parent, int32_t a, int32_t b)
 {
     a = springls__find_root(parent, a);
     b = springls__find_root(parent, b);
     if (a < b) parent[b] = a;
     else parent[a] = b;
+    return a != b;
 }
 
 #define SPRINGLS__HASH_BEGIN 14695981039346656037u /* a hash of nothing (FNV-1a, 64 bits) */

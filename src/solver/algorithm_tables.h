@@ -125,9 +125,9 @@ SPRINGLS__FN bool springls__must_catch_up(const springls_context *ctx)
    and phi would lose what is between them: they are followed more closely. */
 SPRINGLS__FN float springls__lazy_limit(const springls_context *ctx)
 {
-    const float closely = 0.15f, sure = 0.5f; /* leaves room in the band that phi is known in */
-    float limit = springls__min(ctx->model.params.lazy_distance, ctx->model.grid.far_value - sure);
-    return ctx->opposed ? springls__min(closely, limit) : limit;
+    const float opposed_limit = 0.15f, margin = 0.5f; /* margin: to the end of the band that phi is known in */
+    float limit = springls__min(ctx->model.params.lazy_distance, ctx->model.grid.far_value - margin);
+    return ctx->opposed ? springls__min(opposed_limit, limit) : limit;
 }
 
 /* How far springls may turn or stretch before phi follows: see springls__turned2. */
@@ -307,10 +307,10 @@ SPRINGLS__FN bool springls__is_at_rest(const springls_context *ctx) { return ctx
    bricks that a moved window has kept. */
 SPRINGLS__FN springls_status springls__check_displacement(springls_context *ctx)
 {
-    const float sure = 0.9f; /* leaves room for the rounding of places */
+    const float certain = 0.9f; /* share of the band: springls no further away are within it, however places are rounded */
     float displacement = 0.0f;
     if (!ctx->model.params.carry_level_set) return SPRINGLS_OK;
-    if (ctx->away > sure * ctx->model.grid.far_value) SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
+    if (ctx->away > certain * ctx->model.grid.far_value) SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
     ctx->step.phi_from_springls = displacement > ctx->model.grid.far_value || springls__has_lost_level_set(ctx);
     if (ctx->step.phi_from_springls) springls__wake_all(ctx);
     return SPRINGLS_OK;

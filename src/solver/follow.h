@@ -19,6 +19,12 @@ SPRINGLS__FN bool springls__phi_lags(const springls_context *ctx) { return ctx->
 #define SPRINGLS__SAVED_BITS                                                                                                     \
     (((SPRINGLS__GRID_BITS) & ~(SPRINGLS__BIT(OMEGA) | SPRINGLS__BIT(CELL))) | SPRINGLS__BIT(SYNCED_POSITION))
 
+/* Lists the numbers that are saved besides: X(name in springls__saved_level_set, member of the context). */
+#define SPRINGLS__SAVED_NUMBERS(X)                                                                                               \
+    X(table, model.grid.table) X(active_count, model.grid.active_count) X(free_count, model.grid.free_count)                     \
+    X(slot_count, model.grid.slot_count) X(some_asleep, model.grid.some_asleep)                                                  \
+    X(lag, lag) X(lag_turned, lag_turned) X(away, away) X(opposed, opposed)
+
 /* Copies the arrays of SAVED_BITS to saved memory, or back; returns their bytes. Memory NULL: copies nothing. */
 SPRINGLS__FN size_t springls__copy_saved(springls_context *ctx, char *memory, bool back)
 {
@@ -48,15 +54,9 @@ SPRINGLS__FN springls_status springls__save_level_set(springls_context *ctx)
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__SAVED_BITS, 0));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &saved->memory, springls__copy_saved(ctx, NULL, false) + 1, 1, 0));
     springls__copy_saved(ctx, (char *)saved->memory.data, false);
-    saved->table = ctx->model.grid.table;
-    saved->active_count = ctx->model.grid.active_count;
-    saved->free_count = ctx->model.grid.free_count;
-    saved->slot_count = ctx->model.grid.slot_count;
-    saved->some_asleep = ctx->model.grid.some_asleep;
-    saved->lag = ctx->lag;
-    saved->lag_turned = ctx->lag_turned;
-    saved->away = ctx->away;
-    saved->opposed = ctx->opposed;
+#define SPRINGLS__SAVE(name, member) saved->name = ctx->member;
+    SPRINGLS__SAVED_NUMBERS(SPRINGLS__SAVE)
+#undef SPRINGLS__SAVE
     saved->in_use = true;
     return SPRINGLS_OK;
 }
@@ -66,16 +66,10 @@ SPRINGLS__FN void springls__end_reading(springls_context *ctx)
 {
     springls__saved_level_set *saved = &ctx->saved;
     if (!saved->in_use) return;
-    ctx->model.grid.table = saved->table;
-    ctx->model.grid.active_count = saved->active_count;
-    ctx->model.grid.free_count = saved->free_count;
-    ctx->model.grid.slot_count = saved->slot_count;
-    springls__copy_saved(ctx, (char *)saved->memory.data, true);
-    ctx->model.grid.some_asleep = saved->some_asleep;
-    ctx->lag = saved->lag;
-    ctx->lag_turned = saved->lag_turned;
-    ctx->away = saved->away;
-    ctx->opposed = saved->opposed;
+#define SPRINGLS__GET_SAVED(name, member) ctx->member = saved->name;
+    SPRINGLS__SAVED_NUMBERS(SPRINGLS__GET_SAVED)
+#undef SPRINGLS__GET_SAVED
+    springls__copy_saved(ctx, (char *)saved->memory.data, true); /* as many elements as these numbers have in use */
     ctx->at_rest = false;
     ctx->omega_fresh = ctx->labels_fresh = false;
     springls__discard_cell_list(ctx);

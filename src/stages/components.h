@@ -43,13 +43,8 @@ SPRINGLS__FN springls__component *springls__component_list(const springls_contex
 /* Returns the place of an id in a list by ascending ids; -1: it is not there. */
 SPRINGLS__FN int32_t springls__find_component(const springls__component *list, int count, uint32_t id)
 {
-    int low = 0, high = count;
-    while (low < high) {
-        int middle = low + (high - low) / 2;
-        if (list[middle].view.id < id) low = middle + 1;
-        else high = middle;
-    }
-    return low < count && list[low].view.id == id ? low : -1;
+    const int place = count > 0 ? springls__lower_bound(&list->view.id, sizeof *list, count, id) : 0;
+    return place < count && list[place].view.id == id ? place : -1;
 }
 
 /* Returns true when components have ids that last. */
@@ -157,15 +152,10 @@ SPRINGLS__FN const springls__component_link *springls__links_of(const springls__
                                                                 bool current, int *count)
 {
     const springls__component_link *list = current ? graph->link_by_current : graph->link;
-    int low = 0, high = graph->link_count;
-    while (low < high) {
-        int middle = low + (high - low) / 2;
-        if ((current ? list[middle].current : list[middle].previous) < component) low = middle + 1;
-        else high = middle;
-    }
-    while (high < graph->link_count && (current ? list[high].current : list[high].previous) == component) high++;
-    *count = high - low;
-    return list + low;
+    const int32_t *number = current ? &list->current : &list->previous;
+    const int first = springls__lower_bound(number, sizeof *list, graph->link_count, (uint32_t)component);
+    *count = springls__lower_bound(number, sizeof *list, graph->link_count, (uint32_t)component + 1u) - first;
+    return list + first;
 }
 
 /* Finds the current components, and links them to the previous ones. */

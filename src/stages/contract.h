@@ -18,25 +18,36 @@ SPRINGLS__FN springls_status springls__sample_phi(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-enum {
-    SPRINGLS__CONTRACT_JUDGE,
-    SPRINGLS__CONTRACT_RESHAPE,
-    SPRINGLS__CONTRACT_RESHAPED,
-    SPRINGLS__CONTRACT_MERGE,
-    SPRINGLS__CONTRACT_MERGED,
-    SPRINGLS__CONTRACT_MERGE_BY_RANK,
-    SPRINGLS__CONTRACT_REMOVE
-};
-
-/* Returns the phase after a round of merging. Where springls are dense, a round decides only a few and searches around all. */
-SPRINGLS__FN int springls__phase_after_merging(springls_context *ctx, int rounds)
+/* Decides for each springl whether it stays, is reshaped or removed. Ends with a loop. */
+SPRINGLS__FN springls_status springls__find_poor(springls_context *ctx)
 {
-    const int most = 16, count = ctx->model.set.count;
-    int undecided;
-    if (!springls__checks_traded_round(ctx, rounds)) return SPRINGLS__CONTRACT_MERGE;
-    undecided = (int)springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(contract_action), count, SPRINGLS__UNDECIDED);
-    if (undecided == 0) return SPRINGLS__CONTRACT_REMOVE;
-    return rounds < most && undecided < count / 8 ? SPRINGLS__CONTRACT_MERGE : SPRINGLS__CONTRACT_MERGE_BY_RANK;
+    const springls_params *params = &ctx->model.params;
+    springls__arguments args;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, ctx->model.set.count));
+    if (params->keep_thin) SPRINGLS__TRY(springls__cell_list_build(ctx));
+    args.contract.min_angle_cosine = springls__cospi(params->min_angle / 180.0f);
+    args.contract.max_angle_cosine = springls__cospi(params->max_angle / 180.0f);
+    springls__loop(ctx, SPRINGLS__KERNEL_contract, ctx->model.set.count, &args);
+    return SPRINGLS_OK;
+}
+
+/* Counts the springls that have been reshaped. */
+SPRINGLS__FN void springls__triangles_reshaped(springls_context *ctx)
+{
+    springls__count_later(ctx, SPRINGLS__COUNT_RESHAPED, SPRINGLS__ROLE_ARRAY(contract_action), ctx->model.set.count,
+                          SPRINGLS__RESHAPE);
+    springls__triangles_changed(ctx);
+    ctx->neighbors_age = -1;
+}
+
+/* Makes springls undecided that may be merged, for rounds of merging. */
+SPRINGLS__FN springls_status springls__merge_begin(springls_context *ctx)
+{
+    const int count = ctx->model.set.count;
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, next_contract_action, count));
+    springls__run(ctx, SPRINGLS__KERNEL_merge_begin, count, NULL);
+    return SPRINGLS_OK;
 }
 
 /* Removes the undecided springls that merge with springl i, which is kept. */
@@ -73,54 +84,74 @@ SPRINGLS__FN springls_status springls__merge_by_rank(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+/* Removes the springls whose action that is. */
+SPRINGLS__FN springls_status springls__remove_poor(springls_context *ctx)
+{
+    const int count = ctx->model.set.count;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_departed, count));
+    springls__run(ctx, SPRINGLS__KERNEL_departed, count, NULL);
+    springls__count_later(ctx, SPRINGLS__COUNT_DEPARTED, SPRINGLS__ROLE_ARRAY(has_departed), count, 1);
+    SPRINGLS__TRY(springls__attributes_before_removal(ctx));
+    springls__stir(ctx, SPRINGLS__STIR_CONTRACTED, 0, count);
+    SPRINGLS__TRY(springls__constellation_compact(ctx));
+    ctx->stats.reshaped += (int)springls__count_found(ctx, SPRINGLS__COUNT_RESHAPED);
+    ctx->stats.left += (int)springls__count_found(ctx, SPRINGLS__COUNT_DEPARTED);
+    springls__attributes_after_removal(ctx, count);
+    ctx->stats.removed += count - ctx->model.set.count;
+    springls__constellation_changed(ctx);
+    return SPRINGLS_OK;
+}
+
+enum {
+    SPRINGLS__CONTRACT_FIND,
+    SPRINGLS__CONTRACT_RESHAPE,
+    SPRINGLS__CONTRACT_RESHAPED,
+    SPRINGLS__CONTRACT_MERGE,
+    SPRINGLS__CONTRACT_MERGED,
+    SPRINGLS__CONTRACT_MERGE_BY_RANK,
+    SPRINGLS__CONTRACT_REMOVE
+};
+
+/* Ends a round of merging; returns the phase that follows. Where springls are dense, a round decides only a few and searches around
+   all. */
+SPRINGLS__FN int springls__phase_after_merging(springls_context *ctx)
+{
+    const int most = 16, count = ctx->model.set.count, rounds = ++ctx->work.repetition;
+    int undecided;
+    springls__swap(ctx, SPRINGLS__ROLE_ARRAY(contract_action), SPRINGLS__ROLE_ARRAY(next_contract_action));
+    if (!springls__checks_traded_round(ctx, rounds)) return SPRINGLS__CONTRACT_MERGE;
+    undecided = springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(contract_action), count, SPRINGLS__UNDECIDED);
+    if (undecided == 0) return SPRINGLS__CONTRACT_REMOVE;
+    return rounds < most && undecided < count / 8 ? SPRINGLS__CONTRACT_MERGE : SPRINGLS__CONTRACT_MERGE_BY_RANK;
+}
+
 SPRINGLS__FN springls_status springls__contract(springls_context *ctx)
 {
-    springls__arguments args;
-    int count = ctx->model.set.count;
+    const int count = ctx->model.set.count;
     switch (ctx->work.phase) {
-    case SPRINGLS__CONTRACT_JUDGE:
+    case SPRINGLS__CONTRACT_FIND:
         if (count == 0) return SPRINGLS_OK;
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, count));
-        if (ctx->model.params.keep_thin) SPRINGLS__TRY(springls__cell_list_build(ctx));
-        args.contract.min_angle_cosine = springls__cospi(ctx->model.params.min_angle / 180.0f);
-        args.contract.max_angle_cosine = springls__cospi(ctx->model.params.max_angle / 180.0f);
-        springls__loop(ctx, SPRINGLS__KERNEL_contract, count, &args);
+        SPRINGLS__TRY(springls__find_poor(ctx));
         return springls__next_phase(ctx, SPRINGLS__CONTRACT_RESHAPE);
     case SPRINGLS__CONTRACT_RESHAPE:
         springls__loop(ctx, SPRINGLS__KERNEL_reshape, count, NULL);
         return springls__next_phase(ctx, SPRINGLS__CONTRACT_RESHAPED);
     case SPRINGLS__CONTRACT_RESHAPED:
-        springls__count_later(ctx, SPRINGLS__COUNT_RESHAPED, SPRINGLS__ROLE_ARRAY(contract_action), count, SPRINGLS__RESHAPE);
-        springls__triangles_changed(ctx);
-        ctx->neighbors_age = -1;
+        springls__triangles_reshaped(ctx);
         if (!(ctx->model.params.merge_distance > 0.0f)) return springls__next_phase(ctx, SPRINGLS__CONTRACT_REMOVE);
-        SPRINGLS__TRY(springls__cell_list_build(ctx));
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, next_contract_action, count));
-        springls__run(ctx, SPRINGLS__KERNEL_merge_begin, count, NULL);
+        SPRINGLS__TRY(springls__merge_begin(ctx));
         return springls__next_phase(ctx, SPRINGLS__CONTRACT_MERGE);
     case SPRINGLS__CONTRACT_MERGE:
         springls__loop(ctx, SPRINGLS__KERNEL_merge, count, NULL);
         return springls__next_phase(ctx, SPRINGLS__CONTRACT_MERGED);
     case SPRINGLS__CONTRACT_MERGED:
-        springls__swap(ctx, SPRINGLS__ROLE_ARRAY(contract_action), SPRINGLS__ROLE_ARRAY(next_contract_action));
-        return springls__next_phase(ctx, springls__phase_after_merging(ctx, ++ctx->work.repetition));
+        return springls__next_phase(ctx, springls__phase_after_merging(ctx));
     case SPRINGLS__CONTRACT_MERGE_BY_RANK:
         SPRINGLS__TRY(springls__merge_by_rank(ctx));
         return springls__next_phase(ctx, SPRINGLS__CONTRACT_REMOVE);
     case SPRINGLS__CONTRACT_REMOVE:
     default:
-        SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_departed, count));
-        springls__run(ctx, SPRINGLS__KERNEL_departed, count, NULL);
-        springls__count_later(ctx, SPRINGLS__COUNT_DEPARTED, SPRINGLS__ROLE_ARRAY(has_departed), count, 1);
-        SPRINGLS__TRY(springls__attributes_before_removal(ctx));
-        springls__stir(ctx, SPRINGLS__STIR_CONTRACTED, 0, count);
-        SPRINGLS__TRY(springls__constellation_compact(ctx));
-        ctx->stats.reshaped += (int)springls__count_found(ctx, SPRINGLS__COUNT_RESHAPED);
-        ctx->stats.left += (int)springls__count_found(ctx, SPRINGLS__COUNT_DEPARTED);
-        springls__attributes_after_removal(ctx, count);
-        ctx->stats.removed += count - ctx->model.set.count;
-        springls__constellation_changed(ctx);
-        return SPRINGLS_OK;
+        return springls__remove_poor(ctx);
     }
 }
 

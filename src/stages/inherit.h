@@ -5,6 +5,7 @@
 #ifndef SPRINGLS__STAGES_INHERIT_H
 #define SPRINGLS__STAGES_INHERIT_H
 
+#include "../runtime/algorithms.h"
 #include "../runtime/parallel.h"
 #include "../runtime/residency.h"
 #include "../model/attribute_values.h"
@@ -42,13 +43,7 @@ SPRINGLS__FN springls_status springls__attributes_before_split(springls_context 
 /* Returns which of the first `count` springls has an id: ids ascend. */
 SPRINGLS__FN int springls__springl_of_id(const springls_context *ctx, uint32_t id, int count)
 {
-    int low = 0, high = count;
-    while (high - low > 1) {
-        int middle = low + (high - low) / 2;
-        if (ctx->model.set.id[middle] <= id) low = middle;
-        else high = middle;
-    }
-    return low;
+    return springls__lower_bound(ctx->model.set.id, sizeof *ctx->model.set.id, count, id);
 }
 
 /* Values for new springls; the search has those that were there before. */

@@ -229,10 +229,11 @@ SPRINGLS__FN void springls__combine_level_sets(springls_context *ctx, springls_o
     ctx->omega_fresh = false;
 }
 
-/* The bricks of two references together, while they are combined: the top table of the result, and its entries. */
+/* Two references, and the one that is made of both: its grid has its own planes, top table and phi. */
 typedef struct springls__both_references {
     const springls__grid *first, *second;
-    springls__grid grid; /* its size, table, planes and top */
+    springls__grid grid;
+    springls__buffer plane, top, phi;
 } springls__both_references;
 
 /* Gives the bricks with voxels of either reference new slots, and the constant ones the side of the first. Returns the number of
@@ -273,45 +274,48 @@ SPRINGLS__FN void springls__replace_memory(springls_context *ctx, springls__arra
     memory->bytes = by->bytes;
 }
 
+/* Makes the memory of the reference that is made of both, and numbers its bricks. */
+SPRINGLS__FN springls_status springls__reserve_references(springls_context *ctx, springls__both_references *both)
+{
+    springls__grid *g = &both->grid;
+    springls__brick_groups groups = springls__no_groups();
+    springls__table table;
+    springls__keep_grid(both->first, &groups, springls__unmoved);
+    springls__keep_grid(both->second, &groups, springls__unmoved);
+    table = springls__table_of(both->first, &groups);
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &both->plane, 6 * SPRINGLS__MOST_PLANES, sizeof *g->plane, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &both->top, springls__entries_of(&table), sizeof *g->top, 0));
+    g->plane = (int *)both->plane.data;
+    g->top = (int *)both->top.data;
+    springls__take_table(g, &table);
+    g->slot_count = springls__number_references(both);
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &both->phi, (size_t)g->slot_count * SPRINGLS__BRICK_VOXELS, sizeof(float), 0));
+    g->phi = (float *)both->phi.data;
+    return SPRINGLS_OK;
+}
+
 /* Replaces the reference level set by that of both originals. */
 SPRINGLS__FN springls_status springls__combine_references(springls_context *ctx, const springls__grid *other)
 {
     springls__grid *g = &ctx->model.reference;
-    springls__brick_groups groups = springls__no_groups();
     springls__both_references both;
-    springls__buffer top, phi, plane;
-    springls__table table;
     springls_status status;
-    memset(&top, 0, sizeof top);
-    memset(&plane, 0, sizeof plane);
-    memset(&phi, 0, sizeof phi);
-    springls__keep_grid(g, &groups, springls__unmoved);
-    springls__keep_grid(other, &groups, springls__unmoved);
-    table = springls__table_of(g, &groups);
+    memset(&both, 0, sizeof both);
     both.first = g;
     both.second = other;
     both.grid = *g;
-    status = springls__buffer_grow(ctx, &plane, 6 * SPRINGLS__MOST_PLANES, sizeof *g->plane, 0);
-    if (status == SPRINGLS_OK) status = springls__buffer_grow(ctx, &top, springls__entries_of(&table), sizeof *g->top, 0);
-    if (status == SPRINGLS_OK) {
-        both.grid.plane = (int *)plane.data;
-        both.grid.top = (int *)top.data;
-        springls__take_table(&both.grid, &table);
-        both.grid.slot_count = springls__number_references(&both);
-        status = springls__buffer_grow(ctx, &phi, (size_t)both.grid.slot_count * SPRINGLS__BRICK_VOXELS, sizeof(float), 0);
-    }
+    status = springls__reserve_references(ctx, &both);
     if (status != SPRINGLS_OK) {
-        springls__buffer_free(ctx, &top);
-        springls__buffer_free(ctx, &plane);
+        springls__buffer_free(ctx, &both.top);
+        springls__buffer_free(ctx, &both.plane);
         return status;
     }
-    both.grid.phi = (float *)phi.data;
     springls__merge_references(&both);
-    g->table = table;
+    g->table = both.grid.table;
     g->slot_count = both.grid.slot_count;
-    springls__replace_memory(ctx, SPRINGLS__ARRAY_REFERENCE_PLANE, &plane);
-    springls__replace_memory(ctx, SPRINGLS__ARRAY_REFERENCE_TOP, &top);
-    springls__replace_memory(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, &phi);
+    springls__replace_memory(ctx, SPRINGLS__ARRAY_REFERENCE_PLANE, &both.plane);
+    springls__replace_memory(ctx, SPRINGLS__ARRAY_REFERENCE_TOP, &both.top);
+    springls__replace_memory(ctx, SPRINGLS__ARRAY_REFERENCE_PHI, &both.phi);
     springls__bind(ctx);
     return SPRINGLS_OK;
 }
@@ -498,12 +502,9 @@ SPRINGLS__FN springls_status springls__copy_model(springls_context *to, springls
 /* Makes a copy of the other model in the window of this one: what lies beyond that is left out. */
 SPRINGLS__FN springls_status springls__copy_into_window(springls_context *ctx, springls_context *other, springls_context **copy)
 {
-    springls_desc desc = ctx->desc;
     springls_status status;
     int bricks[3], axis;
-    desc.params = &ctx->model.params;
-    desc.backend = NULL;
-    if (springls_create(&desc, copy) != SPRINGLS_OK) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: out of memory");
+    SPRINGLS__TRY(springls__create_alike(ctx, "combine", copy));
     status = springls__copy_model(*copy, other);
     if (status == SPRINGLS_OK) status = springls__change_level_set(*copy); /* a snapshot has phi as the steps have left it */
     for (axis = 0; axis < 3; axis++) /* where windows are further apart, nothing is in both */
@@ -620,16 +621,11 @@ SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, sp
                                                        springls_implicit_fn fn, void *user)
 {
     springls_context *other;
-    springls_desc desc;
     springls_status status;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!fn) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine_implicit: the function is NULL");
     SPRINGLS__TRY(springls__follow_all(ctx));
-    desc = ctx->desc;
-    desc.params = &ctx->model.params;
-    desc.backend = NULL;
-    if (springls_create(&desc, &other) != SPRINGLS_OK)
-        return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine_implicit: out of memory");
+    SPRINGLS__TRY(springls__create_alike(ctx, "combine_implicit", &other));
     memcpy(other->home, ctx->window.offset, sizeof other->home);
     status = springls_set_implicit(other, fn, user);
     if (status == SPRINGLS_OK) status = springls_combine(ctx, operation, other);
