@@ -122,7 +122,7 @@ static void add_string(lines *list, const char *string)
     add_line(list, l);
 }
 
-/* A copy of the line in which comments are blanks. Nothing begins a comment within a literal. */
+/* Returns a copy of a line in which comments are blanks. Nothing begins a comment within a literal. */
 static const char *blank_comments(const char *string, int *in_comment)
 {
     char *s = copy(string, strlen(string)), *code = s;
@@ -181,7 +181,7 @@ static lines read_lines(const char *path, const char *asked_by)
     return list;
 }
 
-/* What follows "#name" in a line that is this directive, else NULL. */
+/* Returns what follows "#name" in a line that is this directive, else NULL. */
 static const char *directive(const line *l, const char *name)
 {
     const char *s = skip_blanks(l->code);
@@ -192,7 +192,7 @@ static const char *directive(const line *l, const char *name)
     return skip_blanks(s + n);
 }
 
-/* The line holds this marker and nothing else. */
+/* Returns whether the line has this marker and nothing else. */
 static int is_marker(const line *l, const char *marker)
 {
     const char *s = skip_blanks(l->string);
@@ -200,7 +200,7 @@ static int is_marker(const line *l, const char *marker)
     return !l->in_comment && strncmp(s, marker, n) == 0 && !*skip_blanks(s + n);
 }
 
-/* The name X of a file whose first two lines of code are #ifndef X and #define X, else NULL. */
+/* Returns the name X of a file whose first two lines of code are #ifndef X and #define X, else NULL. */
 static char *guard_of(const lines *file)
 {
     const char *guard = 0, *defined;
@@ -218,7 +218,7 @@ static char *guard_of(const lines *file)
     return 0;
 }
 
-/* Takes the guard's #ifndef, #define and #endif, the last of the file, out of a file. */
+/* Removes the #ifndef and the #define of a file's guard, and its #endif, which is the last of the file. */
 static void drop_guard(lines *file)
 {
     size_t i, n = 0, end = file->count;
@@ -235,7 +235,7 @@ static void drop_guard(lines *file)
 
 /* ---- paths ---- */
 
-/* The path that a quoted include means: beside the including file, with every "folder/.." taken out. */
+/* Returns the path of a quoted include: relative to the including file, without any "folder/..". */
 static char *resolve(const char *from, const char *name, size_t length)
 {
     const char *slash = strrchr(from, '/'), *s, *end;
@@ -260,14 +260,14 @@ static char *resolve(const char *from, const char *name, size_t length)
 
 static const char *base_name(const char *path) { return strrchr(path, '/') ? strrchr(path, '/') + 1 : path; }
 
-/* The path leads through kernels_embed/. */
+/* Returns whether a path leads through kernels_embed/. */
 static int is_maths(const char *path)
 {
     const char *found = strstr(path, MATHS_FOLDER);
     return found && (found == path || found[-1] == '/');
 }
 
-/* "relax" of src/stages/relax.h, "relax:kernel" of kernels_embed/stages/relax.h. */
+/* Returns "relax" for src/stages/relax.h, "relax:kernel" for kernels_embed/stages/relax.h. */
 static char *tag_of(const char *path)
 {
     const char *base = base_name(path), *dot = strrchr(base, '.');
@@ -275,7 +275,7 @@ static char *tag_of(const char *path)
     return join(name, is_maths(path) ? ":kernel" : "", "");
 }
 
-/* The place of a part's folder in the table of folders; -1: it is not there. */
+/* Returns the place of a part's folder in the table of folders; -1: it is not there. */
 static int folder_rank(const char *path)
 {
     size_t i, folder = (size_t)(base_name(path) - path);
@@ -295,7 +295,7 @@ static struct { part *at; size_t count, room; } parts;   /* every file taken so 
 static lines product;                                    /* markers still in it */
 static lines device_text;                                /* of the .cl files */
 
-/* The chain of including files, to see circles. */
+/* The files that include each other down to this one: one that is twice among them is a circle. */
 typedef struct chain { const char *path; const struct chain *up; } chain;
 
 static const part *find_part(const char *path)
@@ -316,7 +316,7 @@ static void add_part(const char *path, int guarded)
     parts.at[parts.count++] = p;
 }
 
-/* The file that a quoted include names; NULL when the line is none. */
+/* Returns the file that a quoted include names; NULL when the line is none. */
 static char *quoted_include(const line *l, const char *from, const char *where)
 {
     const char *name = directive(l, "include"), *end;
@@ -326,6 +326,7 @@ static char *quoted_include(const line *l, const char *from, const char *where)
     return resolve(from, name + 1, (size_t)(end - name) - 1);
 }
 
+/* Returns "path:line" for messages. index: from 0 on. */
 static char *place(const char *path, size_t index)
 {
     char number[32];
@@ -387,8 +388,8 @@ static int is_device(const char *path)
     return n > 3 && strcmp(path + n - 3, ".cl") == 0;
 }
 
-/* Is line i followed by one that is neither blank nor an include? */
-static int goes_on(const lines *file, size_t i)
+/* Returns whether text of its own follows line i in a file, before another include. */
+static int text_follows(const lines *file, size_t i)
 {
     while (++i < file->count)
         if (*skip_blanks(file->at[i].string)) return !directive(&file->at[i], "include");
@@ -410,7 +411,7 @@ static void add_text(const lines *file, const chain *here, int maths)
         }
         take(inner, where, here);
         /* The root is a mere list of includes; anywhere else the reader has to see where the part goes on. */
-        if (here->up && product.count > before && goes_on(file, i))
+        if (here->up && product.count > before && text_follows(file, i))
             add_string(&product, join("/* -------- back in ", here->path, " -------- */"));
     }
 }
@@ -441,7 +442,7 @@ static void take(const char *path, const char *asked_by, const chain *up)
 
 /* ---- step 2: the OpenCL program text ---- */
 
-/* A line as a C string literal that ends in a newline: octal escapes for what is not ASCII, and no trigraphs. */
+/* Returns a line as a C string literal that ends in a newline: octal escapes for what is not ASCII, and no trigraphs. */
 static const char *literal(const char *string)
 {
     text t = { 0, 0, 0 };
@@ -471,7 +472,7 @@ static size_t product_line(size_t index, size_t marker, size_t growth)
     return index + 1 + (index > marker ? growth : 0);
 }
 
-/* The literals that replace the marker. Two rounds: how many there are decides the line numbers they speak of. */
+/* Returns the literals that replace the marker. Makes them twice: the line numbers in them depend on how many they are. */
 static lines kernel_literals(size_t marker)
 {
     lines list = { 0, 0, 0 };
@@ -504,7 +505,7 @@ static int known_name(const lines *names, const char *name)
     return 0;
 }
 
-/* The names of all functions that SPRINGLS_API declares: after that word, the first springls_x before a parenthesis. */
+/* Returns the names of all functions that SPRINGLS_API declares: after that word, the first springls_x before a parenthesis. */
 static lines public_names(void)
 {
     static const char api[] = "SPRINGLS_API";
@@ -575,7 +576,7 @@ static void replace_line(size_t marker, lines by)
     for (i = marker + 1; i < old.count; i++) add_line(&product, old.at[i]);
 }
 
-/* The index of the only line with this marker, or -1. */
+/* Returns the index of the only line with this marker, or -1. */
 static long find_marker(const char *marker)
 {
     long found = -1;
@@ -588,7 +589,7 @@ static long find_marker(const char *marker)
     return found;
 }
 
-/* What stands above everything: that the file is generated, and the table of contents. */
+/* Puts above everything that the file is generated, and a table of contents. */
 static void add_head(void)
 {
     lines head = { 0, 0, 0 };
@@ -637,7 +638,7 @@ int main(int argc, char **argv)
     for (f = 2; f < argc; f++) take(argv[f], "command line", 0);
     check_tags();
     add_head();
-    /* The renames first: from then on only the literals move lines, and they reckon with that themselves. */
+    /* The renames first: after them only the literals move lines, and their #line directives allow for that. */
     marker = find_marker(RENAMES_MARKER);
     if (marker >= 0) replace_line((size_t)marker, namespace_renames());
     marker = find_marker(KERNELS_MARKER);
