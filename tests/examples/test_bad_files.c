@@ -1,12 +1,14 @@
-/* test_bad_files.c - every file of a collection of broken ones, through the readers of examples/common and on into
-   the library: a reader fails with one line, or what it has read becomes a model, or the library refuses it with a reason.
-   Compiled with examples/common as test_common.c is; skipped where SPRINGLS_DATA is not set. */
+/* test_bad_files.c - broken and cut files, and every file of a collection of broken ones, through the readers of examples/common and
+   on into the library: a reader fails with one line, or what it has read becomes a model, or the library refuses it with a reason.
+   Compiled like test_common.c, else skipped; the collection is skipped where SPRINGLS_DATA is not set. */
 #define _POSIX_C_SOURCE 200809L
 #include "fixtures.h"
 
 #ifdef TEST_EXAMPLES_COMMON
 #include "../../examples/common/surface/mesh_io.h"
 #include "../../examples/common/imaging/volume.h"
+#include "scratch.h"
+
 #include <dirent.h>
 #include <sys/stat.h>
 
@@ -14,7 +16,98 @@
 const char *__lsan_default_suppressions(void);
 const char *__lsan_default_suppressions(void) { return "leak:libassimp\n"; }
 
-typedef struct tally { int files, meshes, volumes, models; } tally;
+/* ---- broken on purpose ---- */
+
+/* What assimp would wait for, end the program at, or reserve all memory for. */
+TEST broken_surfaces_are_refused(void)
+{
+#define PLY_VERTICES "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n"
+#define PLY_FACES "element face 2\nproperty list uchar int vertex_indices\n"
+#define PLY_PLACES "0 0 0\n1 0 0\n0 1 0\n"
+    static const struct { const char *name, *text, *reason; } files[] = {
+        {"a.ply", PLY_VERTICES "element face 1\n", "has no end"},
+        {"a.ply", PLY_VERTICES PLY_FACES "end_headers\n" PLY_PLACES, "line 9 of the PLY header"},
+        {"a.ply", PLY_VERTICES "\n" PLY_FACES "end_header\n" PLY_PLACES, "line 7 of the PLY header"},
+        {"a.ply", "ply\nformat ascii 1.0\nelement vertex 300000000e-8\nend_header\n" PLY_PLACES, "line 3 of the PLY header"},
+        {"a.ply", "ply\nformat ascii 1.0\nelement vertex 00000000000000000000000000000003000\nend_header\n" PLY_PLACES,
+         "line 3 of the PLY header"},
+        {"a.ply", "PLY\nformat ascii 1.0\nelement vertex 4000000000\nend_header\n", "promises 4000000000 elements"},
+        {"a.ply", PLY_VERTICES PLY_FACES "end_header\n" PLY_PLACES "3 0 1 2\n0\n", "a face has no corners"},
+        {"a.ply", PLY_VERTICES PLY_FACES "end_header\n" PLY_PLACES "3 0 1 2\n3 0 1 7\n", "names vertex 7 of 3"},
+        {"a.ply", PLY_VERTICES PLY_FACES "end_header\n" PLY_PLACES "3 0 1 2\n3 0 1\n", "face 1 has fewer values"},
+        {"a.ply", PLY_VERTICES PLY_FACES "end_header\n" PLY_PLACES "3 0 1 2 1\n3 0 1 2\n", "face 0 has more values"},
+        {"a.ply", PLY_VERTICES PLY_FACES "end_header\n" PLY_PLACES "3 0 1 2\n-3 0 1 2\n", "face 1: its list has no length"},
+        {"a.ply", PLY_VERTICES PLY_FACES "end_header\n" PLY_PLACES "3000000000e-9 0 1 2\n3 0 1 2\n", "face 0: its list has no length"},
+        {"a.ply", PLY_VERTICES PLY_FACES "end_header\n" PLY_PLACES "999999999 0 1 2\n3 0 1 2\n", "face 0 has fewer values"},
+        {"a.ply", PLY_VERTICES PLY_FACES "end_header\n" PLY_PLACES "\n3 0 1 2\n", "the file ends in face 1"},
+        {"a.ply", PLY_VERTICES "element stroke 1\nproperty list uchar int n\n" PLY_FACES "end_header\n" PLY_PLACES "1 0\n3 0 1 2\n3 0 1 2\n",
+         "elements 'stroke' before those of 'face' are not read"},
+        {"a.ply", PLY_VERTICES "property list float int n\nend_header\n", "line 7 of the PLY header"},
+        {"a.ply", "plyx\nformat ascii 1.0\nend_header\n", "a PLY file begins with ply"},
+        {"a.txt", "plyx\nformat ascii 1.0\nend_header\n", "a PLY file begins with ply"},
+        {"a.ply", "ply\nformat text 1.0\nend_header\n", "line 2 of the PLY header"},
+        {"a.ply", "ply\nelement vertex 3\nend_header\n", "the PLY header has no format"},
+        {"a.ply", "ply\nformat binary_big_endian 1.0\nelement face 1\nproperty list int int n\nend_header\n\xff\xff\xff\xfd",
+         "face 0: its list has no length, or a negative one"},
+        {"a.ply", "ply\nformat binary_little_endian 1.0\nelement face 1\nproperty list int int n\nend_header\n\xff\xff\xff\x7f",
+         "the file ends in face 0"},
+        {"a.off", "OFF\n# places\n3 4000000000 0\n" PLY_PLACES "3 0 1 2\n", "promises 4000000000 elements"},
+        {"a.off", "COFF 4000000000 1 0\n", "promises 4000000000 elements"},
+        {"a.off", "OFF\n3 400000000e-8 0\n" PLY_PLACES "3 0 1 2\n3 0 1 2\n3 0 1 2\n3 0 1 2\n", "no numbers of vertices and faces"},
+        {"a.off", "OFF 3e0 400000000\n3 1 0\n" PLY_PLACES "3 0 1 2\n", "no numbers of vertices and faces"},
+        {"a.off", "OFF\n3 2 0\n" PLY_PLACES "3 0 1 2\n", "ends before its 3 vertices and 2 faces"},
+        {"a.off", "OFF\n3 2 0\n" PLY_PLACES "3 0 1 2\n0\n", "face 1 has not 1 to 9 corners"},
+        {"a.off", "OFF\n3 2 0\n" PLY_PLACES "3 0 1 2\n3 0 1 -2\n", "face 1 names vertex -2 of 3"},
+        {"a.off", "OFF\n3 2 0\n" PLY_PLACES "3 0 1 2\n3 0 1\n", "face 1 has fewer than 3 corners"},
+    };
+    for (size_t i = 0; i < sizeof files / sizeof *files; ++i) {
+        char error[MESH_TEXT];
+        struct mesh mesh;
+        FILE *file = fopen(scratch(files[i].name), "wb");
+        ASSERT(file && fputs(files[i].text, file) >= 0);
+        fclose(file);
+        ASSERT_FALSE(mesh_read(scratch(files[i].name), &mesh, error));
+        ASSERTm(error, strstr(error, files[i].reason) && !strchr(error, '\n'));
+    }
+    char error[MESH_TEXT];
+    struct mesh mesh;
+    ASSERT_FALSE(mesh_read("tests", &mesh, error));
+    ASSERTm(error, strstr(error, "a folder"));
+    PASS();
+}
+
+/* Every cut of a good file, plain and compressed, is refused (or, where only padding went, read). */
+TEST cut_volumes_are_refused(void)
+{
+    const int dims[3] = {6, 5, 4};
+    const float spacing[3] = {1.0f, 1.0f, 1.0f}, origin[3] = {0.0f, 0.0f, 0.0f};
+    static const char *const names[] = {"c.nii", "c.nii.gz"};
+    struct volume made, back;
+    char error[VOLUME_TEXT], text[4096];
+    ASSERT(volume_create(dims, spacing, origin, &made));
+    for (int n = 0; n < 2; ++n) {
+        const char *path = scratch(names[n]);
+        ASSERT(volume_write(path, &made, VOLUME_FLOAT32, made.data, error));
+        FILE *file = fopen(path, "rb");
+        ASSERT(file);
+        const size_t size = fread(text, 1, sizeof text, file);
+        fclose(file);
+        for (size_t cut = 0; cut < size; cut += 3) {
+            file = fopen(path, "wb");
+            ASSERT(file);
+            fwrite(text, 1, cut, file);
+            fclose(file);
+            ASSERT_FALSE(volume_read(path, 0, &back, error));
+            ASSERT(error[0] && !strchr(error, '\n'));
+        }
+    }
+    volume_free(&made);
+    PASS();
+}
+
+/* ---- the collection ---- */
+
+typedef struct tally { int files, meshes, volumes, refused, models; } tally; /* refused: by both readers */
 
 /* A step, and the mesh is closed. */
 static greatest_test_res use(springls_context *ctx)
@@ -100,9 +193,11 @@ static greatest_test_res try_file(const char *path, tally *t)
     char error[512]; /* room for MESH_TEXT and VOLUME_TEXT */
     struct mesh mesh;
     struct volume volume;
+    bool read;
     t->files++;
     error[0] = '\0';
-    if (mesh_read(path, &mesh, error)) {
+    read = mesh_read(path, &mesh, error);
+    if (read) {
         t->meshes++;
         CHECK_CALL(try_mesh(&mesh, t));
     } else {
@@ -111,25 +206,27 @@ static greatest_test_res try_file(const char *path, tally *t)
     mesh_free(&mesh);
     error[0] = '\0';
     if (volume_read(path, 0, &volume, error)) {
+        read = true;
         t->volumes++;
         CHECK_CALL(try_volume(&volume, t));
     } else {
         ASSERTm(path, error[0] && !strchr(error, '\n') && volume.data == NULL);
     }
     volume_free(&volume);
+    t->refused += !read;
     PASS();
 }
 
-static greatest_test_res try_folder(const char *folder, tally *t)
+static greatest_test_res try_folder(const char *root, tally *t)
 {
-    DIR *listing = opendir(folder);
+    DIR *listing = opendir(root);
     struct dirent *entry;
     char path[2048];
-    ASSERTm(folder, listing != NULL);
+    ASSERTm(root, listing != NULL);
     while ((entry = readdir(listing)) != NULL) {
         struct stat about;
         if (entry->d_name[0] == '.') continue;
-        snprintf(path, sizeof path, "%s/%s", folder, entry->d_name);
+        snprintf(path, sizeof path, "%s/%s", root, entry->d_name);
         if (stat(path, &about) != 0) continue;
         if (S_ISDIR(about.st_mode)) CHECK_CALL(try_folder(path, t));
         else CHECK_CALL(try_file(path, t));
@@ -141,20 +238,54 @@ static greatest_test_res try_folder(const char *folder, tally *t)
 TEST every_bad_file(void)
 {
     const char *data = getenv("SPRINGLS_DATA");
-    char folder[1024];
-    tally t = { 0, 0, 0, 0 };
+    char root[1024];
+    tally t = { 0, 0, 0, 0, 0 };
     if (!data) SKIPm("SPRINGLS_DATA is not set");
-    snprintf(folder, sizeof folder, "%s/bad", data);
-    CHECK_CALL(try_folder(folder, &t));
+    snprintf(root, sizeof root, "%s/bad", data);
+    CHECK_CALL(try_folder(root, &t));
     ASSERT_GT(t.files, 100);
     ASSERT_GT(t.meshes, 20);
-    ASSERT_GT(t.volumes, 10);
+    ASSERT_GTE(t.volumes, 15);
+    ASSERT_GTE(t.refused, 15);
     ASSERT_GT(t.models, 30);
     PASS();
 }
+
+TEST byte_order_does_not_matter(void)
+{
+    static const char *const names[] = {"ok_int16.nii", "ok_big_endian.nii"};
+    const char *data = getenv("SPRINGLS_DATA");
+    struct volume volume[2]; /* little-endian, big-endian */
+    char path[1024], error[VOLUME_TEXT];
+    int i;
+    if (!data) SKIPm("SPRINGLS_DATA is not set");
+    for (i = 0; i < 2; i++) {
+        snprintf(path, sizeof path, "%s/bad/volumes_generated/%s", data, names[i]);
+        ASSERTm(error, volume_read(path, 0, &volume[i], error));
+    }
+    ASSERT(volume_same_grid(&volume[0], &volume[1]));
+    ASSERT_MEM_EQ(volume[0].data, volume[1].data, volume_voxels(&volume[0]) * sizeof(float));
+    for (i = 0; i < 2; i++) volume_free(&volume[i]);
+    PASS();
+}
+
+GREATEST_MAIN_DEFS();
+
+int main(int argc, char **argv)
+{
+    GREATEST_MAIN_BEGIN();
+    if (!make_folder()) return 1;
+    RUN_TEST(broken_surfaces_are_refused);
+    RUN_TEST(cut_volumes_are_refused);
+    RUN_TEST(byte_order_does_not_matter);
+    RUN_TEST(every_bad_file);
+    remove_folder();
+    GREATEST_MAIN_END();
+}
+
 #else
+
 TEST every_bad_file(void) { SKIPm("examples/common needs libraries that are not here"); }
-#endif
 
 GREATEST_MAIN_DEFS();
 
@@ -164,3 +295,5 @@ int main(int argc, char **argv)
     RUN_TEST(every_bad_file);
     GREATEST_MAIN_END();
 }
+
+#endif
