@@ -549,6 +549,20 @@ SPRINGLS__MATHS springls__box springls__box_around(springls__springl s, float ma
     return springls__box_widened(box, margin);
 }
 
+/* Rows of eight voxels of a brick, along y from y0 to y1 and along z from z0 to z1. */
+typedef struct springls__row_range { int y0, y1, z0, z1; } springls__row_range;
+
+/* Returns the rows between two corners, in voxels from the brick's first one; the nearest row where that is beyond the brick. */
+SPRINGLS__MATHS springls__row_range springls__rows_between(springls__v3 lower, springls__v3 upper)
+{
+    springls__row_range rows;
+    rows.y0 = (int)springls__clamp(lower.y, 0.0f, 7.0f);
+    rows.y1 = (int)springls__clamp(upper.y, 0.0f, 7.0f);
+    rows.z0 = (int)springls__clamp(lower.z, 0.0f, 7.0f);
+    rows.z1 = (int)springls__clamp(upper.z, 0.0f, 7.0f);
+    return rows;
+}
+
 /* Begins at the bricks of the top table within `margin` voxels of the box around a triangle. */
 SPRINGLS__MATHS springls__brick_walk springls__brick_walk_begin(const springls__grid *g, springls__springl s, float margin)
 {

@@ -32,18 +32,14 @@ SPRINGLS__MATHS bool springls__omega_unknown(const springls__grid *g, int slot)
 SPRINGLS__MATHS void springls__omega_of_springl(const springls__model *model, SPRINGLS__GLOBAL const springls__springl *s,
                                                 const int origin[3], SPRINGLS__GLOBAL float *omega)
 {
-    const float capture = model->params.capture_range;
     const float radius = s->bounding_radius * 1.0001f + 1e-3f; /* no rounding may exclude a springl that is nearer */
-    springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
-    float ylo = springls__min(s->q[0].y, springls__min(s->q[1].y, s->q[2].y)) - capture - (float)origin[1];
-    float yhi = springls__max(s->q[0].y, springls__max(s->q[1].y, s->q[2].y)) + capture - (float)origin[1];
-    float zlo = springls__min(s->q[0].z, springls__min(s->q[1].z, s->q[2].z)) - capture - (float)origin[2];
-    float zhi = springls__max(s->q[0].z, springls__max(s->q[1].z, s->q[2].z)) + capture - (float)origin[2];
-    const int y0 = (int)springls__clamp(ylo, 0.0f, 7.0f), y1 = (int)springls__clamp(yhi, 0.0f, 7.0f);
-    const int z0 = (int)springls__clamp(zlo, 0.0f, 7.0f), z1 = (int)springls__clamp(zhi, 0.0f, 7.0f);
+    const springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
+    const springls__box box = springls__box_around(*s, model->params.capture_range);
+    const springls__v3 first = springls__voxel_place(origin, 0);
+    const springls__row_range rows = springls__rows_between(springls__sub(box.lower, first), springls__sub(box.upper, first));
     int y, z;
-    for (z = z0; z <= z1; z++)
-        for (y = y0; y <= y1; y++)
+    for (z = rows.z0; z <= rows.z1; z++)
+        for (y = rows.y0; y <= rows.y1; y++)
             if (springls__is_mine(model->group, y + 8 * z))
                 springls__omega_row(&plan, s->p, radius, origin[0], origin[1] + y, origin[2] + z, omega + 8 * y + 64 * z);
 }

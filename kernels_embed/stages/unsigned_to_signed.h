@@ -187,13 +187,12 @@ SPRINGLS__MATHS void springls__add_side(const springls__model *model, SPRINGLS__
                                         const int origin[3], SPRINGLS__GLOBAL const float *omega, SPRINGLS__LOCAL float *side)
 {
     const float capture = model->params.capture_range, r = s->bounding_radius + capture;
-    const float py = s->p.y - (float)origin[1], pz = s->p.z - (float)origin[2];
-    springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
-    const int y0 = (int)springls__clamp(py - r, 0.0f, 7.0f), y1 = (int)springls__clamp(py + r, 0.0f, 7.0f);
-    const int z0 = (int)springls__clamp(pz - r, 0.0f, 7.0f), z1 = (int)springls__clamp(pz + r, 0.0f, 7.0f);
+    const springls__v3 p = springls__sub(s->p, springls__voxel_place(origin, 0)), reach = springls__v3_make(r, r, r);
+    const springls__tri_plan plan = springls__tri_plan_make(springls__springl_tri(*s));
+    const springls__row_range rows = springls__rows_between(springls__sub(p, reach), springls__add(p, reach));
     int y, z;
-    for (z = z0; z <= z1; z++)
-        for (y = y0; y <= y1; y++) {
+    for (z = rows.z0; z <= rows.z1; z++)
+        for (y = rows.y0; y <= rows.y1; y++) {
             const int v = 8 * y + 64 * z;
             if (springls__is_mine(model->group, y + 8 * z))
                 springls__side_row(&plan, s->p, s->bounding_radius, capture, origin[0], origin[1] + y, origin[2] + z, omega + v,

@@ -133,7 +133,7 @@ typedef struct springls__kernel_run {
     springls__arguments args;
 } springls__kernel_run;
 
-/* Does the work of the elements begin <= i < end; memory: as many floats as it has been promised, else NULL. */
+/* Does the work of the elements begin <= i < end. memory: the floats of its lane (launch.h); NULL where the loop needs none. */
 typedef void (*springls__loop_work)(void *arg, int begin, int end, float *memory);
 
 /* A loop that is run in pieces; floats: of memory for each lane (launch.h); piece: elements of the last piece; pace:
@@ -167,7 +167,7 @@ typedef struct springls__motion {
     bool stop_at_topology;
     float time, dt;
     float max_displacement; /* of a particle, voxels; 0: no limit                                               */
-    int tries;
+    int tries;              /* how often it was cut short because particles would have moved further            */
     springls__force_rule rule;
     float affine_weight;
     bool has_region;        /* forces act in a region alone                                                     */
@@ -176,7 +176,7 @@ typedef struct springls__motion {
     float moved;            /* the largest displacement of a particle, voxels; negative: not finite             */
     float turned;           /* how far a springl turns or stretches at most: see springls__turned2              */
     bool still;             /* no point has moved at all                                                        */
-    int moving;
+    int moving;             /* how many springls have moved by more than 0.01 voxel                             */
 } springls__motion;
 
 /* The level set as the steps have left it, while phi has followed the springls for a reader (follow.h). */
