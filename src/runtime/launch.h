@@ -137,7 +137,7 @@ SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, 
 
 enum { SPRINGLS__CHUNKS = 1024 }; /* parts of an array that a device adds up by themselves, at most */
 
-/* Makes room for what a device counts and adds up: else the functions below would fall back to the host for want of memory. */
+/* Makes room for what a device counts and adds up: without it the functions below would fall back to the host. */
 SPRINGLS__FN springls_status springls__reserve_counts(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_COUNTS, SPRINGLS__COUNTS, 0));

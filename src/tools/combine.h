@@ -413,8 +413,27 @@ SPRINGLS__FN springls_status springls__other_failed(springls_context *ctx, sprin
     return springls__fail(ctx, status, "combine: the other model: %.180s", other->error);
 }
 
+/* Finds which springls of both models stay, and makes room for them in this one. Fails when none do, or more than max_springls. */
+SPRINGLS__FN springls_status springls__mark_both(springls_context *ctx, const springls__side_rule *rule, int *staying,
+                                                 springls_context *other, const springls__side_rule *other_rule, int *added)
+{
+    const int count = ctx->model.set.count;
+    springls_status status;
+    int i;
+    SPRINGLS__TRY(springls__mark_kept_springls(ctx, rule, staying));
+    status = springls__mark_kept_springls(other, other_rule, added);
+    if (status != SPRINGLS_OK) return springls__other_failed(ctx, status, other);
+    if (*staying + *added == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: nothing is left");
+    if (*staying + *added > ctx->desc.max_springls)
+        return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: more than %d springls", ctx->desc.max_springls);
+    SPRINGLS__TRY(springls__constellation_reserve(ctx, springls__imax(count, *staying + *added)));
+    for (i = 0; i < ctx->attribute_count; i++)
+        SPRINGLS__TRY(springls__values_reserve(ctx, &ctx->attributes[i], *staying + *added, count));
+    return SPRINGLS_OK;
+}
+
 /* Keeps the springls of both models that bound the result. Both level sets must be as they were. surfaces: of this model's springls
-   that reach the other's box, and of the other's that reach this one's. Fails when none are left, or more than max_springls. */
+   that reach the other's box, and of the other's that reach this one's. */
 SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, springls_operation operation,
                                                         springls_context *other, const springls__surface surfaces[2])
 {
@@ -422,16 +441,7 @@ SPRINGLS__FN springls_status springls__combine_springls(springls_context *ctx, s
     const springls__side_rule rule = springls__rule_of(&other->model.grid, &surfaces[1], operation, false);
     const springls__side_rule other_rule = springls__rule_of(&ctx->model.grid, &surfaces[0], operation, true);
     int i, count = ctx->model.set.count, staying, added;
-    springls_status status;
-    SPRINGLS__TRY(springls__mark_kept_springls(ctx, &rule, &staying));
-    status = springls__mark_kept_springls(other, &other_rule, &added);
-    if (status != SPRINGLS_OK) return springls__other_failed(ctx, status, other);
-    if (staying + added == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "combine: nothing is left");
-    if (staying + added > ctx->desc.max_springls)
-        return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "combine: more than %d springls", ctx->desc.max_springls);
-    SPRINGLS__TRY(springls__constellation_reserve(ctx, springls__imax(count, staying + added)));
-    for (i = 0; i < ctx->attribute_count; i++)
-        SPRINGLS__TRY(springls__values_reserve(ctx, &ctx->attributes[i], staying + added, count));
+    SPRINGLS__TRY(springls__mark_both(ctx, &rule, &staying, other, &other_rule, &added));
     SPRINGLS__TRY(springls__attributes_before_removal(ctx));
     springls__stir(ctx, SPRINGLS__STIR_CONTRACTED, 0, count);
     SPRINGLS__TRY(springls__constellation_compact(ctx));
