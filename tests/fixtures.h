@@ -83,7 +83,7 @@ FIXTURE d3 d3_cross(d3 a, d3 b) { return d3_make(a.y * b.z - a.z * b.y, a.z * b.
 FIXTURE double d3_length(d3 a) { return sqrt(d3_dot(a, a)); }
 FIXTURE double d3_distance(d3 a, d3 b) { return d3_length(d3_sub(a, b)); }
 
-/* v turned by |w| radians about w. */
+/* Returns v turned by |w| radians about w. */
 FIXTURE d3 d3_rotate(d3 v, d3 w)
 {
     double angle = d3_length(w);
@@ -96,7 +96,7 @@ FIXTURE d3 d3_rotate(d3 v, d3 w)
 
 FIXTURE springls__v3 d3_float(d3 v) { return springls__v3_make((float)v.x, (float)v.y, (float)v.z); }
 
-/* The point of segment a-b closest to x. */
+/* Returns the point of segment a-b closest to x. */
 FIXTURE d3 d3_on_segment(d3 x, d3 a, d3 b)
 {
     d3 e = d3_sub(b, a);
@@ -104,7 +104,7 @@ FIXTURE d3 d3_on_segment(d3 x, d3 a, d3 b)
     return d3_mad(a, e, s < 0.0 ? 0.0 : s > 1.0 ? 1.0 : s);
 }
 
-/* Distance from x to triangle t. */
+/* Returns the distance from x to triangle t. */
 FIXTURE double d3_triangle_distance(const d3 t[3], d3 x)
 {
     d3 n = d3_cross(d3_sub(t[1], t[0]), d3_sub(t[2], t[0]));
@@ -119,11 +119,11 @@ FIXTURE double d3_triangle_distance(const d3 t[3], d3 x)
     return inside ? fabs(d3_dot(d3_sub(x, t[0]), n)) / sqrt(n2) : best;
 }
 
-/* ---- memory: counts, checks sizes, fails when told ---- */
+/* ---- memory: counted, sizes checked, failing on demand ---- */
 
 typedef struct fixture_heap {
     size_t bytes;        /* held now                                                    */
-    int blocks, calls;   /* held now; asked for ever                                    */
+    int blocks, calls;   /* held now; allocated so far, with those that failed          */
     int fail_at;         /* the call that fails, counted from 0; -1: none               */
     int fail_on;         /* 1: all later calls fail too                                 */
     int wrong_sizes;     /* frees whose size was not the one allocated                  */
@@ -142,7 +142,7 @@ FIXTURE void *fixture_alloc(size_t size, void *user)
     {
         size_t shift = 128 - (size_t)((uintptr_t)memory & 63u);
         unsigned char *out = memory + shift;
-        memset(out, 0xA5, size); /* whoever reads before writing sees nonsense */
+        memset(out, 0xA5, size); /* what is read before it is written is nonsense */
         if (shift == 128) out -= 64;
         memcpy(out - 8, &memory, sizeof memory);
         memcpy(out - 24, &size, sizeof size);
@@ -275,7 +275,7 @@ FIXTURE springls_tasks fixture_tasks(fixture_workers *workers, int count, int th
 
 /* ---- the backend: scalar, or OpenCL when SPRINGLS_TEST_BACKEND names a kind of device, cpu or gpu; one for the program ---- */
 
-/* To run.sh: these tests are to be skipped. */
+/* Ends the program with the status by which run.sh counts its tests as skipped. */
 FIXTURE void fixture_no_device(const char *why)
 {
     printf("%s\n", why);
@@ -285,7 +285,7 @@ FIXTURE void fixture_no_device(const char *why)
 #ifdef SPRINGLS_TEST_OPENCL
 static springls_backend *fixture_device;
 
-FIXTURE void fixture_device_says(void *user, int level, const char *message)
+FIXTURE void fixture_device_log(void *user, int level, const char *message)
 {
     (void)user;
     if (strstr(message, "there is no ") || strstr(message, "no device")) fixture_no_device(message);
@@ -306,13 +306,13 @@ FIXTURE springls_backend *fixture_backend(void)
     if (fixture_device || !kind) return fixture_device;
     memset(&desc, 0, sizeof desc);
     desc.kind = strcmp(kind, "gpu") == 0 ? SPRINGLS_CL_KIND_GPU : SPRINGLS_CL_KIND_CPU;
-    desc.logger.log = fixture_device_says;
+    desc.logger.log = fixture_device_log;
     if (springls_cl_create(&desc, &fixture_device) != SPRINGLS_OK) exit(EXIT_FAILURE);
     atexit(fixture_leave_device);
     return fixture_device;
 }
 
-/* How many kernels it has run. */
+/* Returns how many kernels the device has run. */
 FIXTURE uint64_t fixture_kernels(void) { return springls_cl_get_counts(fixture_device).kernels; }
 #else
 FIXTURE springls_backend *fixture_backend(void)
@@ -324,14 +324,15 @@ FIXTURE springls_backend *fixture_backend(void)
 FIXTURE uint64_t fixture_kernels(void) { return 0; }
 #endif
 
-/* The model whose arrays are here, to be read and written: anew after every call that may leave them on the device. */
+/* Returns the model with its arrays on the host, to be read and written: to be called again after whatever may leave them on the
+   device. */
 FIXTURE springls__model *fixture_here(springls_context *ctx)
 {
     springls__use_host(ctx, true);
     return &ctx->model;
 }
 
-/* A private stage, run as a public one is; then its arrays are here. */
+/* Runs a private stage as a public call does; then its arrays are on the host. */
 FIXTURE springls_status fixture_stage(springls_context *ctx, springls_status (*run)(springls_context *))
 {
     springls_status status;
@@ -353,7 +354,7 @@ FIXTURE springls_desc fixture_desc(int size, const springls_params *params)
     return desc;
 }
 
-/* params NULL: the defaults. NULL on failure, on which the test's first call then fails. */
+/* params NULL: the defaults. Returns NULL on failure: then the first call of the test fails. */
 FIXTURE springls_context *fixture_context(int size, const springls_params *params)
 {
     springls_desc desc = fixture_desc(size, params);
@@ -423,7 +424,7 @@ FIXTURE springls_context *fixture_torus(int size, const springls_params *params,
     return ctx;
 }
 
-/* The springls go, ids begin at 0 again; the level set stays. */
+/* Removes all springls; ids begin at 0 again, and the level set stays. */
 FIXTURE void fixture_clear(springls_context *ctx)
 {
     springls__model *model = fixture_here(ctx);
@@ -432,7 +433,7 @@ FIXTURE void fixture_clear(springls_context *ctx)
     springls__constellation_changed(ctx);
 }
 
-/* One springl more, level set untouched. Returns its place. */
+/* Adds a springl, and returns its number; the level set stays. */
 FIXTURE int fixture_add_at(springls_context *ctx, springls__v3 q0, springls__v3 q1, springls__v3 q2, springls__v3 p, springls__v3 a)
 {
     springls__springl s;
@@ -454,7 +455,7 @@ FIXTURE int fixture_add(springls_context *ctx, springls__v3 q0, springls__v3 q1,
     return fixture_add_at(ctx, q0, q1, q2, p, p);
 }
 
-/* Drops the springls with keep[i] == 0. */
+/* Removes the springls with keep[i] == 0. */
 FIXTURE springls_status fixture_keep(springls_context *ctx, const uint8_t *keep)
 {
     springls_status status = SPRINGLS__RESERVE(ctx, contract_action, ctx->model.set.count);
@@ -466,7 +467,7 @@ FIXTURE springls_status fixture_keep(springls_context *ctx, const uint8_t *keep)
     return status;
 }
 
-/* `count` triangles of edge about `size` with their particle in them, anywhere in [low, high]^3. */
+/* Makes a soup of `count` springls with edges of about `size`, anywhere in [low, high]^3. */
 FIXTURE void fixture_random_soup(springls_context *ctx, int count, float low, float high, float size)
 {
     int i, m;
@@ -516,7 +517,7 @@ FIXTURE fixture_springl fixture_get(const springls_context *ctx, int i)
     return s;
 }
 
-/* All of them, to be freed. */
+/* Returns copies of all springls, to be freed. */
 FIXTURE fixture_springl *fixture_copy(const springls_context *ctx)
 {
     int i, count = springls_count(ctx);
@@ -537,7 +538,7 @@ FIXTURE d3 fixture_normal(const fixture_springl *s)
     return d3_scale(n, 1.0 / d3_length(n));
 }
 
-/* Distance from x to the nearest springl, by looking at all of them. */
+/* Returns the distance from x to the nearest springl, by looking at all of them. */
 FIXTURE double fixture_distance(const springls_context *ctx, d3 x)
 {
     springls_view vertices = springls_view_vertices(ctx);
@@ -555,7 +556,7 @@ FIXTURE double fixture_distance(const springls_context *ctx, d3 x)
     return best;
 }
 
-/* phi as a dense array, to be freed. */
+/* Returns phi as a dense array, to be freed. */
 FIXTURE float *fixture_phi(springls_context *ctx)
 {
     const int *size = ctx->desc.grid.size;
@@ -564,7 +565,7 @@ FIXTURE float *fixture_phi(springls_context *ctx)
     return phi;
 }
 
-/* How far the zero level is from the sphere: the mean and largest distance of the mesh's vertices (world = voxel). */
+/* How far the vertices of the zero level are from a sphere, voxels. */
 typedef struct fixture_error { double mean, max; int count; } fixture_error;
 
 FIXTURE fixture_error fixture_sphere_error(springls_context *ctx, d3 center, double radius)
@@ -588,7 +589,7 @@ FIXTURE fixture_error fixture_sphere_error(springls_context *ctx, d3 center, dou
     return error;
 }
 
-/* What is wrong with a mesh, and what it encloses. */
+/* Counts what is wrong with a mesh, and measures what it encloses. */
 FIXTURE springls__mesh_report fixture_report(const springls_mesh *mesh)
 {
     springls__mesh_report report;
@@ -608,6 +609,7 @@ FIXTURE springls__mesh_report fixture_report(const springls_mesh *mesh)
 
 typedef struct fixture_topology { int components, euler, cavities; } fixture_topology;
 
+/* Counts the connected parts of the voxels with in[i] == value. all26: connected over edges and corners too. */
 FIXTURE int fixture_parts(const unsigned char *in, const int size[3], int value, int all26)
 {
     int n = size[0] * size[1] * size[2], parts = 0, i;
@@ -637,7 +639,7 @@ FIXTURE int fixture_parts(const unsigned char *in, const int size[3], int value,
     return parts;
 }
 
-/* Of an object that does not touch the border. euler: voxels - pairs + squares - cubes of inside voxels. */
+/* Measures an object that does not touch the border. euler: voxels - pairs + squares - cubes of inside voxels. */
 FIXTURE fixture_topology fixture_measure(springls_context *ctx)
 {
     const int *size = ctx->desc.grid.size;
@@ -666,7 +668,7 @@ FIXTURE fixture_topology fixture_measure(springls_context *ctx)
 
 /* ---- forces ---- */
 
-/* user: three floats. */
+/* A velocity that is the same everywhere. user: its three floats. */
 FIXTURE void fixture_wind(void *user, const float *points, int count, float time, float *out)
 {
     int i;

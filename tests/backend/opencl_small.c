@@ -7,7 +7,7 @@ enum { SMALL_SIZE = 12 };
 
 static float small_pressure[SMALL_SIZE * SMALL_SIZE * SMALL_SIZE];
 
-FIXTURE void small_says(void *user, int level, const char *message)
+FIXTURE void small_log(void *user, int level, const char *message)
 {
     (void)user;
     if (level < 3) fprintf(stderr, "%s\n", message);
@@ -39,7 +39,7 @@ FIXTURE uint64_t small_run(springls_backend *backend, bool paper)
         fluid.stop_at_topology = true;
     }
     desc.backend = backend;
-    desc.logger.log = small_says;
+    desc.logger.log = small_log;
     ok = springls_create(&desc, &ctx) == SPRINGLS_OK
         && (paper ? springls_set_implicit(ctx, springls_implicit_sphere, &ball)
                   : springls_set_implicit(ctx, springls_implicit_box, &box))
@@ -64,7 +64,7 @@ int main(int argc, char **argv)
     memset(&desc, 0, sizeof desc);
     desc.library = argc > 1 ? argv[1] : NULL;
     desc.brick_items = 4;
-    desc.logger.log = small_says;
+    desc.logger.log = small_log;
     if (springls_cl_create(&desc, &backend) != SPRINGLS_OK) return EXIT_FAILURE;
     printf("%s\n", springls_cl_name(backend));
     for (paper = 0; paper < 2; paper++) {

@@ -1,5 +1,5 @@
-/* opencl_stub.c - a shared library that stands before the real OpenCL library: it passes every call on, fails the one that it is
-   told to fail, and counts objects that are made, retained and released. */
+/* opencl_stub.c - a shared library that stands before the real OpenCL library: it passes every call on, but for those
+   that a test has chosen to fail, and counts objects that are made, retained and released. */
 #ifndef CL_TARGET_OPENCL_VERSION
 #define CL_TARGET_OPENCL_VERSION 120
 #endif
@@ -34,7 +34,7 @@ static int *calls_of(const char *function)
 
 static int fails(int call) { return stub.error && (call == stub.at || (stub.on && call > stub.at)); }
 
-/* To be called first by every function that may fail: the error that it is to give. */
+/* Returns the error with which a call fails; every function that may fail begins with this. */
 static cl_int fault(const char *function)
 {
     int call = (*calls_of(function))++, argument = strcmp(function, "clSetKernelArg") == 0,

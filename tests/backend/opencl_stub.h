@@ -1,4 +1,4 @@
-/* opencl_stub.h - what tests ask of opencl_stub.c, found in it by dlsym. */
+/* opencl_stub.h - how tests control opencl_stub.c; dlsym finds it there. */
 #ifndef OPENCL_STUB_H
 #define OPENCL_STUB_H
 
@@ -8,12 +8,12 @@ typedef struct stub_controls {
     /* Call number `call` of a function ("clFinish"; NULL: of all but releases and clSetKernelArg) gives `error`; with `on` all
        calls after it do too, but for releases: a lost device. */
     void (*fail)(const char *function, int call, int error, int on);
-    /* Platforms are found, none of them. */
+    /* Makes the list of platforms empty, or whole again. */
     void (*hide_platforms)(int hidden);
     int (*calls)(const char *function);
     /* Pairs of a kernel and a size of its work group that have been started so far: a driver may compile each. */
     int (*compiled)(void);
-    /* Objects that are not released; of memory alone. */
+    /* Objects that are not released; those of memory alone. */
     int (*objects)(void);
     int (*memories)(void);
     /* The first function that was given an object that there is not, or ""; the function that failed on demand, or "". */

@@ -1,5 +1,5 @@
-/* test_opencl_faults.c - every call into OpenCL fails once, or from there on, during a short life of a model: one clear error,
-   nothing leaked, and the context goes on with scalar code: where the model could be brought back, to the same bits. Skipped
+/* test_opencl_faults.c - every call into OpenCL fails once, or from there on, while a model is worked on: one clear error, nothing
+   leaked, and the context goes on with scalar code: where the model could be read back, to the same bits. Skipped
    without OpenCL. */
 #include "springls_under_test.h"
 #include "histories.h"
@@ -180,7 +180,7 @@ FIXTURE springls_status prepare(springls_backend *backend, int stop, preparing *
 /* After it no step starts a kernel that has not run. */
 TEST kernels_are_compiled_before_the_first_step(void)
 {
-    const int kernels = (int)SPRINGLS__KERNEL_COUNT + (int)SPRINGLS__COLLECTIVE_COUNT;
+    const int kernels = SPRINGLS__CL_KERNELS;
     springls_sphere ball = { { 9.5f, 9.5f, 9.5f }, 5.0f };
     springls_desc desc;
     springls_step_desc step;
@@ -243,7 +243,7 @@ TEST preparing_fails(const char *function, int error)
     PASS();
 }
 
-/* A copy of the stub whose symbol `name` is called otherwise. */
+/* Writes a copy of the stub that lacks the function `name`. */
 FIXTURE bool fault_library_without(const char *name, const char *path)
 {
     FILE *file = fopen(stub_path, "rb");
@@ -305,74 +305,74 @@ typedef struct fault_outcome {
     const char *fault;       /* what was wrong                                            */
 } fault_outcome;
 
-typedef struct fault_life {
+typedef struct fault_bench {
     springls_context *ctx;
     springls_forces forces;
     springls_step_desc fluid, elastic;
     float field[3 * FAULT_SIZE * FAULT_SIZE * FAULT_SIZE];
-} fault_life;
+} fault_bench;
 
-FIXTURE springls_status fault_begin(fault_life *life)
+FIXTURE springls_status fault_begin(fault_bench *bench)
 {
     springls_sphere ball = fixture_ball(7.5f, 7.0f, 7.2f, 3.5f);
     springls_params p = springls_default_params();
-    SPRINGLS__TRY(springls_set_params(life->ctx, &p)); /* it may be the second model */
-    return springls_set_implicit(life->ctx, springls_implicit_sphere, &ball);
+    SPRINGLS__TRY(springls_set_params(bench->ctx, &p)); /* it may be the second model */
+    return springls_set_implicit(bench->ctx, springls_implicit_sphere, &ball);
 }
 
-enum { FAULT_CALLS = 9, FAULT_QUERY = 7 /* and what follows */ };
+enum { FAULT_CALLS = 9, FAULT_QUERY = 7 /* from here on calls only read */ };
 
-/* The calls of a life, one after the other. */
-FIXTURE springls_status fault_call(fault_life *life, int call)
+/* Makes call number `call`, of FAULT_CALLS, on the model. */
+FIXTURE springls_status fault_call(fault_bench *bench, int call)
 {
     static const float vertices[2 * 9] = { 11.0f, 7.0f, 7.2f, 11.0f, 7.5f, 7.2f, 11.0f, 7.0f, 7.7f,
                                            7.5f, 10.5f, 7.2f, 7.5f, 10.5f, 7.7f, 8.0f, 10.5f, 7.2f };
-    springls_params p = springls_get_params(life->ctx);
+    springls_params p = springls_get_params(bench->ctx);
     springls_mesh mesh;
     springls_status status;
     switch (call) {
-    case 0: return fault_begin(life);
-    case 1: case 4: return springls_step(life->ctx, &life->fluid);
-    case 2: return springls_step(life->ctx, &life->elastic);
+    case 0: return fault_begin(bench);
+    case 1: case 4: return springls_step(bench->ctx, &bench->fluid);
+    case 2: return springls_step(bench->ctx, &bench->elastic);
     case 3:
         p.capture_range = 2.2f;
         p.topology = SPRINGLS_TOPOLOGY_PRESERVED;
-        return springls_set_params(life->ctx, &p);
-    case 5: return springls_write(life->ctx, 1, 2, vertices, NULL);
+        return springls_set_params(bench->ctx, &p);
+    case 5: return springls_write(bench->ctx, 1, 2, vertices, NULL);
     case FAULT_QUERY:
-        status = springls_extract_mesh(life->ctx, &mesh);
-        if (status == SPRINGLS_OK) springls_mesh_free(life->ctx, &mesh);
+        status = springls_extract_mesh(bench->ctx, &mesh);
+        if (status == SPRINGLS_OK) springls_mesh_free(bench->ctx, &mesh);
         return status;
-    case 8: return springls_copy_level_set(life->ctx, life->field);
-    default: return springls_relax(life->ctx);
+    case 8: return springls_copy_level_set(bench->ctx, bench->field);
+    default: return springls_relax(bench->ctx);
     }
 }
 
 FIXTURE void fault_note(fault_outcome *out, const char *fault) { if (!out->fault) out->fault = fault; }
 
-/* After a failure: the context's message, and whether it goes on. */
-FIXTURE void fault_after(fault_life *life, fault_outcome *out, int call, springls_status status)
+/* Notes the message of a failure, and whether the context goes on after it. */
+FIXTURE void fault_after(fault_bench *bench, fault_outcome *out, int call, springls_status status)
 {
     int i;
     out->failures++;
     out->status = status;
-    snprintf(out->text, sizeof out->text, "%s", springls_last_error(life->ctx));
+    snprintf(out->text, sizeof out->text, "%s", springls_last_error(bench->ctx));
     if (stub && stub->memories() != 0) fault_note(out, "device memory is left");
-    if (springls_count(life->ctx) == 0) {
+    if (springls_count(bench->ctx) == 0) {
         out->lost++;
         if (strstr(out->text, "the model is lost") == NULL) fault_note(out, "the model is gone without a message");
-        if (springls_get_stats(life->ctx).bricks != 0) fault_note(out, "the level set is left of a lost model");
+        if (springls_get_stats(bench->ctx).bricks != 0) fault_note(out, "the level set is left of a lost model");
         for (i = 0; i <= call; i++) /* another one, the same */
-            if (fault_call(life, i) != SPRINGLS_OK) fault_note(out, "the context does not go on after the model was lost");
+            if (fault_call(bench, i) != SPRINGLS_OK) fault_note(out, "the context does not go on after the model was lost");
     } else if (call >= FAULT_QUERY) {
-        if (fault_call(life, call) != SPRINGLS_OK) fault_note(out, "a query does not work when asked again");
+        if (fault_call(bench, call) != SPRINGLS_OK) fault_note(out, "a query does not work when asked again");
     }
 }
 
-/* function: whose calls are counted, NULL: of all. */
+/* Makes all calls on a new model. function: whose calls into OpenCL are counted, NULL: those of all. */
 FIXTURE fault_outcome fault_run(springls_backend *backend, const char *function)
 {
-    static fault_life life;
+    static fault_bench bench;
     springls_params p = springls_default_params();
     springls_desc desc = fixture_desc(FAULT_SIZE, &p);
     springls_deformation_flow flow = { (float)FAULT_SIZE, 2.0f };
@@ -380,33 +380,33 @@ FIXTURE fault_outcome fault_run(springls_backend *backend, const char *function)
     fault_outcome out;
     int i;
     memset(&out, 0, sizeof out);
-    memset(&life, 0, sizeof life);
+    memset(&bench, 0, sizeof bench);
     desc.allocator = fixture_allocator(&heap);
-    life.forces = fixture_forces(springls_velocity_deformation, &flow);
-    life.forces.velocity_grid.data = life.field;
-    for (i = 0; i < 3 * FAULT_SIZE * FAULT_SIZE * FAULT_SIZE; i++) life.field[i] = 0.01f * (float)(i % 7);
-    life.fluid = fixture_step(&life.forces, SPRINGLS_MODE_FLUID, 0.08f);
-    life.elastic = fixture_step(&life.forces, SPRINGLS_MODE_ELASTIC, 0.05f);
+    bench.forces = fixture_forces(springls_velocity_deformation, &flow);
+    bench.forces.velocity_grid.data = bench.field;
+    for (i = 0; i < 3 * FAULT_SIZE * FAULT_SIZE * FAULT_SIZE; i++) bench.field[i] = 0.01f * (float)(i % 7);
+    bench.fluid = fixture_step(&bench.forces, SPRINGLS_MODE_FLUID, 0.08f);
+    bench.elastic = fixture_step(&bench.forces, SPRINGLS_MODE_ELASTIC, 0.05f);
     desc.backend = backend;
     desc.logger.log = fault_logger;
     desc.logger.user = &out.log;
-    if (springls_create(&desc, &life.ctx) != SPRINGLS_OK) {
+    if (springls_create(&desc, &bench.ctx) != SPRINGLS_OK) {
         fault_note(&out, "no context");
         return out;
     }
     for (i = 0; i < FAULT_CALLS; i++) {
-        springls_status status = fault_call(&life, i);
-        if (status != SPRINGLS_OK) fault_after(&life, &out, i, status);
+        springls_status status = fault_call(&bench, i);
+        if (status != SPRINGLS_OK) fault_after(&bench, &out, i, status);
     }
     out.calls = stub->calls(function);
     stub->fail(NULL, 0, CL_SUCCESS, 0); /* the hash has no status */
-    out.hash = springls_state_hash(life.ctx);
-    springls_destroy(life.ctx);
+    out.hash = springls_state_hash(bench.ctx);
+    springls_destroy(bench.ctx);
     if (heap.blocks != 0 || heap.wrong_sizes != 0) fault_note(&out, "memory is left");
     return out;
 }
 
-/* What is wrong with a life in which call number `call` of `function` fails; NULL: nothing. */
+/* Returns what is wrong after call number `call` of `function` has failed; NULL: nothing. */
 FIXTURE const char *fault_verdict(const char *function, int call, int error, int on, uint64_t expected, int *lost)
 {
     static char message[512];
@@ -457,11 +457,11 @@ TEST a_call_fails(const char *function, int error, int on, int stride)
     PASS();
 }
 
-/* Calls without a status: nothing to see of a lost model, and all of one that was brought back. */
+/* A view, which has no status, shows nothing of a lost model, and all of one that was read back. */
 TEST a_view_fails(int on)
 {
     fault_log log;
-    fault_life life;
+    fault_bench bench;
     springls_params p = springls_default_params();
     springls_desc desc = fixture_desc(FAULT_SIZE, &p);
     springls_view view;
@@ -472,27 +472,27 @@ TEST a_view_fails(int on)
     desc.backend = reliable;
     desc.logger.log = fault_logger;
     desc.logger.user = &log;
-    ASSERT_OK(springls_create(&desc, &life.ctx));
-    ASSERT_OK(fault_begin(&life));
-    ASSERT_OK(springls_relax(life.ctx));
-    before = springls_count(life.ctx);
+    ASSERT_OK(springls_create(&desc, &bench.ctx));
+    ASSERT_OK(fault_begin(&bench));
+    ASSERT_OK(springls_relax(bench.ctx));
+    before = springls_count(bench.ctx);
     stub->fail("clEnqueueReadBuffer", stub->calls("clEnqueueReadBuffer"), CL_OUT_OF_RESOURCES, on);
-    view = springls_view_particles(life.ctx);
-    count = springls_count(life.ctx);
+    view = springls_view_particles(bench.ctx);
+    count = springls_count(bench.ctx);
     ASSERT_EQ(1, log.errors);
     ASSERT_EQ(on ? 0 : before, count);
     ASSERT_EQ(count, view.count);
     ASSERT_EQ(on, view.data == NULL);
-    ASSERT(strstr(springls_last_error(life.ctx), "opencl: download: out of device resources") != NULL);
-    ASSERT_STATUS(on ? SPRINGLS_EMPTY_MODEL : SPRINGLS_OK, springls_unsigned_to_signed(life.ctx));
-    springls_destroy(life.ctx);
+    ASSERT(strstr(springls_last_error(bench.ctx), "opencl: download: out of device resources") != NULL);
+    ASSERT_STATUS(on ? SPRINGLS_EMPTY_MODEL : SPRINGLS_OK, springls_unsigned_to_signed(bench.ctx));
+    springls_destroy(bench.ctx);
     ASSERT(fault_leaves_nothing());
     PASS();
 }
 
 /* ---- each public call by itself ---- */
 
-/* How a model ended: its bits, and how many calls into OpenCL the call has made. */
+/* The model after a call, and how many calls into OpenCL that has made. */
 typedef struct call_end_state {
     springls_status status;
     uint64_t hash;
@@ -501,11 +501,12 @@ typedef struct call_end_state {
     char text[256];
 } call_end_state;
 
-/* Calls that consist of steps: those that were complete when the device failed stay, and more are made by another call. */
+/* Returns whether a call consists of steps: those that were complete when the device failed stay, and the call adds to them when it
+   is made again. */
 FIXTURE bool call_has_steps(const call_row *call) { return call->run == call_run || call->run == call_smooth; }
 
-/* Calls on a model that has moved; call number fail_at into OpenCL fails from there on or once, -1: none. A call that has failed is
-   made again unless it has been completed without the device. */
+/* Makes a call on a model that has moved; call number fail_at into OpenCL fails, once or (on) from there on; -1: none. A call that
+   has failed is made again unless it has been completed without the device. Returns what is wrong; NULL: nothing. */
 FIXTURE const char *call_with_fault(const call_row *call, call_bench *b, int fail_at, int on, const call_end_state *expected,
                                     call_end_state *end)
 {
