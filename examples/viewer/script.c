@@ -165,7 +165,8 @@ bool viewer_script_run(const char *path, struct viewer_app *app, viewer_show_fn 
         cut_into_words(&run, line);
         result = run.count > 0 ? obey(&run) : DONE;
         if (result == WRONG) {
-            snprintf(error, VIEWER_TEXT, "%.200s: line %d: no such event, or not with these arguments: %.60s", path, row, run.words[0]);
+            snprintf(error, VIEWER_TEXT, "%.200s: line %d: no such event, or not with these arguments: %.40s", path, row,
+                     run.words[0]);
         } else if (result == FAILED) {
             snprintf(error, VIEWER_TEXT, "%s", app->message);
         }
