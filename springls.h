@@ -12880,7 +12880,7 @@ SPRINGLS__FN void springls__sort_keys(uint64_t *keys, size_t count)
     }
 }
 
-/* Returns the first of `count` elements that has not a lower number than `sought`; numbers ascend. number: that of the first
+/* Returns the first of `count` elements whose number is at least `sought`, or count; numbers ascend. number: that of the first
    element; stride: bytes from one element to the next. */
 SPRINGLS__FN int springls__lower_bound(const void *number, size_t stride, int count, uint32_t sought)
 {
@@ -15367,8 +15367,7 @@ SPRINGLS__FN void springls__remove_merged(const springls__model *model, uint8_t 
     springls__cell_walk walk = springls__cell_walk_near(model, model->set.s[i].p, model->params.merge_distance);
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0)
-        if (action[other] == SPRINGLS__UNDECIDED && other != i && springls__merges(model, i, n, other))
-            action[other] = SPRINGLS__REMOVE;
+        if (action[other] == SPRINGLS__UNDECIDED && springls__merges(model, i, n, other)) action[other] = SPRINGLS__REMOVE;
 }
 
 /* Decides about the springls that rounds have left undecided: one after the other by rank, each that is kept removes those that
@@ -35807,7 +35806,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 35811 \"springls.h\"\n",
+    "#line 35810 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

@@ -22,6 +22,16 @@ FIXTURE uint64_t history_mix(uint64_t hash, const void *data, size_t bytes)
     return hash;
 }
 
+FIXTURE uint64_t history_mix_mesh(uint64_t hash, const springls_mesh *mesh)
+{
+    const size_t vertices = (size_t)mesh->vertex_count;
+    hash = history_mix(hash, mesh->positions, vertices * 3 * sizeof(float));
+    hash = history_mix(hash, mesh->normals, vertices * 3 * sizeof(float));
+    hash = history_mix(hash, mesh->correspondences, vertices * 3 * sizeof(float));
+    hash = history_mix(hash, mesh->springls, vertices * sizeof(int));
+    return history_mix(hash, mesh->triangles, (size_t)mesh->triangle_count * 3 * sizeof(int));
+}
+
 /* Returns a hash of the state, the mesh and the results of queries. */
 FIXTURE uint64_t history_digest(springls_context *ctx)
 {
@@ -34,11 +44,7 @@ FIXTURE uint64_t history_digest(springls_context *ctx)
     fixture_seed(17);
     for (i = 0; i < 3 * 64; i++) points[i] = fixture_between(2.0f, 30.0f);
     if (springls_extract_mesh(ctx, &mesh) != SPRINGLS_OK) return 0;
-    hash = history_mix(hash, mesh.positions, (size_t)mesh.vertex_count * 3 * sizeof(float));
-    hash = history_mix(hash, mesh.normals, (size_t)mesh.vertex_count * 3 * sizeof(float));
-    hash = history_mix(hash, mesh.correspondences, (size_t)mesh.vertex_count * 3 * sizeof(float));
-    hash = history_mix(hash, mesh.springls, (size_t)mesh.vertex_count * sizeof(int));
-    hash = history_mix(hash, mesh.triangles, (size_t)mesh.triangle_count * 3 * sizeof(int));
+    hash = history_mix_mesh(hash, &mesh);
     springls_mesh_free(ctx, &mesh);
     for (i = 0; i < 2; i++) {
         const springls_surface surface = i ? SPRINGLS_SURFACE_SOUP : SPRINGLS_SURFACE_WATERTIGHT;

@@ -50,7 +50,7 @@ SPRINGLS__FN void springls__sort_keys(uint64_t *keys, size_t count)
     }
 }
 
-/* Returns the first of `count` elements that has not a lower number than `sought`; numbers ascend. number: that of the first
+/* Returns the first of `count` elements whose number is at least `sought`, or count; numbers ascend. number: that of the first
    element; stride: bytes from one element to the next. */
 SPRINGLS__FN int springls__lower_bound(const void *number, size_t stride, int count, uint32_t sought)
 {

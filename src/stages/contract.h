@@ -57,8 +57,7 @@ SPRINGLS__FN void springls__remove_merged(const springls__model *model, uint8_t 
     springls__cell_walk walk = springls__cell_walk_near(model, model->set.s[i].p, model->params.merge_distance);
     int other;
     while ((other = springls__cell_walk_next(&walk)) >= 0)
-        if (action[other] == SPRINGLS__UNDECIDED && other != i && springls__merges(model, i, n, other))
-            action[other] = SPRINGLS__REMOVE;
+        if (action[other] == SPRINGLS__UNDECIDED && springls__merges(model, i, n, other)) action[other] = SPRINGLS__REMOVE;
 }
 
 /* Decides about the springls that rounds have left undecided: one after the other by rank, each that is kept removes those that

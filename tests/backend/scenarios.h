@@ -299,17 +299,16 @@ FIXTURE uint64_t scenario_mesh(springls_context *ctx)
     uint64_t hash = springls_state_hash(ctx);
     springls_mesh mesh;
     if (springls_extract_mesh(ctx, &mesh) != SPRINGLS_OK) return 0;
-    hash = history_mix(hash, mesh.positions, (size_t)mesh.vertex_count * 3 * sizeof(float));
-    hash = history_mix(hash, mesh.normals, (size_t)mesh.vertex_count * 3 * sizeof(float));
-    hash = history_mix(hash, mesh.correspondences, (size_t)mesh.vertex_count * 3 * sizeof(float));
-    hash = history_mix(hash, mesh.springls, (size_t)mesh.vertex_count * sizeof(int));
-    hash = history_mix(hash, mesh.triangles, (size_t)mesh.triangle_count * 3 * sizeof(int));
+    hash = history_mix_mesh(hash, &mesh);
     springls_mesh_free(ctx, &mesh);
     return hash;
 }
 
-/* Runs a scenario; returns the hash of its end, 0 on failure. backend NULL: scalar. */
-FIXTURE uint64_t scenario_hash(int which, springls_backend *backend)
+/* Does to a model, or to the steps that follow, what may happen after a step. */
+typedef springls_status (*scenario_disturb)(springls_context *ctx, scenario *s, int step);
+
+/* Runs a scenario; returns the hash of its end, 0 on failure. backend NULL: scalar. disturb: may be NULL. */
+FIXTURE uint64_t scenario_disturbed(int which, springls_backend *backend, scenario_disturb disturb)
 {
     scenario s;
     springls_context *ctx;
@@ -317,11 +316,14 @@ FIXTURE uint64_t scenario_hash(int which, springls_backend *backend)
     int i, ok;
     scenario_make(&s, which);
     ctx = scenario_context(&s, backend);
-    for (i = 0, ok = ctx != NULL; ok && i < s.steps; i++) ok = scenario_step(ctx, &s) == SPRINGLS_OK;
+    for (i = 0, ok = ctx != NULL; ok && i < s.steps; i++)
+        ok = scenario_step(ctx, &s) == SPRINGLS_OK && (!disturb || disturb(ctx, &s, i) == SPRINGLS_OK);
     hash = ok ? scenario_mesh(ctx) : 0;
     springls_destroy(ctx);
     return hash;
 }
+
+FIXTURE uint64_t scenario_hash(int which, springls_backend *backend) { return scenario_disturbed(which, backend, NULL); }
 
 /* Finds the device, to be destroyed after the tests, and makes the scenarios' image. */
 FIXTURE void scenarios_begin(void)

@@ -200,23 +200,6 @@ TEST two_contexts_on_one_backend(void)
     PASS();
 }
 
-/* A scenario with all that may happen between its steps; `disturb` does it. */
-FIXTURE uint64_t scenario_disturbed(int which, springls_backend *backend,
-                                springls_status (*disturb)(springls_context *ctx, scenario *s, int step))
-{
-    scenario s;
-    springls_context *ctx;
-    uint64_t hash;
-    int i, ok;
-    scenario_make(&s, which);
-    ctx = scenario_context(&s, backend);
-    for (i = 0, ok = ctx != NULL; ok && i < s.steps; i++)
-        ok = springls_step(ctx, &s.step) == SPRINGLS_OK && disturb(ctx, &s, i) == SPRINGLS_OK;
-    hash = ok ? scenario_mesh(ctx) : 0;
-    springls_destroy(ctx);
-    return hash;
-}
-
 FIXTURE springls_status disturb_with_questions(springls_context *ctx, scenario *s, int step)
 {
     (void)s;
@@ -312,7 +295,7 @@ FIXTURE springls_status disturb_with_callbacks(springls_context *ctx, scenario *
     return springls_max_speed(ctx, &s->forces, 0.0f, &speed);
 }
 
-TEST what_happens_between_steps(springls_status (*disturb)(springls_context *ctx, scenario *s, int step), bool changes_nothing)
+TEST what_happens_between_steps(scenario_disturb disturb, bool changes_nothing)
 {
     static const int which[] = { SCENARIO_THIN, SCENARIO_FLUID_PAPER, SCENARIO_SEGMENT };
     size_t i;
