@@ -103,6 +103,7 @@ for group; do
             clang -x c -fsanitize=fuzzer -o /dev/null - 2> /dev/null || need libclang-rt-dev ;;
     display)   # a window that nobody needs to see: a virtual display, OpenGL drawn by the processor
         need_command Xvfb xvfb
+        need_library libEGL.so.1 libegl1
         need_library libGL.so.1 libgl1
         need_library dri/swrast_dri.so libgl1-mesa-dri ;;
     demo|examples|bench)   # demo: what leveque and segment need
@@ -120,6 +121,8 @@ for group; do
             cjson/cJSON.h libcjson-dev
             GLFW/glfw3.h libglfw3-dev
             epoxy/gl.h libepoxy-dev"
+            need_library libEGL.so.1 libegl1   # the viewer's pictures without a display
+            need_library dri/swrast_dri.so libgl1-mesa-dri
             need_command "${CXX%% *}" "$(compiler_package "$CXX")"
         fi
         if [ "$group" = bench ]; then

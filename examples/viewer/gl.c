@@ -354,7 +354,9 @@ static void copy(const struct viewer_gl *gl, GLuint from, GLuint to)
 void viewer_gl_show(const struct viewer_gl *gl)
 {
     copy(gl, gl->target, gl->resolved);
-    copy(gl, gl->resolved, 0);
+    if (!gl->windowless) {
+        copy(gl, gl->resolved, 0);
+    }
 }
 
 bool viewer_gl_read(const struct viewer_gl *gl, struct image *picture)

@@ -74,25 +74,8 @@ static GLFWwindow *create_window(const struct viewer_app *app, bool visible)
     return glfwCreateWindow(app->width, app->height, "springls viewer", NULL, NULL);
 }
 
-bool viewer_window_open(struct viewer_window *window, struct viewer_app *app, bool visible, char error[VIEWER_TEXT])
+static void receive_events(struct viewer_window *window)
 {
-    char reason[VIEWER_TEXT] = "";
-    memset(window, 0, sizeof *window);
-    snprintf(trouble, sizeof trouble, "no reason given");
-    window->app = app;
-    window->handle = create_window(app, visible);
-    if (!window->handle) {
-        glfwTerminate();
-        snprintf(error, VIEWER_TEXT, "no window with OpenGL 3.3: %.240s", trouble);
-        return false;
-    }
-    glfwMakeContextCurrent(window->handle);
-    glfwSwapInterval(visible);
-    if (!viewer_scene_create(&window->scene, reason, sizeof reason)) {
-        viewer_window_close(window);
-        snprintf(error, VIEWER_TEXT, "OpenGL refuses the shaders: %.240s", reason);
-        return false;
-    }
     glfwSetWindowUserPointer(window->handle, window);
     glfwSetMouseButtonCallback(window->handle, on_button);
     glfwSetCursorPosCallback(window->handle, on_move);
@@ -101,29 +84,74 @@ bool viewer_window_open(struct viewer_window *window, struct viewer_app *app, bo
     glfwSetDropCallback(window->handle, on_drop);
     glfwSetWindowSizeCallback(window->handle, on_size);
     glfwSetWindowRefreshCallback(window->handle, on_refresh);
+}
+
+/* Makes a context current: in a visible window, or without one, where a hidden window is the last resort. */
+static bool open_context(struct viewer_window *window, bool visible, char error[VIEWER_TEXT])
+{
+    if (!visible && viewer_offscreen_open(&window->offscreen)) {
+        return true;
+    }
+    snprintf(trouble, sizeof trouble, "no reason given");
+    window->handle = create_window(window->app, visible);
+    if (!window->handle) {
+        glfwTerminate();
+        snprintf(error, VIEWER_TEXT,
+                 visible ? "no window with OpenGL 3.3 (%.120s); --screenshot FILE needs no display"
+                         : "no OpenGL 3.3, neither by EGL (on Debian: packages libegl1, libgl1-mesa-dri) nor in a window (%.120s)",
+                 trouble);
+        return false;
+    }
+    glfwMakeContextCurrent(window->handle);
+    glfwSwapInterval(visible);
+    receive_events(window);
+    return true;
+}
+
+bool viewer_window_open(struct viewer_window *window, struct viewer_app *app, bool visible, char error[VIEWER_TEXT])
+{
+    char reason[VIEWER_TEXT] = "";
+    memset(window, 0, sizeof *window);
+    window->app = app;
+    if (!open_context(window, visible, error)) {
+        return false;
+    }
+    if (!viewer_scene_create(&window->scene, reason, sizeof reason)) {
+        viewer_window_close(window);
+        snprintf(error, VIEWER_TEXT, "OpenGL refuses the shaders: %.240s", reason);
+        return false;
+    }
+    window->scene.gl.windowless = !window->handle;
     return true;
 }
 
 void viewer_window_close(struct viewer_window *window)
 {
     viewer_scene_destroy(&window->scene);
-    glfwDestroyWindow(window->handle);
-    glfwTerminate();
+    if (window->handle) {
+        glfwDestroyWindow(window->handle);
+        glfwTerminate();
+    }
+    viewer_offscreen_close(&window->offscreen);
     memset(window, 0, sizeof *window);
 }
 
 bool viewer_window_show(void *user, const char *picture)
 {
     struct viewer_window *window = user;
-    int width, height;
-    glfwGetFramebufferSize(window->handle, &width, &height);
+    int width = window->app->width, height = window->app->height;
+    if (window->handle) {
+        glfwGetFramebufferSize(window->handle, &width, &height);
+    }
     if (width <= 0 || height <= 0) { /* minimized */
         return true;
     }
     if (!viewer_scene_draw(&window->scene, window->app, width, height)) {
         return false;
     }
-    glfwSwapBuffers(window->handle);
+    if (window->handle) {
+        glfwSwapBuffers(window->handle);
+    }
     window->shown = window->app->looks;
     if (picture && !viewer_scene_save(&window->scene, picture)) {
         return write_error(window->app->message, sizeof window->app->message, picture);

@@ -1,5 +1,5 @@
-/* examples/viewer.c: the files that it reads and writes, and its pictures on a virtual display, where there is one. What it stands
- * on: test_viewer_tools.c, test_viewer_events.c. Compiled like test_common.c, else skipped. */
+/* examples/viewer.c: the files that it reads and writes, and its pictures: without a display, and in a window on a virtual one,
+ * where there is one. What it stands on: test_viewer_tools.c, test_viewer_events.c. Compiled like test_common.c, else skipped. */
 #define _POSIX_C_SOURCE 200809L
 
 #include "greatest.h"
@@ -174,6 +174,7 @@ TEST colors_of_a_mesh_are_carried(void)
 
 /* ---- pictures ---- */
 
+static bool can_draw; /* without a display */
 static pid_t display; /* a virtual one; 0: there is none here */
 
 /* Xvfb prints the number that it has chosen when it is ready. */
@@ -229,6 +230,17 @@ static int run_viewer(const char *const *arguments)
     return status;
 }
 
+static bool said(const char *text)
+{
+    char line[512] = "";
+    FILE *file = fopen(scratch("stderr"), "r");
+    if (file) {
+        line[fread(line, 1, sizeof line - 1, file)] = '\0';
+        fclose(file);
+    }
+    return strstr(line, text) != NULL;
+}
+
 static int lines_said(void)
 {
     int lines = 0;
@@ -269,7 +281,7 @@ TEST pictures_show_what_there_is(void)
 {
     static pixels whole, dent, springls, texture, wires, masked, help;
     char script[2048];
-    if (!display) SKIPm("there is no Xvfb");
+    if (!can_draw) SKIPm("there is no OpenGL 3.3 by EGL");
     snprintf(script, sizeof script,
              "screenshot %s/whole.png\nkey 2\nmove 240 180\nscroll 5 ctrl\npress left\nframes 20\nrelease left\nmove 5 355\nrest\n"
              "screenshot %s/dent.png\nkey V\nscreenshot %s/springls.png\nkey V\nscreenshot %s/texture.png\n"
@@ -282,9 +294,7 @@ TEST pictures_show_what_there_is(void)
     snprintf(last, sizeof last, "%s", scratch("help.png"));
     const char *const arguments[] = {"viewer", "--grid",   "40",   "--width",      "480", "--height",
                                      "360",    "--script", events, "--screenshot", last,  NULL};
-    const int status = run_viewer(arguments);
-    if (status == CLI_EXIT_FAILURE && strstr(trouble, "GL")) SKIPm("the display has no OpenGL 3.3");
-    ASSERT_EQ(CLI_EXIT_OK, status);
+    ASSERT_EQ(CLI_EXIT_OK, run_viewer(arguments));
     ASSERT(read_picture("whole.png", whole) && read_picture("dent.png", dent) && read_picture("springls.png", springls));
     ASSERT(read_picture("texture.png", texture) && read_picture("wires.png", wires) && read_picture("help.png", help));
 
@@ -329,12 +339,10 @@ TEST coarse_bodies_have_no_dark_outline(void)
 {
     static pixels coarse;
     char path[512];
-    if (!display) SKIPm("there is no Xvfb");
+    if (!can_draw) SKIPm("there is no OpenGL 3.3 by EGL");
     snprintf(path, sizeof path, "%s", scratch("coarse.png"));
     const char *const arguments[] = {"viewer", "--grid", "8", "--width", "480", "--height", "360", "--screenshot", path, NULL};
-    const int status = run_viewer(arguments);
-    if (status == CLI_EXIT_FAILURE && strstr(trouble, "GL")) SKIPm("the display has no OpenGL 3.3");
-    ASSERT_EQ(CLI_EXIT_OK, status);
+    ASSERT_EQ(CLI_EXIT_OK, run_viewer(arguments));
     ASSERT(read_picture("coarse.png", coarse));
     int darkest = 255;
     for (int y = HIGH / 4; y < HIGH; ++y) /* below the panel */
@@ -360,7 +368,7 @@ TEST what_cannot_be_shown_ends_with_one_line(void)
         ASSERT_EQm(vain[i][1], CLI_EXIT_USAGE, run_viewer(vain[i]));
         ASSERT_EQ(1, lines_said());
     }
-    if (display) {
+    if (can_draw) {
         ASSERT(write_text("save.txt", "save /nowhere/a.ply\n"));
         char script[512];
         snprintf(script, sizeof script, "%s", scratch("save.txt"));
@@ -372,14 +380,65 @@ TEST what_cannot_be_shown_ends_with_one_line(void)
         ASSERT_EQ(CLI_EXIT_FAILURE, run_viewer(no_script));
         ASSERT_EQ(1, lines_said());
     }
-    char *kept = getenv("DISPLAY") ? strdup(getenv("DISPLAY")) : NULL; /* without a display */
-    unsetenv("DISPLAY");
-    ASSERT_EQ(CLI_EXIT_FAILURE, run_viewer(nowhere));
+    const char *const window[] = {"viewer", "--grid", "16", NULL};
+    ASSERT_EQ(CLI_EXIT_FAILURE, run_viewer(window)); /* without a display */
     ASSERT_EQ(1, lines_said());
-    ASSERT(*trouble);
-    if (kept) setenv("DISPLAY", kept, 1);
-    free(kept);
+    ASSERT(said("--screenshot FILE needs no display"));
     PASS();
+}
+
+/* Runs in a process of its own, because EGL looks for its drivers once. */
+TEST without_a_driver_the_package_is_named(void)
+{
+    const char *const arguments[] = {"viewer", "--grid", "16", "--screenshot", scratch("vain.png"), NULL};
+    int status = 0;
+    const pid_t child = fork();
+    if (child == 0) {
+        setenv("__EGL_VENDOR_LIBRARY_FILENAMES", "/nowhere.json", 1); /* of libglvnd, which all of Linux has */
+        _exit(run_viewer(arguments) & 0xff);
+    }
+    ASSERT(child > 0 && waitpid(child, &status, 0) == child && WIFEXITED(status));
+    if (WEXITSTATUS(status) == CLI_EXIT_OK) SKIPm("EGL has found a driver that it was not to find");
+    ASSERT_EQ(CLI_EXIT_FAILURE, WEXITSTATUS(status));
+    ASSERT_EQ(1, lines_said());
+    ASSERT(said("libegl1"));
+    PASS();
+}
+
+/* Draws an app in a window, visible or not, into a file. */
+static bool draw(bool visible, const char *name)
+{
+    struct viewer_app app = app_with_ball();
+    struct viewer_window window;
+    char error[VIEWER_TEXT];
+    viewer_app_resize(&app, WIDE, HIGH);
+    DRIVER_BEGIN;
+    const bool open = viewer_window_open(&window, &app, visible, error), drawn = open && viewer_window_show(&window, scratch(name));
+    if (open) viewer_window_close(&window);
+    DRIVER_END;
+    viewer_app_close(&app);
+    return drawn;
+}
+
+TEST a_window_shows_the_same_picture(void)
+{
+    static pixels window, none;
+    if (!display || !can_draw) SKIPm("there is no Xvfb, or no OpenGL 3.3 by EGL");
+    if (!draw(true, "window.png")) SKIPm("the display has no OpenGL 3.3");
+    ASSERT(draw(false, "none.png"));
+    ASSERT(read_picture("window.png", window) && read_picture("none.png", none));
+    ASSERT_EQ(0, changed(window, none));
+    PASS();
+}
+
+static bool can_draw_without_a_display(void)
+{
+    struct viewer_offscreen offscreen;
+    DRIVER_BEGIN;
+    const bool can = viewer_offscreen_open(&offscreen);
+    viewer_offscreen_close(&offscreen);
+    DRIVER_END;
+    return can;
 }
 
 int main(int argc, char **argv)
@@ -389,10 +448,15 @@ int main(int argc, char **argv)
     RUN_TEST(a_saved_mesh_is_read_again);
     RUN_TEST(colors_of_a_mesh_are_carried);
     RUN_TEST(a_texture_wants_colors);
-    start_display();
+    unsetenv("DISPLAY");
+    unsetenv("WAYLAND_DISPLAY");
+    RUN_TEST(without_a_driver_the_package_is_named);
+    can_draw = can_draw_without_a_display();
     RUN_TEST(pictures_show_what_there_is);
     RUN_TEST(coarse_bodies_have_no_dark_outline);
     RUN_TEST(what_cannot_be_shown_ends_with_one_line);
+    start_display();
+    RUN_TEST(a_window_shows_the_same_picture);
     stop_display();
     if (!remove_folder()) return 1;
     GREATEST_MAIN_END();
