@@ -733,7 +733,7 @@
 #ifndef SPRINGLS_API
 #if defined(SPRINGLS_STATIC)
 #if defined(__GNUC__)
-#define SPRINGLS_API __attribute__((unused)) static
+#define SPRINGLS_API __attribute__((__unused__)) static
 #else
 #define SPRINGLS_API static
 #endif
@@ -744,7 +744,7 @@
 #define SPRINGLS_API __declspec(dllimport)
 #endif
 #elif defined(SPRINGLS_DLL) && defined(__GNUC__)
-#define SPRINGLS_API __attribute__((visibility("default"))) extern
+#define SPRINGLS_API __attribute__((__visibility__("default"))) extern
 #else
 #define SPRINGLS_API extern
 #endif
@@ -1928,7 +1928,7 @@ SPRINGLS_API bool springls_fp_contract_detected(void);
 
 /* Gives the OpenCL text of the kernels, *count strings of one line each, for hosts that build their own programs. Either
    pointer may be NULL; the text is constant. With SPRINGLS_NO_OPENCL there are none. */
-SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
+SPRINGLS_API void springls_kernel_source(const char *const **strings, int *count);
 
 #ifdef __cplusplus
 }
@@ -1968,8 +1968,8 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
 #endif
 
 #if defined(__GNUC__)
-#define SPRINGLS__FN __attribute__((unused)) static
-#define SPRINGLS__PRINTF(text, first) __attribute__((format(printf, text, first)))
+#define SPRINGLS__FN __attribute__((__unused__)) static
+#define SPRINGLS__PRINTF(text, first) __attribute__((__format__(__printf__, text, first)))
 #else
 #define SPRINGLS__FN static
 #define SPRINGLS__PRINTF(text, first)
@@ -2028,8 +2028,8 @@ SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
   /* Only the maths of inner loops is inline: to inline the rest would make the code larger and slower to compile, and no step
      faster. */
   #if defined(__GNUC__)
-    #define SPRINGLS__MATHS __attribute__((unused)) static
-    #define SPRINGLS__INNER __attribute__((unused)) static inline
+    #define SPRINGLS__MATHS __attribute__((__unused__)) static
+    #define SPRINGLS__INNER __attribute__((__unused__)) static inline
   #else
     #define SPRINGLS__MATHS static inline
     #define SPRINGLS__INNER static inline
@@ -2383,11 +2383,11 @@ typedef __m128 springls__simd;
 #endif
 #endif
 
-#define SPRINGLS__VEC_MATHS __attribute__((unused, always_inline)) static inline
+#define SPRINGLS__VEC_MATHS __attribute__((__unused__, __always_inline__)) static inline
 
-typedef float springls__vec __attribute__((vector_size(4 * SPRINGLS__LANES)));
-typedef int springls__vmask __attribute__((vector_size(4 * SPRINGLS__LANES))); /* of a comparison: all bits of a lane, or none */
-typedef float springls__vec_anywhere __attribute__((vector_size(4 * SPRINGLS__LANES), aligned(4), may_alias));
+typedef float springls__vec __attribute__((__vector_size__(4 * SPRINGLS__LANES)));
+typedef int springls__vmask __attribute__((__vector_size__(4 * SPRINGLS__LANES))); /* of a comparison: all bits of a lane, or none */
+typedef float springls__vec_anywhere __attribute__((__vector_size__(4 * SPRINGLS__LANES), __aligned__(4), __may_alias__));
 
 #define springls__vec_of_int(k) __builtin_convertvector(k, springls__vec)
 #define springls__vec_to_int(x) __builtin_convertvector(x, springls__vmask)
@@ -5823,20 +5823,20 @@ typedef struct springls__buffer {
     bool host_stale, device_stale;
 } springls__buffer;
 
-/* Numbers of the scratch arrays of roles (scratch.h). */
+/* The scratch arrays of roles (scratch.h). */
 enum {
-#define SPRINGLS__ROLE_NUMBER(role, type, number) SPRINGLS__ROLE_##role = (number),
+#define SPRINGLS__ROLE_NUMBER(role, type, number) SPRINGLS__ROLE_##role = (int)SPRINGLS__ARRAY_SCRATCH0 + (number),
     SPRINGLS__KERNEL_ROLES(SPRINGLS__ROLE_NUMBER) SPRINGLS__HOST_ROLES(SPRINGLS__ROLE_NUMBER)
 #undef SPRINGLS__ROLE_NUMBER
     SPRINGLS__ROLE_NONE
 };
 
-#define SPRINGLS__ROLE_ARRAY(role) ((springls__array)((int)SPRINGLS__ARRAY_SCRATCH0 + (int)SPRINGLS__ROLE_##role))
+#define SPRINGLS__ROLE_ARRAY(role) ((springls__array)SPRINGLS__ROLE_##role)
 
 /* Sets of arrays: a bit each. */
 #define SPRINGLS__BIT(array) ((uint64_t)1 << SPRINGLS__ARRAY_##array)
-#define SPRINGLS__ROLE_BIT(role) ((uint64_t)1 << SPRINGLS__ROLE_ARRAY(role))
-#define SPRINGLS__OR_BIT(name, type, block, owner, member) | SPRINGLS__BIT(name)
+#define SPRINGLS__ROLE_BIT(role) ((uint64_t)1 << SPRINGLS__ROLE_##role)
+#define SPRINGLS__OR_BIT(name, type, block, owner, member) | ((uint64_t)1 << SPRINGLS__ARRAY_##name)
 #define SPRINGLS__ALL_BITS ((uint64_t)0 SPRINGLS__ARRAYS(SPRINGLS__OR_BIT))
 #define SPRINGLS__SET_BITS ((uint64_t)0 SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__OR_BIT))
 #define SPRINGLS__SLOT_BITS ((uint64_t)0 SPRINGLS__SLOT_ARRAYS(SPRINGLS__OR_BIT))
@@ -6111,7 +6111,7 @@ SPRINGLS__FN void springls__log(const springls_context *ctx, int level, const ch
     va_start(args, format);
     vsnprintf(message, sizeof message, format, args);
     va_end(args);
-    ctx->desc.logger.log(ctx->desc.logger.user, level, message);
+    (ctx->desc.logger.log)(ctx->desc.logger.user, level, message);
 }
 
 /* Stores and logs the reason of a failure; returns its status. */
@@ -6141,7 +6141,7 @@ SPRINGLS__FN springls_status springls__check_amount(springls_context *ctx, const
 /* Reports the progress of a long call, a fraction in [0,1]; returns true when the caller cancels it. */
 SPRINGLS__FN bool springls__cancelled(const springls_context *ctx, float fraction)
 {
-    return ctx->desc.progress.report && ctx->desc.progress.report(ctx->desc.progress.user, fraction) != 0;
+    return ctx->desc.progress.report && (ctx->desc.progress.report)(ctx->desc.progress.user, fraction) != 0;
 }
 
 /* ======== >>memory  (src/runtime/memory.h) ===================================================================== */
@@ -6163,7 +6163,7 @@ SPRINGLS__FN void springls__free(void *memory, size_t size, void *user)
 /* Returns memory from the context's allocator, or NULL. */
 SPRINGLS__FN void *springls__allocate(springls_context *ctx, size_t size)
 {
-    void *memory = ctx->desc.allocator.alloc(size, ctx->desc.allocator.user);
+    void *memory = (ctx->desc.allocator.alloc)(size, ctx->desc.allocator.user);
     if (memory) ctx->memory_used += size;
     return memory;
 }
@@ -6172,7 +6172,7 @@ SPRINGLS__FN void springls__release(springls_context *ctx, void *memory, size_t 
 {
     if (!memory) return;
     ctx->memory_used -= size;
-    ctx->desc.allocator.free(memory, size, ctx->desc.allocator.user);
+    (ctx->desc.allocator.free)(memory, size, ctx->desc.allocator.user);
 }
 
 /* Makes room for count elements of `element` bytes; keeps the first `keep` bytes. A buffer grows by an eighth more than that, so
@@ -6197,7 +6197,7 @@ SPRINGLS__FN springls_status springls__buffer_grow(springls_context *ctx, spring
 
 SPRINGLS__FN void springls__buffer_free(springls_context *ctx, springls__buffer *buffer)
 {
-    if (buffer->device) ctx->backend->release(ctx, buffer);
+    if (buffer->device) (ctx->backend->release)(ctx, buffer);
     springls__release(ctx, buffer->data, buffer->bytes);
     memset(buffer, 0, sizeof *buffer);
 }
@@ -6253,7 +6253,7 @@ SPRINGLS__HOST_ROLES(SPRINGLS__ROLE_ACCESSOR)
 
 /* Makes room for count elements of a role of the working memory (scratch.h); they are undefined. */
 #define SPRINGLS__RESERVE(ctx, role, count)                                                                                      \
-    springls__array_grow(ctx, SPRINGLS__ROLE_ARRAY(role), (size_t)(count), sizeof *springls__##role(&(ctx)->model), 0)
+    springls__array_grow(ctx, (springls__array)SPRINGLS__ROLE_##role, (size_t)(count), sizeof *springls__##role(&(ctx)->model), 0)
 
 /* Exchanges two arrays of one element size, on the host and on the device. */
 SPRINGLS__FN void springls__swap(springls_context *ctx, springls__array a, springls__array b)
@@ -6287,7 +6287,7 @@ SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls_
 {
     springls__buffer *buffer = &ctx->memory[array];
     size_t bytes = springls__used(ctx, array) * springls__element_size(array);
-    SPRINGLS__TRY(ctx->backend->transfer(ctx, buffer, bytes < buffer->device_bytes ? bytes : buffer->device_bytes, to_host));
+    SPRINGLS__TRY((ctx->backend->transfer)(ctx, buffer, bytes < buffer->device_bytes ? bytes : buffer->device_bytes, to_host));
     if (to_host) buffer->host_stale = false;
     else buffer->device_stale = false;
     return SPRINGLS_OK;
@@ -6312,7 +6312,7 @@ SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
         springls__buffer *buffer = &ctx->memory[array];
         if (buffer->host_stale && !ctx->lost) ctx->lost = springls__transfer(ctx, (springls__array)array, true) != SPRINGLS_OK;
-        if (buffer->device) ctx->backend->release(ctx, buffer);
+        if (buffer->device) (ctx->backend->release)(ctx, buffer);
         buffer->host_stale = buffer->device_stale = false;
     }
     if (ctx->late_unread && !ctx->lost) springls__take_counts(ctx, ctx->model.work.counts);
@@ -6357,7 +6357,7 @@ SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
         springls__buffer *buffer = &ctx->memory[array];
         if (buffer->device_bytes < buffer->bytes) {
-            SPRINGLS__TRY(ctx->backend->resize(ctx, buffer, buffer->bytes,
+            SPRINGLS__TRY((ctx->backend->resize)(ctx, buffer, buffer->bytes,
                                                buffer->device_stale || !buffer->device ? 0 : buffer->device_bytes));
             buffer->device_stale = !buffer->host_stale;
         }
@@ -6371,7 +6371,7 @@ SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t
 SPRINGLS__FN springls_status springls__fetch(springls_context *ctx, springls__array array, size_t bytes)
 {
     if (ctx->lost) return ctx->backend_status;
-    if (!ctx->memory[array].host_stale || ctx->backend->transfer(ctx, &ctx->memory[array], bytes, true) == SPRINGLS_OK)
+    if (!ctx->memory[array].host_stale || (ctx->backend->transfer)(ctx, &ctx->memory[array], bytes, true) == SPRINGLS_OK)
         return SPRINGLS_OK;
     return springls__fall_back_to_host(ctx);
 }
@@ -11897,7 +11897,7 @@ typedef struct springls__kernel_info {
 /* A range has as many floats on its stack; one that needs more gets them from its lane (launch.h). */
 enum { SPRINGLS__STACK_FLOATS = 2048 };
 
-#define SPRINGLS__RANGE(name)                                                                                                    \
+#define SPRINGLS__RANGE(name, grain, writes)                                                                                     \
     SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end,       \
                                                  float *memory)                                                                  \
     {                                                                                                                            \
@@ -11905,7 +11905,7 @@ enum { SPRINGLS__STACK_FLOATS = 2048 };
         for (; begin < end; begin++) springls__##name##_element(model, args, begin);                                             \
     }
 
-#define SPRINGLS__SIMD_RANGE(name)                                                                                               \
+#define SPRINGLS__SIMD_RANGE(name, grain, writes)                                                                                \
     SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end,       \
                                                  float *memory)                                                                  \
     {                                                                                                                            \
@@ -11913,7 +11913,7 @@ enum { SPRINGLS__STACK_FLOATS = 2048 };
         springls__##name##_elements(model, args, begin, end);                                                                    \
     }
 
-#define SPRINGLS__BRICK_RANGE(name, floats)                                                                                      \
+#define SPRINGLS__BRICK_RANGE(name, grain, writes, floats)                                                                       \
     SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end,       \
                                                  float *memory)                                                                  \
     {                                                                                                                            \
@@ -11931,7 +11931,7 @@ SPRINGLS__FN void springls__parallel(const springls_context *ctx, int count, int
 {
     if (count <= 0) return;
     if (ctx->desc.tasks.parallel_for) {
-        ctx->desc.tasks.parallel_for(ctx->desc.tasks.user, count, grain, task, arg);
+        (ctx->desc.tasks.parallel_for)(ctx->desc.tasks.user, count, grain, task, arg);
         return;
     }
 #if defined(_OPENMP)
@@ -11940,27 +11940,21 @@ SPRINGLS__FN void springls__parallel(const springls_context *ctx, int count, int
         #pragma omp parallel for schedule(dynamic) if (blocks > 1)
         for (b = 0; b < blocks; b++) {
             int begin = b * grain, end = begin + grain < count ? begin + grain : count;
-            task(arg, begin, end);
+            (task)(arg, begin, end);
         }
     }
 #else
     (void)grain;
-    task(arg, 0, count);
+    (task)(arg, 0, count);
 #endif
 }
 
 /* ======== >>launch  (src/runtime/launch.h) ===================================================================== */
 /* launch.h - runs kernels over their elements, and sums over arrays, on the device or on the host. */
 
-#define SPRINGLS__RANGE_OF(name, grain, writes) SPRINGLS__RANGE(name)
-SPRINGLS__KERNELS(SPRINGLS__RANGE_OF)
-#undef SPRINGLS__RANGE_OF
-#define SPRINGLS__SIMD_RANGE_OF(name, grain, writes) SPRINGLS__SIMD_RANGE(name)
-SPRINGLS__SIMD_KERNELS(SPRINGLS__SIMD_RANGE_OF)
-#undef SPRINGLS__SIMD_RANGE_OF
-#define SPRINGLS__BRICK_RANGE_OF(name, grain, writes, floats) SPRINGLS__BRICK_RANGE(name, floats)
-SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_RANGE_OF)
-#undef SPRINGLS__BRICK_RANGE_OF
+SPRINGLS__KERNELS(SPRINGLS__RANGE)
+SPRINGLS__SIMD_KERNELS(SPRINGLS__SIMD_RANGE)
+SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_RANGE)
 
 static const springls__kernel_info springls__kernels[] = {
 #define SPRINGLS__FACTS(name, grain, writes) { #name, springls__##name##_range, grain, writes, false, 0 },
@@ -11975,7 +11969,7 @@ static const springls__kernel_info springls__kernels[] = {
 SPRINGLS__FN void springls__range_work(void *arg, int begin, int end, float *memory)
 {
     const springls__kernel_run *run = (const springls__kernel_run *)arg;
-    run->kernel->range(&run->ctx->model, run->args, begin, end, memory);
+    (run->kernel->range)(&run->ctx->model, run->args, begin, end, memory);
 }
 
 /* ---- lanes: parts of a loop that have memory of their own, so that no thread needs it on its stack ---- */
@@ -12013,14 +12007,14 @@ SPRINGLS__FN void springls__lane_task(void *arg, int begin, int end)
     for (; begin < end; begin++) {
         int first = part->first + (int)((int64_t)part->count * begin / part->lanes);
         int last = part->first + (int)((int64_t)part->count * (begin + 1) / part->lanes);
-        part->work(part->arg, first, last, springls__lane_memory(&part->ctx->model) + (size_t)begin * part->floats);
+        (part->work)(part->arg, first, last, springls__lane_memory(&part->ctx->model) + (size_t)begin * part->floats);
     }
 }
 
 SPRINGLS__FN void springls__part_task(void *arg, int begin, int end)
 {
     const springls__lane_part *part = (const springls__lane_part *)arg;
-    part->work(part->arg, part->first + begin, part->first + end, NULL);
+    (part->work)(part->arg, part->first + begin, part->first + end, NULL);
 }
 
 /* Does work over [first, first + count) on the host. Precondition: springls__reserve_lanes, where it needs memory. */
@@ -12056,7 +12050,7 @@ SPRINGLS__FN springls_status springls__run_on_device(springls_context *ctx, spri
                                                      const springls__arguments *args)
 {
     SPRINGLS__TRY(springls__to_device(ctx, springls__kernels[kernel].writes));
-    return ctx->backend->run(ctx, (int)kernel, count, springls__run_of(ctx, kernel, args).args);
+    return (ctx->backend->run)(ctx, (int)kernel, count, springls__run_of(ctx, kernel, args).args);
 }
 
 /* Returns true when the device has taken the kernel. When it fails in that, falls back to the host. */
@@ -12106,7 +12100,7 @@ SPRINGLS__FN void springls__left_on_device(springls_context *ctx, springls__late
 /* Returns a number that a function below has left. Waits for the device, unless it has been read since. */
 SPRINGLS__FN uint32_t springls__count_found(springls_context *ctx, springls__late_count late)
 {
-    if ((ctx->late_unread >> late & 1u) && ctx->backend->read_counts(ctx) != SPRINGLS_OK) springls__fall_back_to_host(ctx);
+    if ((ctx->late_unread >> late & 1u) && (ctx->backend->read_counts)(ctx) != SPRINGLS_OK) springls__fall_back_to_host(ctx);
     return ctx->late_count[late];
 }
 
@@ -12119,7 +12113,7 @@ SPRINGLS__FN void springls__count_later(springls_context *ctx, springls__late_co
     springls__clear_late(ctx, late, 1);
     if (count <= 0) return;
     if (ctx->on_device) {
-        if (ctx->backend->count_of(ctx, array, count, value, SPRINGLS__OWN_COUNTS + (int)late) == SPRINGLS_OK) {
+        if ((ctx->backend->count_of)(ctx, array, count, value, SPRINGLS__OWN_COUNTS + (int)late) == SPRINGLS_OK) {
             springls__left_on_device(ctx, late, 1);
             return;
         }
@@ -12148,7 +12142,7 @@ SPRINGLS__FN void springls__largest_later(springls_context *ctx, springls__late_
     springls__clear_late(ctx, late, 2); /* the bits of 0.0f are 0 */
     if (count <= 0) return;
     if (ctx->on_device) {
-        if (ctx->backend->largest(ctx, array, count, limit, SPRINGLS__OWN_COUNTS + (int)late) == SPRINGLS_OK) {
+        if ((ctx->backend->largest)(ctx, array, count, limit, SPRINGLS__OWN_COUNTS + (int)late) == SPRINGLS_OK) {
             springls__left_on_device(ctx, late, 2);
             return;
         }
@@ -12201,7 +12195,7 @@ SPRINGLS__FN springls_status springls__scan_later(springls_context *ctx, springl
     springls__clear_late(ctx, late, 1);
     if (count <= 0) return SPRINGLS_OK;
     if (ctx->on_device) {
-        springls_status status = ctx->backend->scan(ctx, array, count, SPRINGLS__OWN_COUNTS + (int)late);
+        springls_status status = (ctx->backend->scan)(ctx, array, count, SPRINGLS__OWN_COUNTS + (int)late);
         if (status == SPRINGLS_OK) springls__left_on_device(ctx, late, 1);
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
@@ -12255,7 +12249,7 @@ SPRINGLS__FN bool springls__checks_traded_round(const springls_context *ctx, int
 /* Returns the time in seconds: by the caller's clock, else OpenMP's, else processor time. */
 SPRINGLS__FN double springls__now(const springls_context *ctx)
 {
-    if (ctx->desc.trace.now) return ctx->desc.trace.now(ctx->desc.trace.user);
+    if (ctx->desc.trace.now) return (ctx->desc.trace.now)(ctx->desc.trace.user);
 #if defined(_OPENMP)
     return omp_get_wtime();
 #else
@@ -12266,17 +12260,17 @@ SPRINGLS__FN double springls__now(const springls_context *ctx)
 /* Returns when the stage has begun, for springls__stage_end. */
 SPRINGLS__FN double springls__stage_begin(springls_context *ctx, springls_stage stage)
 {
-    if (ctx->desc.trace.stage) ctx->desc.trace.stage(ctx->desc.trace.user, (int)stage, 1, 0.0);
+    if (ctx->desc.trace.stage) (ctx->desc.trace.stage)(ctx->desc.trace.user, (int)stage, 1, 0.0);
     return springls__now(ctx);
 }
 
 SPRINGLS__FN void springls__stage_end(springls_context *ctx, springls_stage stage, double started)
 {
     double seconds;
-    if (ctx->on_device && ctx->backend->timed && ctx->backend->finish(ctx) != SPRINGLS_OK) springls__fall_back_to_host(ctx);
+    if (ctx->on_device && ctx->backend->timed && (ctx->backend->finish)(ctx) != SPRINGLS_OK) springls__fall_back_to_host(ctx);
     seconds = springls__now(ctx) - started;
     ctx->stats.seconds[stage] += seconds;
-    if (ctx->desc.trace.stage) ctx->desc.trace.stage(ctx->desc.trace.user, (int)stage, 0, seconds);
+    if (ctx->desc.trace.stage) (ctx->desc.trace.stage)(ctx->desc.trace.user, (int)stage, 0, seconds);
 }
 
 SPRINGLS_API const char *springls_stage_name(springls_stage stage)
@@ -12391,7 +12385,7 @@ SPRINGLS__FN bool springls__phases_done(const springls_context *ctx) { return !c
 SPRINGLS__FN springls_status springls__run_phase(springls_context *ctx)
 {
     ctx->work.pending = false;
-    return ctx->work.stage(ctx);
+    return (ctx->work.stage)(ctx);
 }
 
 /* Resumes the stage at work until the clock shows *until; NULL: to its end. Runs at least one phase or piece. */
@@ -12743,7 +12737,7 @@ SPRINGLS__FN springls_status springls__drop_removed(springls_context *ctx)
     const uint8_t *action = springls__contract_action(&ctx->model);
     int i, n = 0, count = ctx->model.set.count;
     if (ctx->on_device) {
-        springls_status status = ctx->backend->constellation_compact(ctx);
+        springls_status status = (ctx->backend->constellation_compact)(ctx);
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__ROLE_BIT(contract_action), SPRINGLS__SET_BITS));
@@ -13184,10 +13178,10 @@ SPRINGLS__FN void springls__omega_constant(springls_context *ctx, float outside,
     springls__run(ctx, SPRINGLS__KERNEL_omega_constant, SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, &args);
 }
 
-/* Makes room for `slots` slots; keeps those that are there. */
-SPRINGLS__FN springls_status springls__grid_reserve(springls_context *ctx, int slots)
+/* Makes room for count slots; keeps those that are there. */
+SPRINGLS__FN springls_status springls__grid_reserve(springls_context *ctx, int count)
 {
-    return springls__grow_all(ctx, SPRINGLS__SLOT_BITS, (size_t)slots, (size_t)ctx->model.grid.slot_count);
+    return springls__grow_all(ctx, SPRINGLS__SLOT_BITS, (size_t)count, (size_t)ctx->model.grid.slot_count);
 }
 
 /* Sets the constant bricks of a grid's phi, far outside and far inside. */
@@ -13749,7 +13743,7 @@ SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
     if (ctx->on_device) {
         springls_status status;
         ctx->particles_listed = false;
-        status = ctx->backend->cell_list_build(ctx);
+        status = (ctx->backend->cell_list_build)(ctx);
         ctx->cells_fresh = status == SPRINGLS_OK;
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
@@ -13777,7 +13771,7 @@ SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *
     int i, d, n = 0, *missing;
     SPRINGLS__TRY(springls__cell_list_build(ctx));
     if (ctx->on_device) {
-        springls_status status = ctx->backend->cell_list_cover_around(ctx);
+        springls_status status = (ctx->backend->cell_list_cover_around)(ctx);
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     SPRINGLS__TRY(springls__to_host(ctx,
@@ -14001,12 +13995,12 @@ SPRINGLS__FN void springls__flow(const springls__motion *motion, springls__force
     int i, count = batch->count;
     for (i = 0; i < count; i++) out[i] = springls__v3_make(0.0f, 0.0f, 0.0f);
     if (forces->velocity) {
-        forces->velocity(forces->user, given->points, count, batch->time, buffer);
+        (forces->velocity)(forces->user, given->points, count, batch->time, buffer);
         for (i = 0; i < count; i++)
             out[i] = springls__scale(springls__velocity_to_voxel(motion, buffer + 3 * i), motion->rule.velocity_weight);
     }
     if (forces->velocity_batch) {
-        forces->velocity_batch(forces->user, given, buffer);
+        (forces->velocity_batch)(forces->user, given, buffer);
         for (i = 0; i < count; i++)
             out[i] = springls__mad(out[i], springls__velocity_to_voxel(motion, buffer + 3 * i), motion->rule.velocity_weight);
     }
@@ -14037,11 +14031,11 @@ SPRINGLS__FN void springls__push(const springls__motion *motion, springls__force
     float *buffer = block->answer;
     int i, count = batch->count;
     if (forces->pressure) {
-        forces->pressure(forces->user, given->points, given->normals, count, batch->time, buffer);
+        (forces->pressure)(forces->user, given->points, given->normals, count, batch->time, buffer);
         springls__add_pressure(motion, given, buffer, out);
     }
     if (forces->pressure_batch) {
-        forces->pressure_batch(forces->user, given, buffer);
+        (forces->pressure_batch)(forces->user, given, buffer);
         springls__add_pressure(motion, given, buffer, out);
     }
     if (forces->pressure_grid.data) {
@@ -14120,11 +14114,11 @@ SPRINGLS__FN void springls__add_affine_maps(const springls__motion *motion, spri
     springls__batch_points(batch, x, 0);
     given = springls__callback_batch(motion, block);
     if (forces->affine) {
-        forces->affine(forces->user, given->points, given->correspondences, batch->count, batch->time, block->answer);
+        (forces->affine)(forces->user, given->points, given->correspondences, batch->count, batch->time, block->answer);
         springls__add_affine(motion, block->answer, x, batch->count, slope);
     }
     if (forces->affine_batch) {
-        forces->affine_batch(forces->user, given, block->answer);
+        (forces->affine_batch)(forces->user, given, block->answer);
         springls__add_affine(motion, block->answer, x, batch->count, slope);
     }
 }
@@ -14410,7 +14404,7 @@ SPRINGLS__FN springls_status springls__field_to_device(springls_context *ctx, sp
     if (given->version && given->version == last->version && given->data == last->data
         && floats * sizeof(float) <= ctx->memory[array].device_bytes)
         return SPRINGLS_OK;
-    SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[array], given->data, floats * sizeof(float)));
+    SPRINGLS__TRY((ctx->backend->upload)(ctx, &ctx->memory[array], given->data, floats * sizeof(float)));
     *last = *given;
     return SPRINGLS_OK;
 }
@@ -14425,8 +14419,8 @@ SPRINGLS__FN springls_status springls__forces_to_device(springls__motion *motion
         springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_VELOCITY, &motion->forces.velocity_grid, &motion->rule.velocity));
     if (motion->rule.flow == SPRINGLS__FLOW_USER && ctx->backend->user_bytes > 0)
         SPRINGLS__TRY(
-            ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], motion->forces.user, ctx->backend->user_bytes));
-    return ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &motion->rule, sizeof motion->rule);
+            (ctx->backend->upload)(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], motion->forces.user, ctx->backend->user_bytes));
+    return (ctx->backend->upload)(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &motion->rule, sizeof motion->rule);
 }
 
 /* Returns true when no force moves springls. */
@@ -15786,7 +15780,7 @@ SPRINGLS__FN void springls__visit_cube(const springls__grid *g, springls__labels
             triangle.outer[m] = springls__corner_node(g, l, walk, x, y, z, inside ? other : corner);
         }
         triangle.t = springls__cube_triangle(&walk->range, cell, mask, x, y, z, k);
-        visit(l, &triangle);
+        (visit)(l, &triangle);
     }
 }
 
@@ -16418,7 +16412,7 @@ SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, 
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_FIRST, (size_t)bricks + 2, 0));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_rank, model->grid.slot_count));
     if (ctx->on_device) {
-        springls_status status = ctx->backend->brick_lists_build(ctx, margin);
+        springls_status status = (ctx->backend->brick_lists_build)(ctx, margin);
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
@@ -16670,7 +16664,7 @@ SPRINGLS__FN springls_status springls__change_bricks(springls_context *ctx)
     springls__grid *g = &ctx->model.grid;
     int missing, kept;
     if (ctx->on_device) {
-        springls_status status = ctx->backend->band_move(ctx);
+        springls_status status = (ctx->backend->band_move)(ctx);
         springls__discard_cell_list(ctx); /* it lives in the bricks */
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
@@ -16908,7 +16902,7 @@ SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *
     uint8_t *wanted;
     springls__constellation_changed(ctx);
     if (ctx->on_device) {
-        springls_status status = ctx->backend->bricks_around_springls(ctx);
+        springls_status status = (ctx->backend->bricks_around_springls)(ctx);
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     springls__grid_clear(ctx, g);
@@ -16938,7 +16932,7 @@ SPRINGLS__FN springls_status springls__grow_bricks(springls_context *ctx)
     const springls__table *t = &ctx->model.grid.table;
     const size_t entries = springls__entry_count(&ctx->model.grid);
     springls__arguments args;
-    int step = 1, axis, lines, rounds;
+    int step = 1, axis, line_count, rounds;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_state, entries));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, entries * 3)); /* no fewer than lines */
     springls__run(ctx, SPRINGLS__KERNEL_brick_state, (int)entries, NULL);
@@ -16946,15 +16940,15 @@ SPRINGLS__FN springls_status springls__grow_bricks(springls_context *ctx)
     for (; step >= 1; step /= 2) {
         rounds = 0;
         do {
-            for (axis = lines = 0; axis < 3; axis++) {
+            for (axis = line_count = 0; axis < 3; axis++) {
                 args.grow_line.axis = axis;
                 args.grow_line.step = step;
-                args.grow_line.first_flag = lines;
+                args.grow_line.first_flag = line_count;
                 springls__run(ctx, SPRINGLS__KERNEL_grow_line, springls__lines_along(t, axis, step), &args);
-                lines += springls__lines_along(t, axis, step);
+                line_count += springls__lines_along(t, axis, step);
             }
         } while (!springls__checks_round(ctx, ++rounds)
-                 || springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), lines, 1) > 0);
+                 || springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), line_count, 1) > 0);
     }
     springls__run(ctx, SPRINGLS__KERNEL_brick_side, (int)entries, NULL);
     return SPRINGLS_OK;
@@ -17065,7 +17059,7 @@ SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
     size_t room = springls__entry_count(g);
     int64_t v;
     if (ctx->on_device) {
-        springls_status status = ctx->backend->resolve_regions(ctx);
+        springls_status status = (ctx->backend->resolve_regions)(ctx);
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     region.ctx = ctx;
@@ -18615,9 +18609,9 @@ SPRINGLS__FN const springls__step_entry *springls__due_entry(const springls_cont
     for (;; entry++) {
         if (entry->kind == SPRINGLS__ENTRY_END_REPEAT)
             while (entry->kind != SPRINGLS__ENTRY_REPEAT_WHILE) entry--;
-        if (entry->kind == SPRINGLS__ENTRY_REPEAT_WHILE && !entry->when(ctx))
+        if (entry->kind == SPRINGLS__ENTRY_REPEAT_WHILE && !(entry->when)(ctx))
             while (entry->kind != SPRINGLS__ENTRY_END_REPEAT) entry++;
-        if (entry->kind == SPRINGLS__ENTRY_RUN && (!entry->when || entry->when(ctx))) return entry;
+        if (entry->kind == SPRINGLS__ENTRY_RUN && (!entry->when || (entry->when)(ctx))) return entry;
     }
 }
 
@@ -19117,7 +19111,7 @@ SPRINGLS__FN springls_status springls__create_fail(const springls_desc *desc, sp
     char message[128];
     if (!desc || !desc->logger.log) return status;
     snprintf(message, sizeof message, "create: %s", reason);
-    desc->logger.log(desc->logger.user, 1, message);
+    (desc->logger.log)(desc->logger.user, 1, message);
     return status;
 }
 
@@ -19251,7 +19245,7 @@ SPRINGLS_API void springls_destroy(springls_context *ctx)
     if (!ctx) return;
     springls__free_all(ctx);
     allocator = ctx->desc.allocator;
-    allocator.free(ctx, sizeof *ctx, allocator.user);
+    (allocator.free)(ctx, sizeof *ctx, allocator.user);
 }
 
 SPRINGLS_API springls_status springls_reset(springls_context *ctx)
@@ -19670,7 +19664,7 @@ SPRINGLS__FN void springls__evaluate_distances(const springls__distance_job *job
                                                float *out)
 {
     int i;
-    job->fn(job->arg, points, count, out);
+    (job->fn)(job->arg, points, count, out);
     for (i = 0; i < count; i++) /* keeps NaN */
         out[i] = springls__max(-springls__border_distance(&job->ctx->model.grid, points[i]), out[i]);
 }
@@ -19862,7 +19856,7 @@ SPRINGLS__FN springls_status springls__count_inside(springls_context *ctx, sprin
     for (z = lo[2]; z < hi[2]; z++)
         for (y = lo[1]; y < hi[1]; y++)
             for (x = lo[0]; x < hi[0]; x++) {
-                float v = value(arg, springls__voxel_index(g, x, y, z));
+                float v = (value)(arg, springls__voxel_index(g, x, y, z));
                 if (!(springls__fabs(v) <= FLT_MAX))
                     return springls__fail(ctx, SPRINGLS_NON_FINITE, "voxel (%d, %d, %d) is not finite", x, y, z);
                 *inside += v < 0.0f;
@@ -19950,7 +19944,7 @@ SPRINGLS__FN void springls__copy_voxels(const springls__grid *g, springls__voxel
         springls__slot_origin(g, g->active[i], o);
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
             springls__voxel_of_brick(o, v, at);
-            if (springls__grid_contains(g, at[0], at[1], at[2])) phi[v] = value(arg, springls__voxel_index(g, at[0], at[1], at[2]));
+            if (springls__grid_contains(g, at[0], at[1], at[2])) phi[v] = (value)(arg, springls__voxel_index(g, at[0], at[1], at[2]));
         }
     }
 }
@@ -20195,7 +20189,7 @@ SPRINGLS__FN void springls__implicit_distance(void *arg, const springls__v3 *poi
     int i;
     memcpy(world, points, (size_t)count * sizeof *world);
     springls_to_world(job->ctx, xyz, count, xyz);
-    job->fn(job->user, xyz, count, out);
+    (job->fn)(job->user, xyz, count, out);
     for (i = 0; i < count; i++) out[i] *= scale;
 }
 
@@ -21490,7 +21484,7 @@ SPRINGLS_API springls_status springls_set_springls(springls_context *ctx, const 
 SPRINGLS__FN springls_status springls__upload_written(springls_context *ctx, springls__array array, const float *data,
                                                       size_t points)
 {
-    return data ? ctx->backend->upload(ctx, &ctx->memory[array], data, points * sizeof(springls__v3)) : SPRINGLS_OK;
+    return data ? (ctx->backend->upload)(ctx, &ctx->memory[array], data, points * sizeof(springls__v3)) : SPRINGLS_OK;
 }
 
 /* Writes springls on the device, which is sent the range alone. */
@@ -21500,7 +21494,7 @@ SPRINGLS__FN springls_status springls__write_on_device(springls_context *ctx, co
     SPRINGLS__TRY(springls__to_device(ctx, springls__kernels[SPRINGLS__KERNEL_write].writes));
     SPRINGLS__TRY(springls__upload_written(ctx, SPRINGLS__ARRAY_WRITTEN_VERTICES, vertices, 3 * (size_t)count));
     SPRINGLS__TRY(springls__upload_written(ctx, SPRINGLS__ARRAY_WRITTEN_PARTICLES, particles, (size_t)count));
-    return ctx->backend->run(ctx, SPRINGLS__KERNEL_write, count, *args);
+    return (ctx->backend->run)(ctx, SPRINGLS__KERNEL_write, count, *args);
 }
 
 /* Writes a range of springls. The array that is NULL follows the other one. */
@@ -22099,10 +22093,10 @@ SPRINGLS__FN void springls__chunks_free(springls_context *ctx, springls_chunks *
     springls__release(ctx, c, sizeof *c);
 }
 
-/* Grows the published level set to `slots` slots. */
-SPRINGLS__FN springls_status springls__chunks_reserve(springls_context *ctx, springls_chunks *c, int slots)
+/* Grows the published level set to count slots. */
+SPRINGLS__FN springls_status springls__chunks_reserve(springls_context *ctx, springls_chunks *c, int count)
 {
-    size_t n = (size_t)slots, used = (size_t)c->published.slot_count;
+    size_t n = (size_t)count, used = (size_t)c->published.slot_count;
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->slot_brick_memory, n, sizeof(int), used * sizeof(int)));
     c->published.slot_brick = (int *)c->slot_brick_memory.data; /* at once: what follows may fail, and the old memory is gone */
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->free_slots_memory, n, sizeof(int),
@@ -26599,8 +26593,8 @@ static const char *const springls__kernel_lines[] = {
     "  /* Only the maths of inner loops is inline: to inline the rest would make the code larger and slower to compile, and no step\n",
     "     faster. */\n",
     "  #if defined(__GNUC__)\n",
-    "    #define SPRINGLS__MATHS __attribute__((unused)) static\n",
-    "    #define SPRINGLS__INNER __attribute__((unused)) static inline\n",
+    "    #define SPRINGLS__MATHS __attribute__((__unused__)) static\n",
+    "    #define SPRINGLS__INNER __attribute__((__unused__)) static inline\n",
     "  #else\n",
     "    #define SPRINGLS__MATHS static inline\n",
     "    #define SPRINGLS__INNER static inline\n",
@@ -26950,11 +26944,11 @@ static const char *const springls__kernel_lines[] = {
     "#endif\n",
     "#endif\n",
     "\n",
-    "#define SPRINGLS__VEC_MATHS __attribute__((unused, always_inline)) static inline\n",
+    "#define SPRINGLS__VEC_MATHS __attribute__((__unused__, __always_inline__)) static inline\n",
     "\n",
-    "typedef float springls__vec __attribute__((vector_size(4 * SPRINGLS__LANES)));\n",
-    "typedef int springls__vmask __attribute__((vector_size(4 * SPRINGLS__LANES))); /* of a comparison: all bits of a lane, or none */\n",
-    "typedef float springls__vec_anywhere __attribute__((vector_size(4 * SPRINGLS__LANES), aligned(4), may_alias));\n",
+    "typedef float springls__vec __attribute__((__vector_size__(4 * SPRINGLS__LANES)));\n",
+    "typedef int springls__vmask __attribute__((__vector_size__(4 * SPRINGLS__LANES))); /* of a comparison: all bits of a lane, or none */\n",
+    "typedef float springls__vec_anywhere __attribute__((__vector_size__(4 * SPRINGLS__LANES), __aligned__(4), __may_alias__));\n",
     "\n",
     "#define springls__vec_of_int(k) __builtin_convertvector(k, springls__vec)\n",
     "#define springls__vec_to_int(x) __builtin_convertvector(x, springls__vmask)\n",
@@ -35806,7 +35800,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 35810 \"springls.h\"\n",
+    "#line 35804 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -36463,9 +36457,9 @@ static const char *const springls__kernel_lines[] = {
     ""   /* not counted: the array must not be empty */
 };
 
-SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count)
+SPRINGLS_API void springls_kernel_source(const char *const **strings, int *count)
 {
-    if (lines) *lines = springls__kernel_lines;
+    if (strings) *strings = springls__kernel_lines;
     if (count) *count = (int)(sizeof springls__kernel_lines / sizeof *springls__kernel_lines) - 1;
 }
 
@@ -36688,13 +36682,13 @@ typedef struct springls__both_references {
    slots. */
 SPRINGLS__FN int springls__number_references(springls__both_references *both)
 {
-    int slots = SPRINGLS__FIRST_SLOT, i, entries = (int)springls__entry_count(&both->grid);
+    int slot_count = SPRINGLS__FIRST_SLOT, i, entries = (int)springls__entry_count(&both->grid);
     for (i = 0; i < entries; i++) {
         const int brick = springls__brick_of_entry(&both->grid, i);
         const int a = springls__slot_of_brick(both->first, brick), b = springls__slot_of_brick(both->second, brick);
-        both->grid.top[i] = a < SPRINGLS__FIRST_SLOT && b < SPRINGLS__FIRST_SLOT ? a : slots++;
+        both->grid.top[i] = a < SPRINGLS__FIRST_SLOT && b < SPRINGLS__FIRST_SLOT ? a : slot_count++;
     }
-    return slots;
+    return slot_count;
 }
 
 /* Writes the reference level set of the result. Of the two originals' values takes that of smaller size, because tracking uses

@@ -121,21 +121,25 @@ SPRINGLS_API springls_cl_counts springls_cl_get_counts(const springls_backend *b
 /* ---- the library, loaded at run time ---- */
 
 #if defined(_WIN32)
+/* Declares what windows.h declares, with the same types, because a program may include it before or after. */
 #ifdef __cplusplus
 extern "C" {
 #endif
-__declspec(dllimport) void *__stdcall LoadLibraryA(const char *);
-__declspec(dllimport) void *__stdcall GetProcAddress(void *, const char *);
-__declspec(dllimport) int __stdcall FreeLibrary(void *);
+struct HINSTANCE__;
+typedef intptr_t (__stdcall *springls__cl_symbol)(void);
+__declspec(dllimport) struct HINSTANCE__ *__stdcall LoadLibraryA(const char *);
+__declspec(dllimport) springls__cl_symbol __stdcall GetProcAddress(struct HINSTANCE__ *, const char *);
+__declspec(dllimport) int __stdcall FreeLibrary(struct HINSTANCE__ *);
 #ifdef __cplusplus
 }
 #endif
 #define SPRINGLS__CL_OPEN(name) LoadLibraryA(name)
-#define SPRINGLS__CL_FIND(library, name) GetProcAddress(library, name)
-#define SPRINGLS__CL_CLOSE(library) FreeLibrary(library)
+#define SPRINGLS__CL_FIND(library, name) GetProcAddress((struct HINSTANCE__ *)(library), name)
+#define SPRINGLS__CL_CLOSE(library) FreeLibrary((struct HINSTANCE__ *)(library))
 #define SPRINGLS__CL_LIBRARY "OpenCL.dll"
 #else
 #include <dlfcn.h>
+typedef void *springls__cl_symbol;
 #define SPRINGLS__CL_OPEN(name) dlopen(name, RTLD_NOW | RTLD_LOCAL)
 #define SPRINGLS__CL_FIND(library, name) dlsym(library, name)
 #define SPRINGLS__CL_CLOSE(library) dlclose(library)
@@ -617,13 +621,13 @@ SPRINGLS__FN void springls__cl_log(const springls_logger *logger, int level, con
     char line[512];
     if (!logger->log) return;
     snprintf(line, sizeof line, format, what);
-    logger->log(logger->user, level, line);
+    (logger->log)(logger->user, level, line);
 }
 
 /* Loads the library; returns the name of what is missing, or NULL. */
 SPRINGLS__FN const char *springls__cl_load(springls__cl *cl, const char *library)
 {
-    void *symbol = NULL;
+    springls__cl_symbol symbol = NULL;
     if (!library) library = SPRINGLS__CL_LIBRARY;
     cl->library = SPRINGLS__CL_OPEN(library);
     if (!cl->library) return library;
@@ -689,7 +693,7 @@ SPRINGLS__FN void springls__cl_log_build(springls__cl *cl)
     for (line = text; line && *line; line = next) {
         next = strchr(line, '\n');
         if (next) *next++ = 0;
-        if (*line) cl->logger.log(cl->logger.user, 2, line);
+        if (*line) (cl->logger.log)(cl->logger.user, 2, line);
     }
     free(text);
 }
@@ -703,17 +707,17 @@ SPRINGLS__FN cl_kernel springls__cl_kernel(const springls__cl *cl, const char *n
 
 SPRINGLS__FN cl_int springls__cl_build(springls__cl *cl, const char *velocity_source)
 {
-    const char *const *lines;
+    const char *const *strings;
     const char **text;
     int count, kernel;
     char options[100];
     cl_int error = CL_SUCCESS;
     snprintf(options, sizeof options, "-cl-std=CL1.2%s%s", cl->exact ? " -cl-fp32-correctly-rounded-divide-sqrt" : "",
              cl->gpu ? "" : " -DSPRINGLS__ON_PROCESSOR");
-    springls_kernel_source(&lines, &count);
+    springls_kernel_source(&strings, &count);
     text = (const char **)malloc(((size_t)count + 2) * sizeof *text);
     if (!text) return CL_OUT_OF_HOST_MEMORY;
-    memcpy(text, lines, (size_t)count * sizeof *text);
+    memcpy(text, strings, (size_t)count * sizeof *text);
     text[count++] = "#line 1 \"velocity_source\"\n";
     text[count++] = velocity_source ? velocity_source
                                     : "float3 springls_velocity(float3 x, float t, __global const float *u) { return x; }\n";
@@ -891,7 +895,7 @@ SPRINGLS_API springls_status springls_cl_prepare(springls_backend *backend, cons
     for (kernel = 0; kernel < SPRINGLS__CL_KERNELS && error == CL_SUCCESS && !cancelled; kernel++) {
         error = springls__cl_run_empty(cl, kernel, memory);
         if (error == CL_SUCCESS && progress && progress->report)
-            cancelled = progress->report(progress->user, (float)(kernel + 1) / (float)SPRINGLS__CL_KERNELS) != 0;
+            cancelled = (progress->report)(progress->user, (float)(kernel + 1) / (float)SPRINGLS__CL_KERNELS) != 0;
     }
     if (memory) cl->ReleaseMemObject(memory);
     if (error != CL_SUCCESS) springls__cl_log(&cl->logger, 1, "opencl: prepare: %s", springls__cl_error(error));

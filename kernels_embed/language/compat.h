@@ -45,8 +45,8 @@
   /* Only the maths of inner loops is inline: to inline the rest would make the code larger and slower to compile, and no step
      faster. */
   #if defined(__GNUC__)
-    #define SPRINGLS__MATHS __attribute__((unused)) static
-    #define SPRINGLS__INNER __attribute__((unused)) static inline
+    #define SPRINGLS__MATHS __attribute__((__unused__)) static
+    #define SPRINGLS__INNER __attribute__((__unused__)) static inline
   #else
     #define SPRINGLS__MATHS static inline
     #define SPRINGLS__INNER static inline

@@ -74,11 +74,11 @@ typedef __m128 springls__simd;
 #endif
 #endif
 
-#define SPRINGLS__VEC_MATHS __attribute__((unused, always_inline)) static inline
+#define SPRINGLS__VEC_MATHS __attribute__((__unused__, __always_inline__)) static inline
 
-typedef float springls__vec __attribute__((vector_size(4 * SPRINGLS__LANES)));
-typedef int springls__vmask __attribute__((vector_size(4 * SPRINGLS__LANES))); /* of a comparison: all bits of a lane, or none */
-typedef float springls__vec_anywhere __attribute__((vector_size(4 * SPRINGLS__LANES), aligned(4), may_alias));
+typedef float springls__vec __attribute__((__vector_size__(4 * SPRINGLS__LANES)));
+typedef int springls__vmask __attribute__((__vector_size__(4 * SPRINGLS__LANES))); /* of a comparison: all bits of a lane, or none */
+typedef float springls__vec_anywhere __attribute__((__vector_size__(4 * SPRINGLS__LANES), __aligned__(4), __may_alias__));
 
 #define springls__vec_of_int(k) __builtin_convertvector(k, springls__vec)
 #define springls__vec_to_int(x) __builtin_convertvector(x, springls__vmask)

@@ -64,7 +64,7 @@ SPRINGLS__FN void springls__evaluate_distances(const springls__distance_job *job
                                                float *out)
 {
     int i;
-    job->fn(job->arg, points, count, out);
+    (job->fn)(job->arg, points, count, out);
     for (i = 0; i < count; i++) /* keeps NaN */
         out[i] = springls__max(-springls__border_distance(&job->ctx->model.grid, points[i]), out[i]);
 }
@@ -256,7 +256,7 @@ SPRINGLS__FN springls_status springls__count_inside(springls_context *ctx, sprin
     for (z = lo[2]; z < hi[2]; z++)
         for (y = lo[1]; y < hi[1]; y++)
             for (x = lo[0]; x < hi[0]; x++) {
-                float v = value(arg, springls__voxel_index(g, x, y, z));
+                float v = (value)(arg, springls__voxel_index(g, x, y, z));
                 if (!(springls__fabs(v) <= FLT_MAX))
                     return springls__fail(ctx, SPRINGLS_NON_FINITE, "voxel (%d, %d, %d) is not finite", x, y, z);
                 *inside += v < 0.0f;
@@ -344,7 +344,7 @@ SPRINGLS__FN void springls__copy_voxels(const springls__grid *g, springls__voxel
         springls__slot_origin(g, g->active[i], o);
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++) {
             springls__voxel_of_brick(o, v, at);
-            if (springls__grid_contains(g, at[0], at[1], at[2])) phi[v] = value(arg, springls__voxel_index(g, at[0], at[1], at[2]));
+            if (springls__grid_contains(g, at[0], at[1], at[2])) phi[v] = (value)(arg, springls__voxel_index(g, at[0], at[1], at[2]));
         }
     }
 }
@@ -589,7 +589,7 @@ SPRINGLS__FN void springls__implicit_distance(void *arg, const springls__v3 *poi
     int i;
     memcpy(world, points, (size_t)count * sizeof *world);
     springls_to_world(job->ctx, xyz, count, xyz);
-    job->fn(job->user, xyz, count, out);
+    (job->fn)(job->user, xyz, count, out);
     for (i = 0; i < count; i++) out[i] *= scale;
 }
 

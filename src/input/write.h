@@ -17,7 +17,7 @@
 SPRINGLS__FN springls_status springls__upload_written(springls_context *ctx, springls__array array, const float *data,
                                                       size_t points)
 {
-    return data ? ctx->backend->upload(ctx, &ctx->memory[array], data, points * sizeof(springls__v3)) : SPRINGLS_OK;
+    return data ? (ctx->backend->upload)(ctx, &ctx->memory[array], data, points * sizeof(springls__v3)) : SPRINGLS_OK;
 }
 
 /* Writes springls on the device, which is sent the range alone. */
@@ -27,7 +27,7 @@ SPRINGLS__FN springls_status springls__write_on_device(springls_context *ctx, co
     SPRINGLS__TRY(springls__to_device(ctx, springls__kernels[SPRINGLS__KERNEL_write].writes));
     SPRINGLS__TRY(springls__upload_written(ctx, SPRINGLS__ARRAY_WRITTEN_VERTICES, vertices, 3 * (size_t)count));
     SPRINGLS__TRY(springls__upload_written(ctx, SPRINGLS__ARRAY_WRITTEN_PARTICLES, particles, (size_t)count));
-    return ctx->backend->run(ctx, SPRINGLS__KERNEL_write, count, *args);
+    return (ctx->backend->run)(ctx, SPRINGLS__KERNEL_write, count, *args);
 }
 
 /* Writes a range of springls. The array that is NULL follows the other one. */

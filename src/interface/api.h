@@ -17,7 +17,7 @@
 #ifndef SPRINGLS_API
 #if defined(SPRINGLS_STATIC)
 #if defined(__GNUC__)
-#define SPRINGLS_API __attribute__((unused)) static
+#define SPRINGLS_API __attribute__((__unused__)) static
 #else
 #define SPRINGLS_API static
 #endif
@@ -28,7 +28,7 @@
 #define SPRINGLS_API __declspec(dllimport)
 #endif
 #elif defined(SPRINGLS_DLL) && defined(__GNUC__)
-#define SPRINGLS_API __attribute__((visibility("default"))) extern
+#define SPRINGLS_API __attribute__((__visibility__("default"))) extern
 #else
 #define SPRINGLS_API extern
 #endif
@@ -990,7 +990,7 @@ SPRINGLS_API bool springls_fp_contract_detected(void);
 
 /* Gives the OpenCL text of the kernels, *count strings of one line each, for hosts that build their own programs. Either
    pointer may be NULL; the text is constant. With SPRINGLS_NO_OPENCL there are none. */
-SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count);
+SPRINGLS_API void springls_kernel_source(const char *const **strings, int *count);
 
 #ifdef __cplusplus
 }

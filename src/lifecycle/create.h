@@ -40,7 +40,7 @@ SPRINGLS__FN springls_status springls__create_fail(const springls_desc *desc, sp
     char message[128];
     if (!desc || !desc->logger.log) return status;
     snprintf(message, sizeof message, "create: %s", reason);
-    desc->logger.log(desc->logger.user, 1, message);
+    (desc->logger.log)(desc->logger.user, 1, message);
     return status;
 }
 
@@ -174,7 +174,7 @@ SPRINGLS_API void springls_destroy(springls_context *ctx)
     if (!ctx) return;
     springls__free_all(ctx);
     allocator = ctx->desc.allocator;
-    allocator.free(ctx, sizeof *ctx, allocator.user);
+    (allocator.free)(ctx, sizeof *ctx, allocator.user);
 }
 
 SPRINGLS_API springls_status springls_reset(springls_context *ctx)

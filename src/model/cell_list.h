@@ -87,7 +87,7 @@ SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
     if (ctx->on_device) {
         springls_status status;
         ctx->particles_listed = false;
-        status = ctx->backend->cell_list_build(ctx);
+        status = (ctx->backend->cell_list_build)(ctx);
         ctx->cells_fresh = status == SPRINGLS_OK;
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
@@ -115,7 +115,7 @@ SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *
     int i, d, n = 0, *missing;
     SPRINGLS__TRY(springls__cell_list_build(ctx));
     if (ctx->on_device) {
-        springls_status status = ctx->backend->cell_list_cover_around(ctx);
+        springls_status status = (ctx->backend->cell_list_cover_around)(ctx);
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     SPRINGLS__TRY(springls__to_host(ctx,

@@ -53,7 +53,7 @@ SPRINGLS__FN springls_status springls__drop_removed(springls_context *ctx)
     const uint8_t *action = springls__contract_action(&ctx->model);
     int i, n = 0, count = ctx->model.set.count;
     if (ctx->on_device) {
-        springls_status status = ctx->backend->constellation_compact(ctx);
+        springls_status status = (ctx->backend->constellation_compact)(ctx);
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__ROLE_BIT(contract_action), SPRINGLS__SET_BITS));

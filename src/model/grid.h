@@ -31,10 +31,10 @@ SPRINGLS__FN void springls__omega_constant(springls_context *ctx, float outside,
     springls__run(ctx, SPRINGLS__KERNEL_omega_constant, SPRINGLS__FIRST_SLOT * SPRINGLS__BRICK_VOXELS, &args);
 }
 
-/* Makes room for `slots` slots; keeps those that are there. */
-SPRINGLS__FN springls_status springls__grid_reserve(springls_context *ctx, int slots)
+/* Makes room for count slots; keeps those that are there. */
+SPRINGLS__FN springls_status springls__grid_reserve(springls_context *ctx, int count)
 {
-    return springls__grow_all(ctx, SPRINGLS__SLOT_BITS, (size_t)slots, (size_t)ctx->model.grid.slot_count);
+    return springls__grow_all(ctx, SPRINGLS__SLOT_BITS, (size_t)count, (size_t)ctx->model.grid.slot_count);
 }
 
 /* Sets the constant bricks of a grid's phi, far outside and far inside. */

@@ -65,10 +65,10 @@ SPRINGLS__FN void springls__chunks_free(springls_context *ctx, springls_chunks *
     springls__release(ctx, c, sizeof *c);
 }
 
-/* Grows the published level set to `slots` slots. */
-SPRINGLS__FN springls_status springls__chunks_reserve(springls_context *ctx, springls_chunks *c, int slots)
+/* Grows the published level set to count slots. */
+SPRINGLS__FN springls_status springls__chunks_reserve(springls_context *ctx, springls_chunks *c, int count)
 {
-    size_t n = (size_t)slots, used = (size_t)c->published.slot_count;
+    size_t n = (size_t)count, used = (size_t)c->published.slot_count;
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->slot_brick_memory, n, sizeof(int), used * sizeof(int)));
     c->published.slot_brick = (int *)c->slot_brick_memory.data; /* at once: what follows may fail, and the old memory is gone */
     SPRINGLS__TRY(springls__buffer_grow(ctx, &c->free_slots_memory, n, sizeof(int),

@@ -13,9 +13,9 @@ static const char *const springls__kernel_lines[] = {
     ""   /* not counted: the array must not be empty */
 };
 
-SPRINGLS_API void springls_kernel_source(const char *const **lines, int *count)
+SPRINGLS_API void springls_kernel_source(const char *const **strings, int *count)
 {
-    if (lines) *lines = springls__kernel_lines;
+    if (strings) *strings = springls__kernel_lines;
     if (count) *count = (int)(sizeof springls__kernel_lines / sizeof *springls__kernel_lines) - 1;
 }
 

@@ -52,7 +52,7 @@ SPRINGLS__HOST_ROLES(SPRINGLS__ROLE_ACCESSOR)
 
 /* Makes room for count elements of a role of the working memory (scratch.h); they are undefined. */
 #define SPRINGLS__RESERVE(ctx, role, count)                                                                                      \
-    springls__array_grow(ctx, SPRINGLS__ROLE_ARRAY(role), (size_t)(count), sizeof *springls__##role(&(ctx)->model), 0)
+    springls__array_grow(ctx, (springls__array)SPRINGLS__ROLE_##role, (size_t)(count), sizeof *springls__##role(&(ctx)->model), 0)
 
 /* Exchanges two arrays of one element size, on the host and on the device. */
 SPRINGLS__FN void springls__swap(springls_context *ctx, springls__array a, springls__array b)

@@ -16,8 +16,8 @@
 #endif
 
 #if defined(__GNUC__)
-#define SPRINGLS__FN __attribute__((unused)) static
-#define SPRINGLS__PRINTF(text, first) __attribute__((format(printf, text, first)))
+#define SPRINGLS__FN __attribute__((__unused__)) static
+#define SPRINGLS__PRINTF(text, first) __attribute__((__format__(__printf__, text, first)))
 #else
 #define SPRINGLS__FN static
 #define SPRINGLS__PRINTF(text, first)

@@ -14,20 +14,20 @@ typedef struct springls__buffer {
     bool host_stale, device_stale;
 } springls__buffer;
 
-/* Numbers of the scratch arrays of roles (scratch.h). */
+/* The scratch arrays of roles (scratch.h). */
 enum {
-#define SPRINGLS__ROLE_NUMBER(role, type, number) SPRINGLS__ROLE_##role = (number),
+#define SPRINGLS__ROLE_NUMBER(role, type, number) SPRINGLS__ROLE_##role = (int)SPRINGLS__ARRAY_SCRATCH0 + (number),
     SPRINGLS__KERNEL_ROLES(SPRINGLS__ROLE_NUMBER) SPRINGLS__HOST_ROLES(SPRINGLS__ROLE_NUMBER)
 #undef SPRINGLS__ROLE_NUMBER
     SPRINGLS__ROLE_NONE
 };
 
-#define SPRINGLS__ROLE_ARRAY(role) ((springls__array)((int)SPRINGLS__ARRAY_SCRATCH0 + (int)SPRINGLS__ROLE_##role))
+#define SPRINGLS__ROLE_ARRAY(role) ((springls__array)SPRINGLS__ROLE_##role)
 
 /* Sets of arrays: a bit each. */
 #define SPRINGLS__BIT(array) ((uint64_t)1 << SPRINGLS__ARRAY_##array)
-#define SPRINGLS__ROLE_BIT(role) ((uint64_t)1 << SPRINGLS__ROLE_ARRAY(role))
-#define SPRINGLS__OR_BIT(name, type, block, owner, member) | SPRINGLS__BIT(name)
+#define SPRINGLS__ROLE_BIT(role) ((uint64_t)1 << SPRINGLS__ROLE_##role)
+#define SPRINGLS__OR_BIT(name, type, block, owner, member) | ((uint64_t)1 << SPRINGLS__ARRAY_##name)
 #define SPRINGLS__ALL_BITS ((uint64_t)0 SPRINGLS__ARRAYS(SPRINGLS__OR_BIT))
 #define SPRINGLS__SET_BITS ((uint64_t)0 SPRINGLS__SPRINGL_ARRAYS(SPRINGLS__OR_BIT))
 #define SPRINGLS__SLOT_BITS ((uint64_t)0 SPRINGLS__SLOT_ARRAYS(SPRINGLS__OR_BIT))

@@ -18,7 +18,7 @@ SPRINGLS__FN void springls__log(const springls_context *ctx, int level, const ch
     va_start(args, format);
     vsnprintf(message, sizeof message, format, args);
     va_end(args);
-    ctx->desc.logger.log(ctx->desc.logger.user, level, message);
+    (ctx->desc.logger.log)(ctx->desc.logger.user, level, message);
 }
 
 /* Stores and logs the reason of a failure; returns its status. */
@@ -48,7 +48,7 @@ SPRINGLS__FN springls_status springls__check_amount(springls_context *ctx, const
 /* Reports the progress of a long call, a fraction in [0,1]; returns true when the caller cancels it. */
 SPRINGLS__FN bool springls__cancelled(const springls_context *ctx, float fraction)
 {
-    return ctx->desc.progress.report && ctx->desc.progress.report(ctx->desc.progress.user, fraction) != 0;
+    return ctx->desc.progress.report && (ctx->desc.progress.report)(ctx->desc.progress.user, fraction) != 0;
 }
 
 #endif

@@ -27,7 +27,7 @@ typedef struct springls__kernel_info {
 /* A range has as many floats on its stack; one that needs more gets them from its lane (launch.h). */
 enum { SPRINGLS__STACK_FLOATS = 2048 };
 
-#define SPRINGLS__RANGE(name)                                                                                                    \
+#define SPRINGLS__RANGE(name, grain, writes)                                                                                     \
     SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end,       \
                                                  float *memory)                                                                  \
     {                                                                                                                            \
@@ -35,7 +35,7 @@ enum { SPRINGLS__STACK_FLOATS = 2048 };
         for (; begin < end; begin++) springls__##name##_element(model, args, begin);                                             \
     }
 
-#define SPRINGLS__SIMD_RANGE(name)                                                                                               \
+#define SPRINGLS__SIMD_RANGE(name, grain, writes)                                                                                \
     SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end,       \
                                                  float *memory)                                                                  \
     {                                                                                                                            \
@@ -43,7 +43,7 @@ enum { SPRINGLS__STACK_FLOATS = 2048 };
         springls__##name##_elements(model, args, begin, end);                                                                    \
     }
 
-#define SPRINGLS__BRICK_RANGE(name, floats)                                                                                      \
+#define SPRINGLS__BRICK_RANGE(name, grain, writes, floats)                                                                       \
     SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end,       \
                                                  float *memory)                                                                  \
     {                                                                                                                            \

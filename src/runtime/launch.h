@@ -8,15 +8,9 @@
 #include "parallel.h"
 #include "residency.h"
 
-#define SPRINGLS__RANGE_OF(name, grain, writes) SPRINGLS__RANGE(name)
-SPRINGLS__KERNELS(SPRINGLS__RANGE_OF)
-#undef SPRINGLS__RANGE_OF
-#define SPRINGLS__SIMD_RANGE_OF(name, grain, writes) SPRINGLS__SIMD_RANGE(name)
-SPRINGLS__SIMD_KERNELS(SPRINGLS__SIMD_RANGE_OF)
-#undef SPRINGLS__SIMD_RANGE_OF
-#define SPRINGLS__BRICK_RANGE_OF(name, grain, writes, floats) SPRINGLS__BRICK_RANGE(name, floats)
-SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_RANGE_OF)
-#undef SPRINGLS__BRICK_RANGE_OF
+SPRINGLS__KERNELS(SPRINGLS__RANGE)
+SPRINGLS__SIMD_KERNELS(SPRINGLS__SIMD_RANGE)
+SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_RANGE)
 
 static const springls__kernel_info springls__kernels[] = {
 #define SPRINGLS__FACTS(name, grain, writes) { #name, springls__##name##_range, grain, writes, false, 0 },
@@ -31,7 +25,7 @@ static const springls__kernel_info springls__kernels[] = {
 SPRINGLS__FN void springls__range_work(void *arg, int begin, int end, float *memory)
 {
     const springls__kernel_run *run = (const springls__kernel_run *)arg;
-    run->kernel->range(&run->ctx->model, run->args, begin, end, memory);
+    (run->kernel->range)(&run->ctx->model, run->args, begin, end, memory);
 }
 
 /* ---- lanes: parts of a loop that have memory of their own, so that no thread needs it on its stack ---- */
@@ -69,14 +63,14 @@ SPRINGLS__FN void springls__lane_task(void *arg, int begin, int end)
     for (; begin < end; begin++) {
         int first = part->first + (int)((int64_t)part->count * begin / part->lanes);
         int last = part->first + (int)((int64_t)part->count * (begin + 1) / part->lanes);
-        part->work(part->arg, first, last, springls__lane_memory(&part->ctx->model) + (size_t)begin * part->floats);
+        (part->work)(part->arg, first, last, springls__lane_memory(&part->ctx->model) + (size_t)begin * part->floats);
     }
 }
 
 SPRINGLS__FN void springls__part_task(void *arg, int begin, int end)
 {
     const springls__lane_part *part = (const springls__lane_part *)arg;
-    part->work(part->arg, part->first + begin, part->first + end, NULL);
+    (part->work)(part->arg, part->first + begin, part->first + end, NULL);
 }
 
 /* Does work over [first, first + count) on the host. Precondition: springls__reserve_lanes, where it needs memory. */
@@ -112,7 +106,7 @@ SPRINGLS__FN springls_status springls__run_on_device(springls_context *ctx, spri
                                                      const springls__arguments *args)
 {
     SPRINGLS__TRY(springls__to_device(ctx, springls__kernels[kernel].writes));
-    return ctx->backend->run(ctx, (int)kernel, count, springls__run_of(ctx, kernel, args).args);
+    return (ctx->backend->run)(ctx, (int)kernel, count, springls__run_of(ctx, kernel, args).args);
 }
 
 /* Returns true when the device has taken the kernel. When it fails in that, falls back to the host. */
@@ -162,7 +156,7 @@ SPRINGLS__FN void springls__left_on_device(springls_context *ctx, springls__late
 /* Returns a number that a function below has left. Waits for the device, unless it has been read since. */
 SPRINGLS__FN uint32_t springls__count_found(springls_context *ctx, springls__late_count late)
 {
-    if ((ctx->late_unread >> late & 1u) && ctx->backend->read_counts(ctx) != SPRINGLS_OK) springls__fall_back_to_host(ctx);
+    if ((ctx->late_unread >> late & 1u) && (ctx->backend->read_counts)(ctx) != SPRINGLS_OK) springls__fall_back_to_host(ctx);
     return ctx->late_count[late];
 }
 
@@ -175,7 +169,7 @@ SPRINGLS__FN void springls__count_later(springls_context *ctx, springls__late_co
     springls__clear_late(ctx, late, 1);
     if (count <= 0) return;
     if (ctx->on_device) {
-        if (ctx->backend->count_of(ctx, array, count, value, SPRINGLS__OWN_COUNTS + (int)late) == SPRINGLS_OK) {
+        if ((ctx->backend->count_of)(ctx, array, count, value, SPRINGLS__OWN_COUNTS + (int)late) == SPRINGLS_OK) {
             springls__left_on_device(ctx, late, 1);
             return;
         }
@@ -204,7 +198,7 @@ SPRINGLS__FN void springls__largest_later(springls_context *ctx, springls__late_
     springls__clear_late(ctx, late, 2); /* the bits of 0.0f are 0 */
     if (count <= 0) return;
     if (ctx->on_device) {
-        if (ctx->backend->largest(ctx, array, count, limit, SPRINGLS__OWN_COUNTS + (int)late) == SPRINGLS_OK) {
+        if ((ctx->backend->largest)(ctx, array, count, limit, SPRINGLS__OWN_COUNTS + (int)late) == SPRINGLS_OK) {
             springls__left_on_device(ctx, late, 2);
             return;
         }
@@ -257,7 +251,7 @@ SPRINGLS__FN springls_status springls__scan_later(springls_context *ctx, springl
     springls__clear_late(ctx, late, 1);
     if (count <= 0) return SPRINGLS_OK;
     if (ctx->on_device) {
-        springls_status status = ctx->backend->scan(ctx, array, count, SPRINGLS__OWN_COUNTS + (int)late);
+        springls_status status = (ctx->backend->scan)(ctx, array, count, SPRINGLS__OWN_COUNTS + (int)late);
         if (status == SPRINGLS_OK) springls__left_on_device(ctx, late, 1);
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }

@@ -20,7 +20,7 @@ SPRINGLS__FN void springls__free(void *memory, size_t size, void *user)
 /* Returns memory from the context's allocator, or NULL. */
 SPRINGLS__FN void *springls__allocate(springls_context *ctx, size_t size)
 {
-    void *memory = ctx->desc.allocator.alloc(size, ctx->desc.allocator.user);
+    void *memory = (ctx->desc.allocator.alloc)(size, ctx->desc.allocator.user);
     if (memory) ctx->memory_used += size;
     return memory;
 }
@@ -29,7 +29,7 @@ SPRINGLS__FN void springls__release(springls_context *ctx, void *memory, size_t 
 {
     if (!memory) return;
     ctx->memory_used -= size;
-    ctx->desc.allocator.free(memory, size, ctx->desc.allocator.user);
+    (ctx->desc.allocator.free)(memory, size, ctx->desc.allocator.user);
 }
 
 /* Makes room for count elements of `element` bytes; keeps the first `keep` bytes. A buffer grows by an eighth more than that, so
@@ -54,7 +54,7 @@ SPRINGLS__FN springls_status springls__buffer_grow(springls_context *ctx, spring
 
 SPRINGLS__FN void springls__buffer_free(springls_context *ctx, springls__buffer *buffer)
 {
-    if (buffer->device) ctx->backend->release(ctx, buffer);
+    if (buffer->device) (ctx->backend->release)(ctx, buffer);
     springls__release(ctx, buffer->data, buffer->bytes);
     memset(buffer, 0, sizeof *buffer);
 }

@@ -11,7 +11,7 @@ SPRINGLS__FN void springls__parallel(const springls_context *ctx, int count, int
 {
     if (count <= 0) return;
     if (ctx->desc.tasks.parallel_for) {
-        ctx->desc.tasks.parallel_for(ctx->desc.tasks.user, count, grain, task, arg);
+        (ctx->desc.tasks.parallel_for)(ctx->desc.tasks.user, count, grain, task, arg);
         return;
     }
 #if defined(_OPENMP)
@@ -20,12 +20,12 @@ SPRINGLS__FN void springls__parallel(const springls_context *ctx, int count, int
         #pragma omp parallel for schedule(dynamic) if (blocks > 1)
         for (b = 0; b < blocks; b++) {
             int begin = b * grain, end = begin + grain < count ? begin + grain : count;
-            task(arg, begin, end);
+            (task)(arg, begin, end);
         }
     }
 #else
     (void)grain;
-    task(arg, 0, count);
+    (task)(arg, 0, count);
 #endif
 }
 

@@ -25,7 +25,7 @@ SPRINGLS__FN springls_status springls__transfer(springls_context *ctx, springls_
 {
     springls__buffer *buffer = &ctx->memory[array];
     size_t bytes = springls__used(ctx, array) * springls__element_size(array);
-    SPRINGLS__TRY(ctx->backend->transfer(ctx, buffer, bytes < buffer->device_bytes ? bytes : buffer->device_bytes, to_host));
+    SPRINGLS__TRY((ctx->backend->transfer)(ctx, buffer, bytes < buffer->device_bytes ? bytes : buffer->device_bytes, to_host));
     if (to_host) buffer->host_stale = false;
     else buffer->device_stale = false;
     return SPRINGLS_OK;
@@ -50,7 +50,7 @@ SPRINGLS__FN springls_status springls__fall_back_to_host(springls_context *ctx)
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
         springls__buffer *buffer = &ctx->memory[array];
         if (buffer->host_stale && !ctx->lost) ctx->lost = springls__transfer(ctx, (springls__array)array, true) != SPRINGLS_OK;
-        if (buffer->device) ctx->backend->release(ctx, buffer);
+        if (buffer->device) (ctx->backend->release)(ctx, buffer);
         buffer->host_stale = buffer->device_stale = false;
     }
     if (ctx->late_unread && !ctx->lost) springls__take_counts(ctx, ctx->model.work.counts);
@@ -95,7 +95,7 @@ SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
         springls__buffer *buffer = &ctx->memory[array];
         if (buffer->device_bytes < buffer->bytes) {
-            SPRINGLS__TRY(ctx->backend->resize(ctx, buffer, buffer->bytes,
+            SPRINGLS__TRY((ctx->backend->resize)(ctx, buffer, buffer->bytes,
                                                buffer->device_stale || !buffer->device ? 0 : buffer->device_bytes));
             buffer->device_stale = !buffer->host_stale;
         }
@@ -109,7 +109,7 @@ SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t
 SPRINGLS__FN springls_status springls__fetch(springls_context *ctx, springls__array array, size_t bytes)
 {
     if (ctx->lost) return ctx->backend_status;
-    if (!ctx->memory[array].host_stale || ctx->backend->transfer(ctx, &ctx->memory[array], bytes, true) == SPRINGLS_OK)
+    if (!ctx->memory[array].host_stale || (ctx->backend->transfer)(ctx, &ctx->memory[array], bytes, true) == SPRINGLS_OK)
         return SPRINGLS_OK;
     return springls__fall_back_to_host(ctx);
 }

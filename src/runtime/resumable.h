@@ -109,7 +109,7 @@ SPRINGLS__FN bool springls__phases_done(const springls_context *ctx) { return !c
 SPRINGLS__FN springls_status springls__run_phase(springls_context *ctx)
 {
     ctx->work.pending = false;
-    return ctx->work.stage(ctx);
+    return (ctx->work.stage)(ctx);
 }
 
 /* Resumes the stage at work until the clock shows *until; NULL: to its end. Runs at least one phase or piece. */

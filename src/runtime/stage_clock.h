@@ -12,7 +12,7 @@
 /* Returns the time in seconds: by the caller's clock, else OpenMP's, else processor time. */
 SPRINGLS__FN double springls__now(const springls_context *ctx)
 {
-    if (ctx->desc.trace.now) return ctx->desc.trace.now(ctx->desc.trace.user);
+    if (ctx->desc.trace.now) return (ctx->desc.trace.now)(ctx->desc.trace.user);
 #if defined(_OPENMP)
     return omp_get_wtime();
 #else
@@ -23,17 +23,17 @@ SPRINGLS__FN double springls__now(const springls_context *ctx)
 /* Returns when the stage has begun, for springls__stage_end. */
 SPRINGLS__FN double springls__stage_begin(springls_context *ctx, springls_stage stage)
 {
-    if (ctx->desc.trace.stage) ctx->desc.trace.stage(ctx->desc.trace.user, (int)stage, 1, 0.0);
+    if (ctx->desc.trace.stage) (ctx->desc.trace.stage)(ctx->desc.trace.user, (int)stage, 1, 0.0);
     return springls__now(ctx);
 }
 
 SPRINGLS__FN void springls__stage_end(springls_context *ctx, springls_stage stage, double started)
 {
     double seconds;
-    if (ctx->on_device && ctx->backend->timed && ctx->backend->finish(ctx) != SPRINGLS_OK) springls__fall_back_to_host(ctx);
+    if (ctx->on_device && ctx->backend->timed && (ctx->backend->finish)(ctx) != SPRINGLS_OK) springls__fall_back_to_host(ctx);
     seconds = springls__now(ctx) - started;
     ctx->stats.seconds[stage] += seconds;
-    if (ctx->desc.trace.stage) ctx->desc.trace.stage(ctx->desc.trace.user, (int)stage, 0, seconds);
+    if (ctx->desc.trace.stage) (ctx->desc.trace.stage)(ctx->desc.trace.user, (int)stage, 0, seconds);
 }
 
 SPRINGLS_API const char *springls_stage_name(springls_stage stage)

@@ -472,9 +472,9 @@ SPRINGLS__FN const springls__step_entry *springls__due_entry(const springls_cont
     for (;; entry++) {
         if (entry->kind == SPRINGLS__ENTRY_END_REPEAT)
             while (entry->kind != SPRINGLS__ENTRY_REPEAT_WHILE) entry--;
-        if (entry->kind == SPRINGLS__ENTRY_REPEAT_WHILE && !entry->when(ctx))
+        if (entry->kind == SPRINGLS__ENTRY_REPEAT_WHILE && !(entry->when)(ctx))
             while (entry->kind != SPRINGLS__ENTRY_END_REPEAT) entry++;
-        if (entry->kind == SPRINGLS__ENTRY_RUN && (!entry->when || entry->when(ctx))) return entry;
+        if (entry->kind == SPRINGLS__ENTRY_RUN && (!entry->when || (entry->when)(ctx))) return entry;
     }
 }
 

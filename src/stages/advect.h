@@ -176,7 +176,7 @@ SPRINGLS__FN springls_status springls__field_to_device(springls_context *ctx, sp
     if (given->version && given->version == last->version && given->data == last->data
         && floats * sizeof(float) <= ctx->memory[array].device_bytes)
         return SPRINGLS_OK;
-    SPRINGLS__TRY(ctx->backend->upload(ctx, &ctx->memory[array], given->data, floats * sizeof(float)));
+    SPRINGLS__TRY((ctx->backend->upload)(ctx, &ctx->memory[array], given->data, floats * sizeof(float)));
     *last = *given;
     return SPRINGLS_OK;
 }
@@ -191,8 +191,8 @@ SPRINGLS__FN springls_status springls__forces_to_device(springls__motion *motion
         springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_VELOCITY, &motion->forces.velocity_grid, &motion->rule.velocity));
     if (motion->rule.flow == SPRINGLS__FLOW_USER && ctx->backend->user_bytes > 0)
         SPRINGLS__TRY(
-            ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], motion->forces.user, ctx->backend->user_bytes));
-    return ctx->backend->upload(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &motion->rule, sizeof motion->rule);
+            (ctx->backend->upload)(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], motion->forces.user, ctx->backend->user_bytes));
+    return (ctx->backend->upload)(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &motion->rule, sizeof motion->rule);
 }
 
 /* Returns true when no force moves springls. */

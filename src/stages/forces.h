@@ -156,12 +156,12 @@ SPRINGLS__FN void springls__flow(const springls__motion *motion, springls__force
     int i, count = batch->count;
     for (i = 0; i < count; i++) out[i] = springls__v3_make(0.0f, 0.0f, 0.0f);
     if (forces->velocity) {
-        forces->velocity(forces->user, given->points, count, batch->time, buffer);
+        (forces->velocity)(forces->user, given->points, count, batch->time, buffer);
         for (i = 0; i < count; i++)
             out[i] = springls__scale(springls__velocity_to_voxel(motion, buffer + 3 * i), motion->rule.velocity_weight);
     }
     if (forces->velocity_batch) {
-        forces->velocity_batch(forces->user, given, buffer);
+        (forces->velocity_batch)(forces->user, given, buffer);
         for (i = 0; i < count; i++)
             out[i] = springls__mad(out[i], springls__velocity_to_voxel(motion, buffer + 3 * i), motion->rule.velocity_weight);
     }
@@ -192,11 +192,11 @@ SPRINGLS__FN void springls__push(const springls__motion *motion, springls__force
     float *buffer = block->answer;
     int i, count = batch->count;
     if (forces->pressure) {
-        forces->pressure(forces->user, given->points, given->normals, count, batch->time, buffer);
+        (forces->pressure)(forces->user, given->points, given->normals, count, batch->time, buffer);
         springls__add_pressure(motion, given, buffer, out);
     }
     if (forces->pressure_batch) {
-        forces->pressure_batch(forces->user, given, buffer);
+        (forces->pressure_batch)(forces->user, given, buffer);
         springls__add_pressure(motion, given, buffer, out);
     }
     if (forces->pressure_grid.data) {
@@ -275,11 +275,11 @@ SPRINGLS__FN void springls__add_affine_maps(const springls__motion *motion, spri
     springls__batch_points(batch, x, 0);
     given = springls__callback_batch(motion, block);
     if (forces->affine) {
-        forces->affine(forces->user, given->points, given->correspondences, batch->count, batch->time, block->answer);
+        (forces->affine)(forces->user, given->points, given->correspondences, batch->count, batch->time, block->answer);
         springls__add_affine(motion, block->answer, x, batch->count, slope);
     }
     if (forces->affine_batch) {
-        forces->affine_batch(forces->user, given, block->answer);
+        (forces->affine_batch)(forces->user, given, block->answer);
         springls__add_affine(motion, block->answer, x, batch->count, slope);
     }
 }

@@ -308,7 +308,7 @@ SPRINGLS__FN void springls__visit_cube(const springls__grid *g, springls__labels
             triangle.outer[m] = springls__corner_node(g, l, walk, x, y, z, inside ? other : corner);
         }
         triangle.t = springls__cube_triangle(&walk->range, cell, mask, x, y, z, k);
-        visit(l, &triangle);
+        (visit)(l, &triangle);
     }
 }
 

@@ -50,7 +50,7 @@ SPRINGLS__FN springls_status springls__change_bricks(springls_context *ctx)
     springls__grid *g = &ctx->model.grid;
     int missing, kept;
     if (ctx->on_device) {
-        springls_status status = ctx->backend->band_move(ctx);
+        springls_status status = (ctx->backend->band_move)(ctx);
         springls__discard_cell_list(ctx); /* it lives in the bricks */
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }

@@ -18,7 +18,7 @@ SPRINGLS__FN springls_status springls__brick_lists_build(springls_context *ctx, 
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_BRICK_LIST_FIRST, (size_t)bricks + 2, 0));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_rank, model->grid.slot_count));
     if (ctx->on_device) {
-        springls_status status = ctx->backend->brick_lists_build(ctx, margin);
+        springls_status status = (ctx->backend->brick_lists_build)(ctx, margin);
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),

@@ -23,7 +23,7 @@ SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *
     uint8_t *wanted;
     springls__constellation_changed(ctx);
     if (ctx->on_device) {
-        springls_status status = ctx->backend->bricks_around_springls(ctx);
+        springls_status status = (ctx->backend->bricks_around_springls)(ctx);
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     springls__grid_clear(ctx, g);
@@ -53,7 +53,7 @@ SPRINGLS__FN springls_status springls__grow_bricks(springls_context *ctx)
     const springls__table *t = &ctx->model.grid.table;
     const size_t entries = springls__entry_count(&ctx->model.grid);
     springls__arguments args;
-    int step = 1, axis, lines, rounds;
+    int step = 1, axis, line_count, rounds;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_state, entries));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_grown, entries * 3)); /* no fewer than lines */
     springls__run(ctx, SPRINGLS__KERNEL_brick_state, (int)entries, NULL);
@@ -61,15 +61,15 @@ SPRINGLS__FN springls_status springls__grow_bricks(springls_context *ctx)
     for (; step >= 1; step /= 2) {
         rounds = 0;
         do {
-            for (axis = lines = 0; axis < 3; axis++) {
+            for (axis = line_count = 0; axis < 3; axis++) {
                 args.grow_line.axis = axis;
                 args.grow_line.step = step;
-                args.grow_line.first_flag = lines;
+                args.grow_line.first_flag = line_count;
                 springls__run(ctx, SPRINGLS__KERNEL_grow_line, springls__lines_along(t, axis, step), &args);
-                lines += springls__lines_along(t, axis, step);
+                line_count += springls__lines_along(t, axis, step);
             }
         } while (!springls__checks_round(ctx, ++rounds)
-                 || springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), lines, 1) > 0);
+                 || springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(has_grown), line_count, 1) > 0);
     }
     springls__run(ctx, SPRINGLS__KERNEL_brick_side, (int)entries, NULL);
     return SPRINGLS_OK;
@@ -180,7 +180,7 @@ SPRINGLS__FN springls_status springls__resolve_regions(springls_context *ctx)
     size_t room = springls__entry_count(g);
     int64_t v;
     if (ctx->on_device) {
-        springls_status status = ctx->backend->resolve_regions(ctx);
+        springls_status status = (ctx->backend->resolve_regions)(ctx);
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     region.ctx = ctx;

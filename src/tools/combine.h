@@ -240,13 +240,13 @@ typedef struct springls__both_references {
    slots. */
 SPRINGLS__FN int springls__number_references(springls__both_references *both)
 {
-    int slots = SPRINGLS__FIRST_SLOT, i, entries = (int)springls__entry_count(&both->grid);
+    int slot_count = SPRINGLS__FIRST_SLOT, i, entries = (int)springls__entry_count(&both->grid);
     for (i = 0; i < entries; i++) {
         const int brick = springls__brick_of_entry(&both->grid, i);
         const int a = springls__slot_of_brick(both->first, brick), b = springls__slot_of_brick(both->second, brick);
-        both->grid.top[i] = a < SPRINGLS__FIRST_SLOT && b < SPRINGLS__FIRST_SLOT ? a : slots++;
+        both->grid.top[i] = a < SPRINGLS__FIRST_SLOT && b < SPRINGLS__FIRST_SLOT ? a : slot_count++;
     }
-    return slots;
+    return slot_count;
 }
 
 /* Writes the reference level set of the result. Of the two originals' values takes that of smaller size, because tracking uses
