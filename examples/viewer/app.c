@@ -193,13 +193,13 @@ static bool place_second(struct viewer_app *app, const char *path)
     return make_second(app);
 }
 
-/* Ends a change made in one call; a failed one is undone, because it may leave the model empty. */
+/* Ends a change made in one call; a failed one is reverted, because it may leave the model empty. */
 static void change(struct viewer_app *app, bool good)
 {
     char error[VIEWER_TEXT];
-    if (!done(app, good) && app->history.at > 0) {
+    if (!done(app, good)) {
         snprintf(error, sizeof error, "%s", app->model.error);
-        viewer_history_undo(&app->history, &app->model);
+        done(app, viewer_history_revert(&app->history, &app->model));
         show_message(app, error);
     }
 }
@@ -352,16 +352,22 @@ static void change_mask(struct viewer_app *app, bool invert)
 /* Undoes or redoes a change, unless a button is down. */
 static void go_back(struct viewer_app *app, bool forward)
 {
-    if (app->hand == VIEWER_IDLE) {
-        const float voxel = app->model.voxel;
-        const bool good =
-            forward ? viewer_history_redo(&app->history, &app->model) : viewer_history_undo(&app->history, &app->model);
-        show_message(app, good ? (forward ? "redone" : "undone") : *app->model.error ? app->model.error : "nothing more");
-        if (fabsf(app->model.voxel - voxel) > 0.0f) { /* of another file */
-            begin_view(app);
-        }
-        look_under_pointer(app);
+    const char *what = forward ? "redone" : "undone";
+    const float voxel = app->model.voxel;
+    char text[VIEWER_TEXT] = "nothing more";
+    if (app->hand != VIEWER_IDLE) {
+        return;
     }
+    if (forward ? viewer_history_redo(&app->history, &app->model) : viewer_history_undo(&app->history, &app->model)) {
+        snprintf(text, sizeof text, "%s", what);
+    } else if (*app->model.error) {
+        snprintf(text, sizeof text, "not %s: %.240s", what, app->model.error);
+    }
+    show_message(app, text);
+    if (fabsf(app->model.voxel - voxel) > 0.0f) { /* of another file */
+        begin_view(app);
+    }
+    look_under_pointer(app);
 }
 
 void viewer_app_key(struct viewer_app *app, int key, int modifiers)
@@ -479,7 +485,9 @@ static void begin_step(struct viewer_app *app)
         const float seconds = app->seconds;
         app->seconds = 0.0f;
         app->kept = app->kept || done(app, viewer_history_keep(&app->history, &app->model));
-        done(app, use_tool(app, seconds));
+        if (app->kept) { /* what cannot be undone is not begun */
+            done(app, use_tool(app, seconds));
+        }
     } else if (!viewer_model_at_rest(&app->model)) {
         done(app, viewer_model_rest_step(&app->model));
     } else if (app->second.ctx && !viewer_model_at_rest(&app->second)) {

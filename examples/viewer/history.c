@@ -37,23 +37,34 @@ static void make_room(struct viewer_history *history, size_t size)
     }
 }
 
-/* Appends a snapshot of the model. */
-static bool append(struct viewer_history *history, struct viewer_model *model)
+/* Takes a snapshot of the model. */
+static bool take(struct viewer_model *model, struct viewer_state *state)
 {
-    struct viewer_state state = {.like = viewer_model_grid(model)};
-    if (!viewer_model_check(model, springls_snapshot(model->ctx, SPRINGLS_SNAPSHOT_KIND_ALL, NULL, 0, &state.size))) {
+    *state = (struct viewer_state){.like = viewer_model_grid(model)};
+    if (!viewer_model_check(model, springls_snapshot(model->ctx, SPRINGLS_SNAPSHOT_KIND_ALL, NULL, 0, &state->size))) {
         return false;
     }
-    state.block = malloc(state.size);
-    if (!state.block) {
+    state->block = malloc(state->size);
+    if (!state->block) {
         return viewer_model_check(model, SPRINGLS_OUT_OF_MEMORY);
     }
     const springls_status status =
-        springls_snapshot(model->ctx, SPRINGLS_SNAPSHOT_KIND_ALL, state.block, state.size, &state.size);
+        springls_snapshot(model->ctx, SPRINGLS_SNAPSHOT_KIND_ALL, state->block, state->size, &state->size);
     if (!viewer_model_check(model, status)) {
-        free(state.block);
+        free(state->block);
         return false;
     }
+    return true;
+}
+
+/* Appends the present state behind `count` others; after a failure all states are as they were. */
+static bool append(struct viewer_history *history, struct viewer_model *model, int count)
+{
+    struct viewer_state state;
+    if (!viewer_model_finish(model) || !take(model, &state)) {
+        return false;
+    }
+    truncate_to(history, count);
     make_room(history, state.size);
     history->states[history->count++] = state;
     return true;
@@ -61,12 +72,9 @@ static bool append(struct viewer_history *history, struct viewer_model *model)
 
 bool viewer_history_keep(struct viewer_history *history, struct viewer_model *model)
 {
-    truncate_to(history, history->at);
-    if (!viewer_model_finish(model) || !append(history, model)) {
-        return false;
-    }
-    history->at = history->count;
-    return true;
+    const bool good = append(history, model, history->at);
+    history->at = good ? history->count : history->at;
+    return good;
 }
 
 static bool go_to(struct viewer_history *history, struct viewer_model *model, int at)
@@ -79,10 +87,20 @@ static bool go_to(struct viewer_history *history, struct viewer_model *model, in
     return true;
 }
 
+bool viewer_history_revert(struct viewer_history *history, struct viewer_model *model)
+{
+    const bool good = history->at > 0 && go_to(history, model, history->at - 1);
+    if (good) {
+        truncate_to(history, history->at);
+    }
+    return good;
+}
+
 bool viewer_history_undo(struct viewer_history *history, struct viewer_model *model)
 {
     model->error[0] = '\0';
-    if (history->at == 0 || !viewer_model_finish(model) || (history->at == history->count && !append(history, model))) {
+    if (history->at == 0 || !viewer_model_finish(model)
+        || (history->at == history->count && !append(history, model, history->count))) {
         return false;
     }
     return history->at > 0 && go_to(history, model, history->at - 1);

@@ -195,6 +195,120 @@ TEST undo_restores_the_model_to_the_bit(void)
     PASS();
 }
 
+/* ---- each tool after each other ---- */
+
+/* A stroke of each tool: the way there, and the work, of which the first frame changes the body. They are away from each other: a
+ * cut leaves nothing to hold where it was. */
+static const char *const strokes[VIEWER_TOOLS][2] = {
+    {"key 1\nmove 175 165\npress left\n", "move 160 190 3\nrelease left\n"},
+    {"key 2\nmove 215 175\n", "press left\nframes 2\nrelease left\n"},
+    {"key 3\nmove 190 190\n", "press left\nframes 2\nrelease left\n"},
+    {"key 4\nmove 225 160\n", "press left\nframes 2\nrelease left\n"},
+    {"key 5\nmove 20 128\npress left\nmove 380 132\n", "release left\n"},
+    {"key 6\nmove 235 175\npress left\nmove 240 180\nrelease left\n", "key enter\n"},
+    {"key 7\nmove 200 180\n", "press left\nframes 2\nrelease left\n"},
+};
+
+static bool memory_is_short;
+
+/* New memory is never 0, as in a program that has run for a while: what is read before it is written shows. */
+static void *allocate_filled(size_t size, void *user)
+{
+    void *memory = memory_is_short ? NULL : malloc(size);
+    (void)user;
+    return memory ? memset(memory, 0x77, size) : NULL;
+}
+
+static void release_filled(void *memory, size_t size, void *user)
+{
+    (void)user;
+    memset(memory, 0xff, size);
+    free(memory);
+}
+
+/* A ball with two ears and a snout. */
+static greatest_test_res open_bear(struct viewer_app *app, int grid)
+{
+    char error[VIEWER_TEXT];
+    const springls_desc desc = {.grid = {.size = {grid, grid, grid}}, .allocator = {allocate_filled, release_filled, NULL}};
+    memset(app, 0, sizeof *app);
+    ASSERT(viewer_app_open(app, &desc, 400, 300));
+    ASSERT(play(app,
+                "key 6\nscroll 3 ctrl\nmove 160 110\npress left\nmove 155 103\nrelease left\nkey enter\nrest\n"
+                "move 240 110\npress left\nmove 245 103\nrelease left\nkey enter\nrest\n"
+                "move 200 160\npress left\nrelease left\nkey enter\nrest\nscroll -2 ctrl\n",
+                error));
+    ASSERT_EQ(3, app->history.count);
+    PASS();
+}
+
+/* Hashes the model and its mask, which the library's hash leaves out. */
+static uint64_t whole_hash(struct viewer_app *app)
+{
+    const springls_view mask = springls_view_attribute(app->model.ctx, app->model.mask);
+    uint64_t hash = springls_state_hash(app->model.ctx);
+    for (int i = 0; app->model.mask >= 0 && i < mask.count; ++i) {
+        float value = viewer_model_mask_of(&mask, i);
+        uint32_t bits;
+        memcpy(&bits, &value, sizeof bits);
+        hash = (hash ^ bits) * 0x100000001b3u;
+    }
+    return hash;
+}
+
+/* Undo that fails says so and leaves the body and all states as they were: so it can be tried again. */
+TEST undo_that_fails_loses_nothing(void)
+{
+    char error[VIEWER_TEXT], script[700];
+    struct viewer_app app;
+    CHECK_CALL(open_bear(&app, 24));
+    ASSERT(viewer_save(&app.model, scratch("bear.ply"), 0));
+    const uint64_t bear = whole_hash(&app);
+    snprintf(script, sizeof script, "key 1\ndrop %s\n", scratch("bear.ply"));
+    ASSERT(play(&app, script, error)); /* undone in another grid, which takes memory */
+    ASSERT(play(&app, strokes[VIEWER_PUSH][0], error) && play(&app, strokes[VIEWER_PUSH][1], error));
+    ASSERT(play(&app, "key Z ctrl\n", error));
+    const uint64_t before = whole_hash(&app);
+    const int count = app.history.count, at = app.history.at;
+    memory_is_short = true;
+    ASSERT(play(&app, "key Z ctrl\n", error));
+    memory_is_short = false;
+    ASSERT(strstr(app.message, "not undone: "));
+    ASSERT_EQ(before, whole_hash(&app));
+    ASSERT(app.history.count == count && app.history.at == at);
+
+    unsigned char *damaged = (unsigned char *)app.history.states[at - 1].block + app.history.states[at - 1].size / 2;
+    *damaged ^= 1;
+    ASSERT(play(&app, "key Z ctrl\n", error));
+    *damaged ^= 1;
+    ASSERT(strstr(app.message, "not undone: "));
+    ASSERT_EQ(before, whole_hash(&app));
+    ASSERT(play(&app, "key Y ctrl\n", error));
+    ASSERT_STR_EQ("redone", app.message);
+    ASSERT(play(&app, "key Z ctrl\nkey Z ctrl\n", error));
+    ASSERT_STR_EQ("undone", app.message);
+    ASSERT_EQ(bear, whole_hash(&app));
+    viewer_app_close(&app);
+    PASS();
+}
+
+/* A cut that leaves nothing is reverted, and cannot be redone. */
+TEST a_failed_change_is_reverted(void)
+{
+    char error[VIEWER_TEXT];
+    struct viewer_app app = app_with_ball();
+    const uint64_t hash = whole_hash(&app);
+    ASSERT(play(&app, "key 5\nmove 20 5\npress left shift\nmove 380 5\nrelease left\n", error)); /* all of the body is right of it */
+    ASSERT(*app.message);
+    ASSERT_EQ(hash, whole_hash(&app));
+    ASSERT_EQ(0, app.history.count);
+    ASSERT(play(&app, "key Y ctrl\n", error));
+    ASSERT_STR_EQ("nothing more", app.message);
+    ASSERT_EQ(hash, whole_hash(&app));
+    viewer_app_close(&app);
+    PASS();
+}
+
 /* Whatever comes while a step is in progress completes it first: undo, saving, a cut, the next tool. */
 TEST a_step_in_progress_is_completed_first(void)
 {
@@ -281,6 +395,8 @@ int main(int argc, char **argv)
     RUN_TEST(keys_set_brush_and_mask);
     RUN_TEST(undo_goes_across_files);
     RUN_TEST(undo_restores_the_model_to_the_bit);
+    RUN_TEST(undo_that_fails_loses_nothing);
+    RUN_TEST(a_failed_change_is_reverted);
     RUN_TEST(a_step_in_progress_is_completed_first);
     RUN_TEST(a_failed_save_ends_a_script);
     RUN_TEST(a_script_that_is_wrong_is_refused);
