@@ -35,7 +35,7 @@ export OMP_WAIT_POLICY ?= passive
 
 .PHONY: help deps measurements deps-demo deps-examples deps-display deps-test deps-opencl deps-bench check examples demo test test-build test-run bench paper ablation motions morph-pairs accuracy long coverage cover-lines \
         segmentation registration imaging install uninstall format clean \
-        asan tsan msan valgrind deps-valgrind oclgrind deps-oclgrind fuzz deps-fuzz compile-matrix deps-matrix portability deps-portability deps-python web web-test deps-web deps-web-test packages deps-packages deps-engines FORCE
+        docs docs-check asan tsan msan valgrind deps-valgrind oclgrind deps-oclgrind fuzz deps-fuzz compile-matrix deps-matrix portability deps-portability deps-python web web-test deps-web deps-web-test packages deps-packages deps-engines FORCE
 .DELETE_ON_ERROR:
 # What is made on the way to something else stays too.
 .SECONDARY:
@@ -87,6 +87,14 @@ SETTINGS = $(CC) $(CXX) $(OPT) $(NATIVE) $(OPENMP) $(CFLAGS) $(WITH_LIBRARIES) $
 include examples/examples.mk
 include tests/tests.mk
 include tests/bench/bench.mk
+
+# ---- pages ----
+
+docs: deps-examples   ## the figures and pictures of the pages, made anew by the commands that stand in them (PAGE=morph, PAGE=morph:2)
+	@docs/pages.py $(PAGE)
+
+docs-check: deps-examples   ## do the pages have what their commands print? all that is quick enough; times may differ (PAGE=)
+	@docs/pages.py --check --only check $(PAGE)
 
 # ---- the rest ----
 

@@ -153,9 +153,15 @@ $(TEST_DIR)/examples/test_judges: tests/examples/test_judges.py $(TEST_DIR)/exam
 	@cp $< $(@D)/python
 	@printf '#!/bin/sh\nexec /usr/bin/python3 $(@D)/python/test_judges.py "$$@"\n' > $@ && chmod +x $@
 
+# What the pages say: their quick figures, and that what their commands name exists.
+$(TEST_DIR)/examples/test_pages: tests/examples/test_pages.py $(TEST_DIR)/settings
+	@mkdir -p $(@D)
+	@printf '#!/bin/sh\ncommand -v python3 > /dev/null || { echo "there is no python3"; echo "Pass: 0, fail: 0, skip: 1."; exit 0; }\n%s\n' \
+	  'exec python3 tests/examples/test_pages.py "$$@"' > $@ && chmod +x $@
+
 # ---- running: every program leaves a log; as many run at a time as there are processors ----
 
-PLAIN_TESTS   = $(EXAMPLE_TESTS) $(FUZZ_TESTS) examples/test_engine $(if $(VARIANT),,examples/test_ogre examples/test_python examples/test_judges unit/test_self_intersections) \
+PLAIN_TESTS   = $(EXAMPLE_TESTS) $(FUZZ_TESTS) examples/test_engine $(if $(VARIANT),,examples/test_ogre examples/test_python examples/test_judges examples/test_pages unit/test_self_intersections) \
                 $(UNIT_TESTS) unit/test_openvdb
 # ThreadSanitizer takes twenty times the time, and finds nothing where there is one thread: without ALL=1 it gets the tests that start some.
 ifeq ($(VARIANT)$(ALL),tsan)

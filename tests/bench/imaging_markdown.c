@@ -8,7 +8,7 @@
 
 enum { MARKDOWN_PATH = 300, PICTURES_SHOWN = 2, PICTURE_WIDTH = 720, PICTURE_COLORS = 64 };
 
-/* Writes a command with the collection's folder as DATA: a page that is kept names no folder of one machine. */
+/* Writes a command with the collection's folder as $SPRINGLS_DATA: a page that is kept names no folder of one machine. */
 static void write_command(FILE *file, const struct imaging *imaging, const char *command)
 {
     char data[MARKDOWN_PATH];
@@ -17,7 +17,7 @@ static void write_command(FILE *file, const struct imaging *imaging, const char 
     const size_t length = folder ? strlen(data) : 0;
     for (const char *c = command; *c;) {
         const bool here = length > 0 && strncmp(c, data, length) == 0;
-        fputs(here ? "DATA" : "", file);
+        fputs(here ? "$SPRINGLS_DATA" : "", file);
         if (!here) {
             fputc(*c, file);
         }
@@ -92,8 +92,9 @@ bool imaging_write_markdown(const struct imaging *imaging, const char *path)
     if (!file) {
         return false;
     }
-    fprintf(file, "# The imaging pipeline: results\n\nWritten by `make imaging PAGE=FILE` ([imaging](imaging.md)). DATA is the "
-                  "folder that `SPRINGLS_DATA` names. Times are of the machine that ran it.\n\n%s\n", imaging->about);
+    fprintf(file, "<!-- written by: make imaging PAGE=docs/imaging-results.md -->\n\n# The imaging pipeline: results\n\n"
+                  "[imaging](imaging.md) has the commands in short; [data](data.md) has where the images come from. Times are of "
+                  "the machine that ran it.\n\n%s\n", imaging->about);
     for (int s = 0; s < imaging->count; ++s) {
         if (!imaging->runs[s].json && imaging->steps[s].kind != IMAGING_PREPARE) {
             fprintf(file, "\nFailed: %s (exit status %d).\n", imaging->steps[s].title, imaging->runs[s].exit_status);

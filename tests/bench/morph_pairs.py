@@ -3,8 +3,8 @@
 
     tests/bench/morph_pairs.py CHARACTERS OUT [--grid N] [--morph build/morph] [--only TEXT] [--table] [-- OPTIONS OF MORPH]
 
-CHARACTERS is a folder of .glb files. What a run reports goes to OUT/SOURCE-TARGET.json; a pair whose report is there is not
-run again, so that an interrupted table goes on where it was. --table prints only what is there.
+CHARACTERS is a folder of .glb files. What a run reports goes to OUT/SOURCE-TARGET.json; a pair whose report is there, and not
+older than the program, is not run again, so that an interrupted table goes on where it was. --table prints only what is there.
 """
 import argparse
 import json
@@ -32,6 +32,10 @@ def run_pair(settings, source, target, report):
     else:
         error = done.stderr.strip().splitlines()
         report.write_text(json.dumps({"failed": error[-1] if error else f"status {done.returncode}"}))
+
+
+def is_done(settings, report):
+    return report.exists() and report.stat().st_mtime >= pathlib.Path(settings.morph).stat().st_mtime
 
 
 def row(name, r):
@@ -70,7 +74,7 @@ def main():
     met = shown = 0
     for source, target in pairs:
         report = settings.out / f"{source.stem}-{target.stem}.json"
-        if not report.exists() and not settings.table:
+        if not settings.table and not is_done(settings, report):
             run_pair(settings, source, target, report)
         if report.exists():
             result = json.loads(report.read_text())

@@ -118,9 +118,11 @@ table() {
     done
 }
 page() {
+    echo "<!-- written by: make portability PAGE=docs/platforms.md -->"
+    echo
     echo "# Platforms"
     echo
-    echo "\`PAGE=docs/platforms.md make portability\` has written this page. One program (\`$program\`) holds the library and moves three"
+    echo "\`make portability PAGE=docs/platforms.md\` has written this page. It needs no data. One program (\`$program\`) holds the library and moves three"
     echo "models: both parameter sets, a flow of the library's own and a callback of the program. Each row is one build of it, with the flags"
     echo "shown and no others. \"Same bits\": it compiled without a warning, and its hashes are those of the first row, also of the bytes of"
     echo "snapshots, so that each platform reads what any other has written:"
