@@ -33,7 +33,7 @@ endif
 # Threads that wait in a busy loop take the processor from those that work, wherever the machine has something else to do.
 export OMP_WAIT_POLICY ?= passive
 
-.PHONY: help deps measurements deps-demo deps-examples deps-display deps-test deps-opencl deps-bench check examples demo test test-build test-run bench paper ablation motions morph-pairs accuracy long coverage cover-lines \
+.PHONY: help deps measurements deps-examples deps-display deps-test deps-opencl deps-bench check examples demo test test-all test-rest test-build test-run fresh bench paper ablation motions morph-pairs accuracy long coverage cover-lines \
         segmentation registration imaging install uninstall format clean \
         docs docs-check asan tsan msan valgrind deps-valgrind oclgrind deps-oclgrind fuzz deps-fuzz compile-matrix deps-matrix portability deps-portability deps-python web web-test deps-web deps-web-test packages deps-packages deps-engines FORCE
 .DELETE_ON_ERROR:
@@ -49,7 +49,7 @@ deps: deps-test deps-examples deps-display deps-opencl   ## install what demo an
 
 DEPS = CC="$(CC)" CXX="$(CXX)" HEAD_SCAN="$(HEAD_SCAN)" .ci/deps.sh
 
-deps-demo deps-examples deps-display deps-test deps-opencl deps-oclgrind deps-valgrind deps-fuzz deps-bench deps-matrix deps-portability deps-python deps-web deps-web-test deps-packages deps-engines:
+deps-examples deps-display deps-test deps-opencl deps-oclgrind deps-valgrind deps-fuzz deps-bench deps-matrix deps-portability deps-python deps-web deps-web-test deps-packages deps-engines:
 	@$(DEPS) $(@:deps-%=%)
 
 # ---- the product ----
@@ -101,18 +101,21 @@ docs-check: deps-examples   ## do the pages have what their commands print? all 
 # What is installed is the file as it is: springls.h is no prerequisite.
 INCLUDES   = $(DESTDIR)$(PREFIX)/include
 PKG_CONFIG = $(DESTDIR)$(PREFIX)/share/pkgconfig
+CMAKE      = $(DESTDIR)$(PREFIX)/share/cmake/springls
 VERSION    = $(shell sed -n 's/^#define SPRINGLS_VERSION_[A-Z]* \([0-9]*\)$$/\1/p' springls.h | paste -s -d .)
 
-install:   ## copy the headers to $(DESTDIR)$(PREFIX)/include, and springls.pc for pkg-config
-	install -d '$(INCLUDES)' '$(PKG_CONFIG)'
+install:   ## copy the headers to $(DESTDIR)$(PREFIX)/include, and what pkg-config and CMake find them by
+	install -d '$(INCLUDES)' '$(PKG_CONFIG)' '$(CMAKE)'
 	install -m 644 springls.h springls_cl.h '$(INCLUDES)'
 	printf '%s\n' 'includedir=$(PREFIX)/include' '' 'Name: springls' \
 	  'Description: Spring Level Sets: deformable surfaces in a C99 header' 'Version: $(VERSION)' \
 	  'Cflags: -I$${includedir}' 'Libs: -lm' > '$(PKG_CONFIG)/springls.pc'
 	chmod 644 '$(PKG_CONFIG)/springls.pc'
+	install -m 644 packages/cmake/springlsConfig.cmake packages/cmake/springlsConfigVersion.cmake '$(CMAKE)'
 
 uninstall:   ## remove what install has copied
 	rm -f '$(INCLUDES)/springls.h' '$(INCLUDES)/springls_cl.h' '$(PKG_CONFIG)/springls.pc'
+	rm -rf '$(CMAKE)'
 
 format:   ## lay out FILES="..." as .clang-format says (an aid: formulas are better laid out by hand)
 	$(if $(FILES),clang-format -i $(FILES),@echo 'which? make format FILES="src/new.h"'; exit 2)

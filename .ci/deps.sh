@@ -1,8 +1,8 @@
 #!/bin/sh
-# deps.sh GROUP...: finds what a group of make targets needs and this machine lacks, and installs it through the
-# system's package manager. Groups: make, test, demo, examples, display, opencl, oclgrind, valgrind, judges, bench, matrix, portability,
-# valgrind, python, web, web-test, packages, engines. CC and CXX name the
-# compilers that are wanted. Takes some hundredths of a second when nothing is missing: all headers are looked for in one run of the preprocessor.
+# deps.sh GROUP...: finds what a group of make targets needs and this machine lacks, and installs it through the system's package
+# manager. Groups are the cases below: folders of examples/common and programs (examples/examples.mk says which a program uses),
+# `examples`, which is all of them, and what other targets want. CC and CXX name the compilers that are wanted. Takes some
+# hundredths of a second when nothing is missing: all headers are looked for in one run of the preprocessor.
 set -u
 CC=${CC:-cc} CXX=${CXX:-g++}
 missing=
@@ -29,19 +29,57 @@ need_headers() {
 compiler_package() { case "$1" in *clang*) echo clang ;; *g++*|*c++*) echo g++ ;; *) echo gcc ;; esac; }
 
 headers='stdio.h libc6-dev'
-for group; do
+programs='springls pictures imaging surface shapes atlas viewer engine_embed'
+for group in $(printf '%s\n' "$@" | sed "s/^examples\$/$programs/; s/^bench\$/$programs scan openvdb/; s/^judges\$/judges openvdb/"); do
     need_command "${CC%% *}" "$(compiler_package "$CC")"
     case $group in
     make)
         need_command make make ;;
-    test)   # the engine's game loop is C++
+    engine_embed|test)   # C++; of the tests, the engine's game loop is
         need_command "${CXX%% *}" "$(compiler_package "$CXX")" ;;
-    judges)   # what tests compare with, and skip where it is missing
+    base|character)   # folders that need what they use, and no more
+        ;;
+    springls)
+        headers="$headers
+            CL/cl.h opencl-headers" ;;
+    pictures)
+        headers="$headers
+            stb/stb_image_write.h libstb-dev
+            zlib.h zlib1g-dev" ;;
+    imaging)
+        headers="$headers
+            nifti/nifti2_io.h libnifti2-dev
+            teem/nrrd.h libteem-dev
+            zlib.h zlib1g-dev" ;;
+    surface)
+        headers="$headers
+            assimp/cimport.h libassimp-dev
+            cjson/cJSON.h libcjson-dev" ;;
+    shapes|registration)
+        headers="$headers
+            lapacke.h liblapacke-dev" ;;
+    atlas)
+        headers="$headers
+            cjson/cJSON.h libcjson-dev" ;;
+    viewer)
+        headers="$headers
+            GLFW/glfw3.h libglfw3-dev
+            epoxy/gl.h libepoxy-dev"
+        need_library libEGL.so.1 libegl1   # pictures without a display
+        need_library dri/swrast_dri.so libgl1-mesa-dri ;;
+    scan)   # a head for segment
+        need_file "${HEAD_SCAN:-/usr/share/mricron/templates/ch2bet.nii.gz}" mricron-data ;;
+    fresh)   # a bare system to try all this in
+        need_command mmdebstrap mmdebstrap
+        need_command git git ;;
+    openvdb)
         headers="$headers
             openvdb/openvdb.h libopenvdb-dev
             tbb/tbb.h libtbb-dev
             boost/version.hpp libboost-dev
-            boost/iostreams/stream.hpp libboost-iostreams-dev
+            boost/iostreams/stream.hpp libboost-iostreams-dev" ;;
+    judges)   # what tests compare with, and skip where it is missing
+        headers="$headers
             CGAL/Surface_mesh.h libcgal-dev"
         need_command elastix elastix
         [ -x /usr/bin/python3 ] && /usr/bin/python3 -c 'import scipy, skimage' 2> /dev/null ||
@@ -106,33 +144,8 @@ for group; do
         need_library libEGL.so.1 libegl1
         need_library libGL.so.1 libgl1
         need_library dri/swrast_dri.so libgl1-mesa-dri ;;
-    demo|examples|bench)   # demo: what leveque and segment need
-        headers="$headers
-            CL/cl.h opencl-headers
-            stb/stb_image_write.h libstb-dev
-            nifti/nifti2_io.h libnifti2-dev
-            teem/nrrd.h libteem-dev
-            zlib.h zlib1g-dev
-            assimp/cimport.h libassimp-dev"
-        need_file "${HEAD_SCAN:-/usr/share/mricron/templates/ch2bet.nii.gz}" mricron-data
-        if [ "$group" != demo ]; then
-            headers="$headers
-            lapacke.h liblapacke-dev
-            cjson/cJSON.h libcjson-dev
-            GLFW/glfw3.h libglfw3-dev
-            epoxy/gl.h libepoxy-dev"
-            need_library libEGL.so.1 libegl1   # the viewer's pictures without a display
-            need_library dri/swrast_dri.so libgl1-mesa-dri
-            need_command "${CXX%% *}" "$(compiler_package "$CXX")"
-        fi
-        if [ "$group" = bench ]; then
-            headers="$headers
-            openvdb/openvdb.h libopenvdb-dev
-            tbb/tbb.h libtbb-dev
-            boost/version.hpp libboost-dev"
-        fi ;;
     *)
-        echo "deps.sh: no such group: $group (there are test, demo, examples, display, opencl, oclgrind, valgrind, judges, bench, matrix, portability, python, web, web-test, packages, engines, make)" >&2; exit 2 ;;
+        echo "deps.sh: no such group: $group" >&2; exit 2 ;;
     esac
 done
 # Word by word into pairs; the names hold no blanks.

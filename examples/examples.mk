@@ -1,7 +1,8 @@
 # ---- examples ----
 
 # Shared code lies in the folders of examples/common, here from the highest to the lowest. A folder is a static library. It may
-# include the folders of its _USES, and what those use; _LIBS are the libraries it needs (.ci/deps.sh has their packages).
+# include the folders of its _USES, and what those use; _LIBS are the libraries it needs. A folder or program that wants packages is a
+# group of .ci/deps.sh.
 EXAMPLE_FOLDERS   = springls character registration shapes imaging surface pictures base
 
 springls_USES     = pictures
@@ -37,15 +38,23 @@ viewer_LIBS       = -lglfw -lepoxy
 
 EXAMPLES := $(basename $(notdir $(filter-out examples/common examples/pictures examples/python examples/web examples/engines %.mk,$(wildcard examples/*))))
 
-# $(call folders,NAMES): these folders and all they use, the highest first. Of these: sources, archives, libraries.
+# $(call folders,NAMES): these folders and all they use, the highest first. Of these: sources, archives, libraries. Of programs:
+# groups of .ci/deps.sh.
 uses            = $(foreach f,$(1),$(f) $(call uses,$($(f)_USES)))
 folders         = $(filter $(call uses,$(1)),$(EXAMPLE_FOLDERS))
 folder_sources  = $(foreach f,$(call folders,$(1)),$(wildcard examples/common/$(f)/*.c))
 folder_archives = $(patsubst %,build/examples/common/%.a,$(call folders,$(1)))
 folder_libs     = -Wl,--as-needed $(foreach f,$(call folders,$(1)),$($(f)_LIBS)) -lm -pthread
+packages        = $(call folders,$(foreach p,$(1),$($(p)_USES))) $(filter atlas viewer engine_embed,$(1))
 objects         = $(patsubst examples/%.c,build/examples/%.o,$(wildcard examples/$(1).c examples/$(1)/*.c))
 
-build/examples/%.o: examples/%.c build/examples/settings | springls.h
+# Before anything is compiled: the packages of the programs that were asked for.
+.PHONY: set-up
+set-up: WANTED = $(filter $(EXAMPLES),$(patsubst build/%,%,$(MAKECMDGOALS)))
+set-up:
+	@$(if $(WANTED),$(DEPS) make $(call packages,$(WANTED)))
+
+build/examples/%.o: examples/%.c build/examples/settings | springls.h set-up
 	@mkdir -p $(@D)
 	$(SAY)$(CC) $(EXAMPLE_FLAGS) -I. -Iexamples -Iexamples/common -MMD -MP -c -o $@ $<
 
@@ -65,7 +74,7 @@ $(foreach p,$(filter-out engine_embed,$(EXAMPLES)),$(eval $(call program_rule,$(
 
 # C++17, as engines are written.
 engine_embed: build/engine_embed
-build/engine_embed: examples/engine_embed.cpp build/examples/settings | springls.h
+build/engine_embed: examples/engine_embed.cpp build/examples/settings | springls.h set-up
 	$(SAY)$(CXX) $(filter-out -std=c99,$(EXAMPLE_FLAGS)) -std=c++17 -I. -MMD -MP -MF build/examples/engine_embed.d -o $@ $< -lm -pthread
 
 # Engines bring libraries along that nothing else wants.
@@ -109,7 +118,8 @@ build/web/%.html: examples/web/%.html
 	@cp $< $@
 
 .PHONY: $(EXAMPLES) python engines check-folders
-examples: $(EXAMPLES)   ## build every program of examples/ into build/ (or one: make leveque)
+examples:   ## build every program of examples/ into build/ (or one: make leveque)
+	@$(MAKE) $(PARALLEL) $(EXAMPLES)
 
 # Refuses an include of a folder that its own does not use.
 check-folders:
@@ -123,8 +133,10 @@ HEAD_LEVEL ?= 72
 # All processors work without a -j of the user's, and what they print stays together.
 PARALLEL = --no-print-directory $(if $(findstring -j,$(MAKEFLAGS)),,-j$(shell nproc 2> /dev/null || echo 2) --output-sync=target)
 
-demo: deps-demo   ## from nothing to results: set-up, build, two programs run into build/demo/
-	@$(MAKE) $(PARALLEL) leveque segment
+DEMO = leveque zalesak segment
+demo:   ## from nothing to results: set-up, build, two programs run into build/demo/
+	@$(DEPS) make scan $(call packages,$(DEMO))
+	@$(MAKE) $(PARALLEL) $(DEMO)
 	@mkdir -p build/demo
 	build/leveque --grid 64 --period 1.25 --out build/demo
 	build/segment $(HEAD_SCAN) --level $(HEAD_LEVEL) --grid 128 --out build/demo/brain

@@ -275,11 +275,11 @@ FIXTURE springls_tasks fixture_tasks(fixture_workers *workers, int count, int th
 
 /* ---- the backend: scalar, or OpenCL when SPRINGLS_TEST_BACKEND names a kind of device, cpu or gpu; one for the program ---- */
 
-/* Ends the program with the status by which run.sh counts its tests as skipped. */
+/* Ends the program as one that was skipped. */
 FIXTURE void fixture_no_device(const char *why)
 {
-    printf("%s\n", why);
-    exit(77);
+    printf("%s\nPass: 0, fail: 0, skip: 1.\n", why);
+    exit(EXIT_SUCCESS);
 }
 
 #ifdef SPRINGLS_TEST_OPENCL

@@ -141,80 +141,104 @@ $(TEST_DIR)/unit/test_self_intersections: tests/unit/test_self_intersections.cc 
 	$(SAY)$(CXX) $(filter-out $(WARNINGS),$(CXX_TEST_FLAGS)) -o $@ $< $(TEST_DIR)/library.o \
 	  $(if $(wildcard /usr/include/CGAL/Polygon_mesh_processing/self_intersections.h),-lgmp -lmpfr) $(TEST_LIBS)
 
+# A program that is Python's, and skipped where that is missing.
+define python_program
+@printf '%s\n' '#!/bin/sh' '[ -x /usr/bin/python3 ] || { echo "there is no Python"; echo "Pass: 0, fail: 0, skip: 1."; exit; }' \
+  'exec /usr/bin/python3 $(1) "$$@"' > $@
+@chmod +x $@
+endef
+
 # Python's module, its doctests and two examples, with a library of its own: a sanitizer's cannot be loaded into Python.
 $(TEST_DIR)/examples/test_python: tests/examples/test_python.py $(wildcard examples/python/*.py) $(TEST_DIR)/settings | springls.h
 	@mkdir -p $(@D)/python
 	@cp springls.h examples/python/*.py $< $(@D)/python
 	$(SAY)$(CC) $(STRICT) -O1 -fPIC -shared -DSPRINGLS_IMPLEMENTATION -x c -o $(@D)/python/libspringls.so springls.h -lm
-	@printf '#!/bin/sh\nexec /usr/bin/python3 $(@D)/python/test_python.py "$$@"\n' > $@ && chmod +x $@
+	$(call python_program,$(@D)/python/test_python.py)
 
 # The module and segment beside scikit-image and scipy.
 $(TEST_DIR)/examples/test_judges: tests/examples/test_judges.py $(TEST_DIR)/examples/test_python $(if $(filter 1,$(WITH_LIBRARIES)),build/segment)
 	@cp $< $(@D)/python
-	@printf '#!/bin/sh\nexec /usr/bin/python3 $(@D)/python/test_judges.py "$$@"\n' > $@ && chmod +x $@
+	$(call python_program,$(@D)/python/test_judges.py)
 
 # What the pages say: their quick figures, and that what their commands name exists.
 $(TEST_DIR)/examples/test_pages: tests/examples/test_pages.py $(TEST_DIR)/settings
 	@mkdir -p $(@D)
-	@printf '#!/bin/sh\ncommand -v python3 > /dev/null || { echo "there is no python3"; echo "Pass: 0, fail: 0, skip: 1."; exit 0; }\n%s\n' \
-	  'exec python3 tests/examples/test_pages.py "$$@"' > $@ && chmod +x $@
+	$(call python_program,tests/examples/test_pages.py)
 
 # ---- running: every program leaves a log; as many run at a time as there are processors ----
 
-PLAIN_TESTS   = $(EXAMPLE_TESTS) $(FUZZ_TESTS) examples/test_engine $(if $(VARIANT),,examples/test_ogre examples/test_python examples/test_judges examples/test_pages unit/test_self_intersections) \
-                $(UNIT_TESTS) unit/test_openvdb
+# `make test` takes TESTS=quick, `make test-rest` what that leaves out; without TESTS it is all of them, as `make test-all` runs them.
+# $(call chosen,QUICK,ALL): of two lists.
+chosen = $(if $(filter quick,$(TESTS)),$(1),$(if $(filter rest,$(TESTS)),$(filter-out $(1),$(2)),$(2)))
+# Quick on every backend are the tests of stages, on the scalar one all but those that take long and those that compare with what other
+# programs say.
+STAGE_TESTS   = $(addprefix unit/test_,advect relax contract resample evolve rebuild fill_gaps unsigned_to_signed track)
+JUDGED_TESTS  = unit/test_openvdb $(if $(VARIANT),,unit/test_self_intersections examples/test_judges examples/test_ogre)
+LATER_TESTS   = $(JUDGED_TESTS) $(addprefix examples/test_,atlas atlas_segment)
+
+ALL_PLAIN     = $(EXAMPLE_TESTS) $(FUZZ_TESTS) examples/test_engine $(if $(VARIANT),,examples/test_python examples/test_pages) \
+                $(UNIT_TESTS) $(JUDGED_TESTS)
+PLAIN_TESTS   = $(call chosen,$(filter-out $(LATER_TESTS),$(ALL_PLAIN)),$(ALL_PLAIN))
 # ThreadSanitizer takes twenty times the time, and finds nothing where there is one thread: without ALL=1 it gets the tests that start some.
 ifeq ($(VARIANT)$(ALL),tsan)
   PLAIN_TESTS = examples/test_engine $(patsubst tests/%.c,%,$(shell grep -l -e pthread -e fixture_tasks -e histories.h tests/unit/test_*.c))
 endif
 # The tests of the library once more without SIMD, and once more with their contexts on OpenCL.
-LIBRARY_TESTS = $(patsubst tests/%.c,%,$(shell grep -l -e 'include "fixtures.h"' -e 'include "histories.h"' tests/unit/test_*.c))
-DEVICE_TESTS  = $(if $(WITH_OPENCL),$(patsubst tests/%.c,%,$(shell grep -l -E 'fixture_(context|desc|sphere|box|torus)|histories' tests/unit/test_*.c) \
-                $(wildcard tests/backend/test_*.c)))
+ALL_LIBRARY   = $(patsubst tests/%.c,%,$(shell grep -l -e 'include "fixtures.h"' -e 'include "histories.h"' tests/unit/test_*.c)) portability/same_hashes
+LIBRARY_TESTS = $(call chosen,$(STAGE_TESTS) portability/same_hashes,$(ALL_LIBRARY))
+ALL_DEVICE    = $(patsubst tests/%.c,%,$(shell grep -l -E 'fixture_(context|desc|sphere|box|torus)|histories' tests/unit/test_*.c) \
+                $(wildcard tests/backend/test_*.c)) backend/opencl_small
+DEVICE_TESTS  = $(if $(WITH_OPENCL),$(call chosen,$(STAGE_TESTS) backend/opencl_small,$(ALL_DEVICE)))
 ifneq ($(VARIANT)$(filter 1,$(PARTS)),)
   # What a driver does with memory and threads is its own affair, and the parts have no text for a device.
   DEVICE_TESTS := $(if $(filter cover,$(VARIANT)),$(DEVICE_TESTS))
   LIBRARY_TESTS =
 endif
 # What takes a minute runs once, optimised: bits are the same in every build.
-ACCURACY_LOG = $(if $(VARIANT)$(filter 1,$(PARTS)),,$(if $(filter 1,$(WITH_LIBRARIES)),build/bench/accuracy.log))
-# The page of promises names what there is.
-TRUST_LOG    = $(if $(VARIANT)$(filter 1,$(PARTS)),,$(TEST_DIR)/trust.log)
-SCALAR_LOGS  = $(PLAIN_TESTS:%=$(TEST_DIR)/%.log) $(ACCURACY_LOG) $(TRUST_LOG)
-NO_SIMD_LOGS = $(LIBRARY_TESTS:%=$(TEST_DIR)-no-simd/%.log) $(if $(LIBRARY_TESTS),$(TEST_DIR)-no-simd/same_hashes.log)
+ACCURACY_LOG = $(if $(filter 1,$(WITH_LIBRARIES)),build/bench/accuracy.log)
+# The page of promises names what there is; what runs tests has a test.
+SCRIPT_LOGS  = $(TEST_DIR)/trust.log $(TEST_DIR)/test_run.log
+SCALAR_LOGS  = $(PLAIN_TESTS:%=$(TEST_DIR)/%.log) $(if $(VARIANT)$(filter 1,$(PARTS)),,$(call chosen,$(SCRIPT_LOGS),$(SCRIPT_LOGS) $(ACCURACY_LOG)))
+NO_SIMD_LOGS = $(LIBRARY_TESTS:%=$(TEST_DIR)-no-simd/%.log)
 OPENCL_LOGS  = $(DEVICE_TESTS:%=$(TEST_DIR)/%.opencl.log)
 
 # The first program on OpenCL compiles the kernels into PoCL's cache, where the others find them.
-FIRST_OPENCL_LOG = $(if $(OPENCL_LOGS),$(TEST_DIR)/unit/test_determinism.opencl.log)
+FIRST_OPENCL_LOG = $(firstword $(OPENCL_LOGS))
 $(filter-out $(FIRST_OPENCL_LOG),$(OPENCL_LOGS)): | $(FIRST_OPENCL_LOG)
 
 %.opencl.log: % FORCE
 	@echo "  run $< on OpenCL"; SPRINGLS_TEST_BACKEND=cpu tests/run.sh $@ $<
 %.log: % FORCE
 	@echo "  run $<"; tests/run.sh $@ $<
-$(TEST_DIR)/trust.log: FORCE
+$(SCRIPT_LOGS): $(TEST_DIR)/%.log: tests/%.sh FORCE
 	@mkdir -p $(@D)
-	@echo "  run tests/trust.sh"; tests/run.sh $@ tests/trust.sh
-$(TEST_DIR)-no-simd/same_hashes.log: $(TEST_DIR)/portability/hashes $(TEST_DIR)-no-simd/portability/hashes FORCE
+	@echo "  run $<"; tests/run.sh $@ $<
+$(TEST_DIR)-no-simd/portability/same_hashes.log: $(TEST_DIR)/portability/hashes $(TEST_DIR)-no-simd/portability/hashes FORCE
 	@tests/run.sh $@ tests/portability/same_hashes.sh $(filter-out FORCE,$^)
 
 test-run: $(FIRST_OPENCL_LOG) $(SCALAR_LOGS) $(NO_SIMD_LOGS) $(OPENCL_LOGS)
 	@tests/report.sh scalar $(SCALAR_LOGS) $(if $(NO_SIMD_LOGS),-- no-simd $(NO_SIMD_LOGS)) $(if $(OPENCL_LOGS),-- opencl $(OPENCL_LOGS))
 
-test-build: $(addprefix $(TEST_DIR)/,$(sort $(PLAIN_TESTS) $(DEVICE_TESTS))) $(LIBRARY_TESTS:%=$(TEST_DIR)-no-simd/%)   ## build the tests (WITH_LIBRARIES=1 WITH_OPENCL=1)
+test-build: $(addprefix $(TEST_DIR)/,$(sort $(PLAIN_TESTS) $(DEVICE_TESTS))) $(patsubst %/same_hashes,%/hashes,$(LIBRARY_TESTS:%=$(TEST_DIR)-no-simd/%))   ## build the tests (WITH_LIBRARIES=1 WITH_OPENCL=1)
 
-test: deps-test   ## build and run tests/*/test_*.c, each a program of its own: with and without SIMD, and on OpenCL
+test: TESTS ?= quick
+test: deps-test   ## build and run the tests, and those of each stage without SIMD and on OpenCL too
 	@without="Going on without: the tests that want these are skipped."; \
 	  if $(DEPS) examples; then with=1; else with=0; echo "$$without"; fi; \
-	  $(DEPS) display || echo "$$without"; \
-	  $(DEPS) python || echo "$$without"; \
+	  for group in display python $(if $(filter quick,$(TESTS)),,judges engines); do $(DEPS) $$group || echo "$$without"; done; \
 	  if $(DEPS) opencl; then opencl=1; else opencl=; echo "$$without"; fi; \
-	  $(MAKE) $(PARALLEL) test-run WITH_LIBRARIES=$$with WITH_OPENCL=$$opencl
+	  $(MAKE) $(PARALLEL) test-run TESTS=$(TESTS) WITH_LIBRARIES=$$with WITH_OPENCL=$$opencl
+
+test-all:   ## all tests: every test without SIMD and on OpenCL too, those that take long, other programs as judges
+	@$(MAKE) --no-print-directory test TESTS=all
+
+test-rest:   ## the tests of test-all that are not in test
+	@$(MAKE) --no-print-directory test TESTS=rest
 
 # ---- sanitizers ----
 
 # GCC's documentation: with sanitizers -Wmaybe-uninitialized gives false positives.
-SANITIZED = $(MAKE) --no-print-directory test VARIANT=$@ SANITIZE="-g1 -fno-omit-frame-pointer -Wno-maybe-uninitialized
+SANITIZED = $(MAKE) --no-print-directory test TESTS=$(or $(TESTS),all) VARIANT=$@ SANITIZE="-g1 -fno-omit-frame-pointer -Wno-maybe-uninitialized
 
 asan:   ## the tests under AddressSanitizer and UndefinedBehaviorSanitizer (bounds, use after free, leaks, what C leaves open)
 	@$(SANITIZED) -fsanitize=address,undefined,float-cast-overflow -fno-sanitize-recover=all"
@@ -236,7 +260,7 @@ valgrind: deps-valgrind springls.h   ## models' lives under valgrind (memory tha
 # All tests, on the host and on OpenCL, and what the fuzzers have found worth keeping; tests that fail are left to `make test`.
 cover-lines: deps-fuzz   ## how many lines of springls.h all tests reach, by part (clang, llvm-cov)
 	@rm -rf build/cover && mkdir -p build/cover
-	-@LLVM_PROFILE_FILE='$(CURDIR)/build/cover/%4m.profraw' $(MAKE) --no-print-directory test VARIANT=cover CC=clang CXX=clang++ \
+	-@LLVM_PROFILE_FILE='$(CURDIR)/build/cover/%4m.profraw' $(MAKE) --no-print-directory test TESTS=all VARIANT=cover CC=clang CXX=clang++ \
 	  SANITIZE="-fprofile-instr-generate -fcoverage-mapping" > build/cover/tests.log 2>&1
 	@tests/cover_lines.sh
 
@@ -261,6 +285,10 @@ oclgrind: deps-oclgrind springls.h   ## a tiny model on a simulated OpenCL devic
 portability: deps-portability   ## the same bits from every compiler and platform at hand (PAGE=docs/platforms.md writes the page)
 	@$(MAKE) --no-print-directory springls.h
 	@tests/portability/platforms.sh $(PAGE)
+
+# Where no such system can be made it says so (77), which is no failure.
+fresh:   ## the targets GROUPS="demo test ..." that README names in a bare Debian each, with nothing installed (root, mmdebstrap)
+	@tests/portability/fresh.sh $(or $(GROUPS),demo test examples python engines web packages) || [ $$? = 77 ]
 
 web-test: web deps-web-test   ## the page in headless Chromium: mouse, touch, hashes; pictures of it in build/web/pictures
 	@node tests/examples/web.js build/web/index.html build/web/pictures

@@ -1,5 +1,5 @@
-/* opencl_small.c LIBRARY - a tiny model through every stage on a device, for a simulator that looks at every access
-   (tests/backend/oclgrind.sh): work items of a group share a brick, as on a GPU. Prints the state's hash; it is the scalar one. */
+/* opencl_small.c [LIBRARY] - a tiny model through every stage on a device: the state's hash is the scalar one. Work items of a group
+   share a brick, as on a GPU. For a simulator that looks at every access too (tests/backend/oclgrind.sh): LIBRARY is its OpenCL. */
 #include "histories.h"
 #include "springls_cl.h"
 
@@ -65,7 +65,10 @@ int main(int argc, char **argv)
     desc.library = argc > 1 ? argv[1] : NULL;
     desc.brick_items = 4;
     desc.logger.log = small_log;
-    if (springls_cl_create(&desc, &backend) != SPRINGLS_OK) return EXIT_FAILURE;
+    if (springls_cl_create(&desc, &backend) != SPRINGLS_OK) {
+        if (!desc.library) fixture_no_device("there is no OpenCL device");
+        return EXIT_FAILURE;
+    }
     printf("%s\n", springls_cl_name(backend));
     for (paper = 0; paper < 2; paper++) {
         uint64_t hash = small_run(backend, paper), scalar = small_run(NULL, paper);
@@ -73,5 +76,6 @@ int main(int argc, char **argv)
         wrong += hash == 0 || hash != scalar;
     }
     springls_cl_destroy(backend);
+    printf("Pass: %d, fail: %d, skip: 0.\n", 2 - wrong, wrong);
     return wrong ? EXIT_FAILURE : EXIT_SUCCESS;
 }

@@ -24,6 +24,13 @@ find_package() {
     cmake -S "$root" -B install "-DCMAKE_INSTALL_PREFIX=$PWD/prefix" && cmake --install install &&
         cmake_program "find_package(springls ${version%.*} REQUIRED)"
 }
+# By make instead, into DESTDIR, and from there to where it is used. Another minor version is refused; uninstall leaves no file.
+make_install() {
+    make -s -C "$root" install "DESTDIR=$PWD/stage" PREFIX=/opt/springls && mv stage/opt/springls prefix &&
+        cmake_program "find_package(springls ${version%.*} REQUIRED)" && rm -r build &&
+        ! cmake_program "find_package(springls ${version%%.*}.999 REQUIRED)" &&
+        make -s -C "$root" uninstall "PREFIX=$PWD/prefix" && [ -z "$(find prefix -type f)" ]
+}
 fetch_content() { cmake_program "include(FetchContent)
 FetchContent_Declare(springls SOURCE_DIR $root)
 FetchContent_MakeAvailable(springls)"; }
@@ -73,7 +80,7 @@ conan_recipe() {
 }
 
 if command -v cmake > /dev/null; then
-    check find-package find_package; check fetch-content fetch_content; check subdirectory subdirectory; check vcpkg vcpkg_recipe
+    check find-package find_package; check make-install make_install; check fetch-content fetch_content; check subdirectory subdirectory; check vcpkg vcpkg_recipe
 fi
 if command -v meson > /dev/null; then check meson-wrap meson_wrap; check meson-installed meson_installed; fi
 if command -v pkg-config > /dev/null; then check pkg-config pkg_config; fi

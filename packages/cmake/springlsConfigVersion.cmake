@@ -1,0 +1,12 @@
+# The version is that of the header installed; those of the same minor version will do.
+foreach(part MAJOR MINOR PATCH)
+    file(STRINGS "${CMAKE_CURRENT_LIST_DIR}/../../../include/springls.h" line REGEX "^#define SPRINGLS_VERSION_${part} [0-9]+$")
+    string(REGEX REPLACE ".* " "" ${part} "${line}")
+endforeach()
+set(PACKAGE_VERSION "${MAJOR}.${MINOR}.${PATCH}")
+if(PACKAGE_FIND_VERSION VERSION_LESS_EQUAL PACKAGE_VERSION AND PACKAGE_FIND_VERSION MATCHES "^${MAJOR}\\.${MINOR}(\\.|$)")
+    set(PACKAGE_VERSION_COMPATIBLE TRUE)
+    if(PACKAGE_FIND_VERSION VERSION_EQUAL PACKAGE_VERSION)
+        set(PACKAGE_VERSION_EXACT TRUE)
+    endif()
+endif()
