@@ -1,5 +1,5 @@
 /* test_determinism.c - the same bits for every number of workers, every cut of the work into ranges, and every order of the
-   ranges. Compilers and optimisation levels are compared by `make compile-matrix`, threads of OpenMP by `make test OPENMP=1`. */
+   ranges. Compilers and optimisation levels are compared by `make compile-matrix`, threads of OpenMP by `make test-all OPENMP=1`. */
 #include "histories.h"
 #include "../portability/flush.h"
 
