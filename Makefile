@@ -77,7 +77,7 @@ check: build/embed check-folders   ## is springls.h what the parts produce? are 
 	@build/print_kernels > build/kernels.cl
 	@tests/portability/kernels.sh build/kernels.cl
 
-SETTINGS = $(CC) $(CXX) $(OPT) $(NATIVE) $(OPENMP) $(CFLAGS) $(WITH_LIBRARIES) $(WITH_OPENCL)
+SETTINGS = $(CC) $(CXX) $(OPT) $(NATIVE) $(OPENMP) $(CFLAGS)
 # What a folder was built with. A change of it, say CC=clang or OPENMP=0, builds everything there again.
 .PRECIOUS: %/settings
 %/settings: FORCE

@@ -7,6 +7,7 @@ TEST_DIR     := build/test$(addprefix -,$(VARIANT))$(if $(filter 1,$(PARTS)),-pa
 TEST_FLAGS    = $(STRICT) $(or $(OPT),-O1) $(MACHINE) $(if $(filter 1,$(OPENMP)),-fopenmp) $(if $(filter 1,$(PARTS)),-DSPRINGLS_PARTS) \
                 $(if $(filter 1,$(WITH_OPENCL) $(WITH_LIBRARIES)),-DSPRINGLS_TEST_OPENCL) -I. -Itests -MMD -MP -MF $@.d $(SANITIZE) $(CFLAGS)
 TEST_LIBS     = -lm -pthread
+$(TEST_DIR)/settings $(TEST_DIR)-no-simd/settings: SETTINGS += $(WITH_LIBRARIES) $(WITH_OPENCL)
 
 UNIT_TESTS    = $(patsubst tests/%.c,%,$(sort $(wildcard tests/unit/test_*.c)))
 EXAMPLE_TESTS = $(patsubst tests/%.c,%,$(sort $(wildcard tests/examples/test_*.c)))
@@ -222,10 +223,13 @@ test-run: $(FIRST_OPENCL_LOG) $(SCALAR_LOGS) $(NO_SIMD_LOGS) $(OPENCL_LOGS)
 test-build: $(addprefix $(TEST_DIR)/,$(sort $(PLAIN_TESTS) $(DEVICE_TESTS))) $(patsubst %/same_hashes,%/hashes,$(LIBRARY_TESTS:%=$(TEST_DIR)-no-simd/%))   ## build the tests (WITH_LIBRARIES=1 WITH_OPENCL=1)
 
 test: TESTS ?= quick
-test: deps-test   ## build and run the tests, and those of each stage without SIMD and on OpenCL too
+# All groups at once where they can all be had; then nothing is missing of each.
+test_groups = test examples display python opencl $(if $(filter quick,$(TESTS)),,judges engines)
+test:   ## build and run the tests, and those of each stage without SIMD and on OpenCL too
 	@without="Going on without: the tests that want these are skipped."; \
+	  $(DEPS) $(test_groups) || $(DEPS) test || exit 1; \
+	  for group in $(filter-out test examples opencl,$(test_groups)); do $(DEPS) $$group || echo "$$without"; done; \
 	  if $(DEPS) examples; then with=1; else with=0; echo "$$without"; fi; \
-	  for group in display python $(if $(filter quick,$(TESTS)),,judges engines); do $(DEPS) $$group || echo "$$without"; done; \
 	  if $(DEPS) opencl; then opencl=1; else opencl=; echo "$$without"; fi; \
 	  $(MAKE) $(PARALLEL) test-run TESTS=$(TESTS) WITH_LIBRARIES=$$with WITH_OPENCL=$$opencl
 

@@ -20,7 +20,7 @@ check() {
     w=$out/$(printf %03d $count); mkdir $w
     echo "$name" > $w/name
     ( w=$w; "$@" > $w/log 2>&1 && [ ! -s $w/log ] && touch $w/passed ) &
-    [ $((count % jobs)) != 0 ] || wait
+    [ "$(jobs -rp | wc -l)" -lt $jobs ] || wait -n
 }
 
 fails()   { if "$@" > /dev/null 2>&1; then echo "this should have failed: $*"; return 1; fi; }
