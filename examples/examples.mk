@@ -87,7 +87,7 @@ build/ogre: examples/engines/ogre.cpp build/examples/settings | springls.h
 # The module of Python and its examples. It reads the declarations of springls.h, which lies beside it.
 PYTHON_FILES = springls.h springls.py segment.py track.py
 python: deps-python build/python/libspringls.so $(PYTHON_FILES:%=build/python/%)   ## Python's module springls and two examples: build/python
-build/python/libspringls.so: springls.h build/python/settings
+build/python/libspringls.so: springls.h build/python/settings | deps-python
 	$(SAY)$(CC) $(EXAMPLE_FLAGS) -fPIC -shared -DSPRINGLS_IMPLEMENTATION -x c -o $@ $< -lm
 build/python/springls.h: springls.h build/python/settings
 	@cp $< $@
@@ -104,7 +104,7 @@ WEB_FLAGS   = -std=c99 $(WARNINGS) $(EXACT) -O3 -I. -Iexamples -Iexamples/common
 WEB_LINK    = --no-entry -sALLOW_MEMORY_GROWTH=1 -sMIN_WEBGL_VERSION=2 -sMAX_WEBGL_VERSION=2 -sSINGLE_FILE=1 \
               -sEXPORTED_RUNTIME_METHODS=cwrap,FS --embed-file examples/pictures/viewer.txt@strokes.txt
 web: deps-web build/web/web.js build/web/native.js build/web/index.html   ## the viewer as a page for a browser: build/web/index.html
-build/web/web.js: $(WEB_SOURCES) $(WEB_PICTURE) $(wildcard examples/viewer/*.h) examples/pictures/viewer.txt springls.h
+build/web/web.js: $(WEB_SOURCES) $(WEB_PICTURE) $(wildcard examples/viewer/*.h) examples/pictures/viewer.txt springls.h | deps-web
 	@mkdir -p $(@D)
 	$(SAY)NODE_PATH=/usr/share/nodejs emcc $(WEB_FLAGS) -msimd128 -fno-slp-vectorize $(WEB_LINK) -o $@ $(WEB_SOURCES) $(WEB_PICTURE)
 build/web_native: $(WEB_SOURCES) $(wildcard examples/viewer/*.h) springls.h
