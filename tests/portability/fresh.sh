@@ -40,7 +40,7 @@ try() {
     echo "fresh: make $1"
     rm -rf "$root" && cp -a "$bare" "$root" && cp -L /etc/resolv.conf /etc/hosts "$root/etc" &&
         git clone --quiet --no-hardlinks "$PWD" "$root/springls" &&
-        alone sh -c "$inside" sh "$root" "$fresh/packages" "$1" "${SPRINGLS_DATA:-}"
+        alone sh -c "$inside" sh "$root" "$fresh/packages" "$1" "$data"
     status=$?
     [ $status != 0 ] || rm -rf "$root"
     echo "fresh: make $1 ended with $status after $(($(date +%s) - begin)) s"
@@ -50,9 +50,10 @@ try() {
 [ "$(id -u)" = 0 ] || skip "it takes root"
 for command in mmdebstrap git unshare; do command -v $command > /dev/null || skip "there is no $command"; done
 . /etc/os-release
-[ "$ID" = debian ] || skip "this system is no Debian"
+[ "$ID" = debian ] && [ -n "${VERSION_CODENAME:-}" ] || skip "this system is no release of Debian"
 alone true 2> /dev/null || skip "nothing can be mounted here"
 [ -x "$bare/usr/bin/make" ] || make_bare_system || exit 1
+data=${SPRINGLS_DATA:+$(cd "$SPRINGLS_DATA" && pwd)}
 failed=0
 for target; do try "$target" || failed=1; done
 exit $failed
