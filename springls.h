@@ -72,6 +72,7 @@
      >>top_table            src/model/top_table.h
      >>transform            src/model/transform.h
      >>advect               src/stages/advect.h
+     >>cell_bricks          src/model/cell_bricks.h
      >>cell_list            src/model/cell_list.h
      >>exact_flows          src/stages/exact_flows.h
      >>forces               src/stages/forces.h
@@ -521,8 +522,8 @@
 
    With components = 1 (or volume_lock = 1) the components of the model are followed: bodies, each connected inside the zero
    level, and cavities, each connected outside and enclosed by a body. springls_components lists them with volume, area and
-   centroid; springls_events lists what has happened to them since the last step began: births, splits, mergers and
-   deaths, with the components before and after and the place where they met or parted.
+   centroid; springls_events lists what has happened to them in the last step, and in calls since the step before: births, splits,
+   mergers and deaths, with the components before and after and the place where they met or parted.
 
      - Ids last. The largest part of a split keeps the id, and a merger has that of its largest part; other parts get new ids,
        which are never used again. A component that splits and merges in one step gets ids as if it had split a step before.
@@ -1527,8 +1528,8 @@ typedef struct springls_component {
     float correction;       /* voxels: its offset by params.volume_lock at the end of the last step                 */
 } springls_component;
 
-/* Lists the components by ascending ids, as they are after the last step. When the model has been set or changed since, they are
-   found first. Needs params.components or params.volume_lock: INVALID_ARGUMENT without. Completes a step in progress. The
+/* Lists the components of the present level set by ascending ids. They are found by this call when the level set has changed since
+   the last step; ids and events are the same whether or not anybody asks. Needs params.components or params.volume_lock: INVALID_ARGUMENT without. Completes a step in progress. The
    list belongs to the context, until the next call that changes the model. */
 SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count);
 
@@ -1563,9 +1564,10 @@ typedef struct springls_event {
     const springls_component *before, *after; /* the parts as they were before and after; birth, death: none, NULL  */
 } springls_event;
 
-/* Lists the events since the last step began, in order of time. Those of springls_combine, _offset, _remesh or a stage call are
-   listed too: they are found by this call, or when the next step begins. Conditions and ownership as for
-   springls_components. Parts of a few voxels are included: their volumes show which. */
+/* Lists the events of the last step and of the calls before and after it, in order of time: those of springls_combine, _offset,
+   _remesh or a stage call between two steps are listed until the second of these steps has ended, so that a caller who asks after
+   each step sees all of them. Conditions and ownership as for springls_components. Parts of a few voxels are included: their
+   volumes show which. */
 SPRINGLS_API springls_status springls_events(springls_context *ctx, const springls_event **events, int *count);
 
 /* ---- >>mesh_out:api ------------------------------------------------------------------------------------------- */
@@ -3304,7 +3306,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(PLACES, float, 3, cells, places)              /* particles in the order of ids, in blocks: eight x, eight y, eight z    */ \
     X(BRICK_LIST_FIRST, uint32_t, 1, cells, brick_list_first) /* list of active brick i: [i] .. [i + 1] - 1 of brick_list_ids */ \
     X(BRICK_LIST_IDS, uint32_t, 1, cells, brick_list_ids)                                                                        \
-    X(LARGE, uint32_t, 1, cells, large)             /* springls with a bounding radius too large for cells                    */
+    X(LARGE, uint32_t, 1, cells, large)             /* springls in no cell: too large, or outside all active bricks           */
 
 /* Lists what moves springls: on a device (advect.h), or as the caller has it (write.h). */
 #define SPRINGLS__FORCE_ARRAYS(X)                                                                                                \
@@ -3411,8 +3413,9 @@ typedef struct springls__grid {
 typedef struct springls__cell_list {
     SPRINGLS__SEARCH_ARRAYS(SPRINGLS__ARRAY_MEMBER)
     SPRINGLS__LIST_ARRAYS(SPRINGLS__ARRAY_MEMBER)
-    float bounding_radius;  /* the largest of the springls that are in cells                         */
-    int large_count;
+    float bounding_radius;  /* the largest of the springls that are not too large for cells          */
+    int large_count;        /* springls in no cell                                                   */
+    int some_large;         /* 1: some of these are too large; 0: all are outside all active bricks  */
     int asleep_count;       /* springls that `asleep` is of: later ones are awake                    */
 } springls__cell_list;
 
@@ -3587,7 +3590,8 @@ SPRINGLS__MATHS void springls__displacement_element(const springls__model *model
 #define SPRINGLS__MODEL_NUMBERS(X)                                                                                               \
     X(int, springls, set.count) X(int, at_edges, set.at_edges) X(uint32_t, next_id, set.next_id) X(uint32_t, step, set.step)     \
     X(int, active_count, grid.active_count) X(int, free_count, grid.free_count) X(int, slot_count, grid.slot_count)              \
-    X(int, large_count, cells.large_count) X(float, bounding_radius, cells.bounding_radius)                                      \
+    X(int, large_count, cells.large_count) X(int, some_large, cells.some_large)                                                  \
+    X(float, bounding_radius, cells.bounding_radius)                                                                             \
     X(int, some_asleep, grid.some_asleep) X(int, asleep_count, cells.asleep_count)                                               \
     X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)
 
@@ -4335,7 +4339,8 @@ SPRINGLS__MATHS void springls__fill_new_brick(const springls__grid *g, int slot)
 
 /* ======== >>cell_list:kernel  (kernels_embed/model/cell_list.h) ================================================ */
 /* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius
-   is listed in `large` instead, so that one huge triangle does not widen every search. */
+   is listed in `large` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all
+   active bricks, for the cells are in these. */
 
 /* Returns the cell of a voxel within its brick. */
 SPRINGLS__MATHS int springls__cell_in_brick(int x, int y, int z)
@@ -4374,13 +4379,14 @@ SPRINGLS__VEC_MATHS uint32_t springls__places_within(SPRINGLS__GLOBAL const floa
     return bits;
 }
 
-/* A walk over the springls whose particle lies in a box of cells, row by row within each brick; then over the large ones. Of those
-   in cells it may be limited to particles near a place. */
+/* A walk over the springls whose particle lies in a box of cells, row by row within each brick; then over those in no cell, unless
+   these are outside active bricks and the box is not. Of those in cells it may be limited to particles near a place. */
 typedef struct springls__cell_walk {
     const springls__grid *g;
     const springls__cell_list *cells;
     int lo[3], hi[3], x, y, z;
-    int slot, first, last;                /* of the row: its brick, its cells in there; slot -1: of the large springls   */
+    int slot, first, last;                /* of the row: its brick, its cells in there; slot -1: of those in no cell     */
+    bool outside;                         /* the box has come upon a brick that is not active                            */
     SPRINGLS__GLOBAL const uint32_t *ids; /* springls of the row that are left: next, ..., end - 1                       */
     uint32_t next, end;
     uint32_t block, found;                /* the first of the eight springls looked at, and a bit for each that is left  */
@@ -4401,6 +4407,7 @@ SPRINGLS__INNER springls__cell_walk springls__cell_walk_begin(const springls__mo
     walk.y = walk.lo[1] &= -SPRINGLS__CELL;
     walk.z = walk.lo[2] &= -SPRINGLS__CELL;
     walk.slot = walk.first = walk.last = 0;
+    walk.outside = false;
     walk.ids = model->cells.ids;
     walk.next = walk.end = walk.block = walk.found = 0u;
     walk.near_to = lower;
@@ -4419,12 +4426,13 @@ SPRINGLS__INNER bool springls__cell_walk_row(springls__cell_walk *walk)
         walk->slot = -1;
         walk->ids = walk->cells->large;
         walk->next = 0;
-        walk->end = (uint32_t)walk->cells->large_count;
+        walk->end = walk->outside || walk->cells->some_large ? (uint32_t)walk->cells->large_count : 0u;
         return true;
     }
     last = springls__imin(walk->x | 7, walk->hi[0]);
     row = springls__cell_in_brick(0, walk->y, walk->z);
     walk->slot = springls__slot_at(g, walk->x, walk->y, walk->z);
+    walk->outside = walk->outside || walk->slot < SPRINGLS__FIRST_SLOT;
     walk->first = row + (walk->x & 7) / SPRINGLS__CELL;
     walk->last = row + (last & 7) / SPRINGLS__CELL;
     cell = g->cell + (size_t)walk->slot * SPRINGLS__CELLS;
@@ -4474,7 +4482,7 @@ SPRINGLS__MATHS int springls__cell_walk_next(springls__cell_walk *walk)
     return (int)walk->ids[at];
 }
 
-/* Begins a walk over the springls whose particle lies within r of x, and over all large ones, whose distance the caller tests. */
+/* Begins a walk over the springls whose particle lies within r of x, and over those in no cell, whose distance the caller tests. */
 SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__model *model, springls__v3 x, float r)
 {
     springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r),
@@ -4490,11 +4498,13 @@ SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__m
     return springls__cell_walk_near(model, x, radius + model->cells.bounding_radius);
 }
 
-/* Keys of springls in no cell: large ones, and those whose brick is not active yet. */
+/* Keys of springls in no cell: large ones, and those whose particle lies outside all active bricks. */
 #define SPRINGLS__LARGE_KEY 0xffffffffu
-#define SPRINGLS__MISSING_KEY 0xfffffffeu
+#define SPRINGLS__OUTSIDE_KEY 0xfffffffeu
 
-/* Returns whether a springl of this bounding radius is in no cell. */
+SPRINGLS__MATHS bool springls__is_in_cell(uint32_t key) { return key < SPRINGLS__OUTSIDE_KEY; }
+
+/* Returns whether a springl of this bounding radius is too large for cells. */
 SPRINGLS__MATHS bool springls__is_large(float bounding_radius)
 {
     const float largest = 2.5f; /* voxels: twice that of a springl about to be split */
@@ -4513,7 +4523,7 @@ SPRINGLS__INNER void springls__cell_key_element(const springls__model *model, sp
     slot = springls__slot_at(g, at[0], at[1], at[2]);
     key = (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(at[0], at[1], at[2]) + 1u;
     if (springls__is_large(s->bounding_radius)) key = SPRINGLS__LARGE_KEY;
-    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : key;
+    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__OUTSIDE_KEY : key;
 }
 
 SPRINGLS__MATHS void springls__count_in_cell(const springls__model *model, int i)
@@ -4538,7 +4548,7 @@ SPRINGLS__MATHS uint32_t springls__scan_cells(SPRINGLS__GLOBAL uint32_t *cell, u
 SPRINGLS__MATHS void springls__put_in_cell(const springls__model *model, int i)
 {
     uint32_t at;
-    if (model->cells.key[i] == SPRINGLS__LARGE_KEY) return;
+    if (!springls__is_in_cell(model->cells.key[i])) return;
     at = SPRINGLS__NEXT(model->grid.cell + model->cells.key[i]);
     model->cells.ids[at] = (uint32_t)i;
     springls__put_place(model, at, model->set.s[i].p);
@@ -5926,6 +5936,7 @@ struct springls_backend {
     springls_status (*read_counts)(springls_context *ctx); /* waits; ends with springls__take_counts */
     springls_status (*constellation_compact)(springls_context *ctx);
     springls_status (*cell_list_build)(springls_context *ctx);
+    springls_status (*add_outside_bricks)(springls_context *ctx);
     springls_status (*cell_list_cover_around)(springls_context *ctx);
     springls_status (*band_move)(springls_context *ctx); /* its second half: band_mask is known */
     springls_status (*brick_lists_build)(springls_context *ctx, float margin);
@@ -6059,13 +6070,14 @@ struct springls_context {
     springls__buffer next_component_memory; /* the next ones while they are found; springls_components lends it  */
     springls__buffer label_rank, label_voxel, label_node, label_id_memory; /* of voxels (label_components.h)     */
     springls__buffer event_memory, event_part_memory;         /* since the last step began (events.h)            */
-    int component_count, labelled_bricks, label_first_brick, label_count, event_count, event_part_count;
+    int component_count, label_first_brick, label_count, event_count, event_part_count;
+    int new_events;                 /* how many events, the last ones, have been found since the last step              */
     uint32_t last_component_id;
     uint32_t last_contact_body;     /* largest of the bodies that stay two; 0: they are not found yet                        */
     bool components_found;  /* they have been found since the model was set                                      */
     bool volumes_locked;    /* the volumes that they are to keep have been measured                              */
     bool neighbors_missing; /* some springls slept when the lists were built, and have none                      */
-    int neighbors_age;      /* relaxations since the lists were built; negative: there are none for these springls */
+    int neighbors_uses;     /* relaxations that may still use the lists; 0: they are to be built                 */
     springls_backend *backend; /* NULL: scalar                                                                   */
     springls_status backend_status; /* why the backend has been left, until the outermost call reports it       */
     bool lost;              /* the model could not be copied from the device: all work stops until the report    */
@@ -6090,7 +6102,9 @@ struct springls_context {
     bool at_rest;           /* all bricks are asleep, and no springl has moved since that was found             */
     bool cells_fresh, omega_fresh, springl_surface_fresh; /* false after anything that moves springls or their triangles */
     bool particles_listed;  /* the cell list has all particles where they are; triangles may have changed since           */
-    bool components_fresh, labels_fresh; /* the components, the labels of voxels are those of phi                */
+    int particles_outside;  /* how many in the cell list lie outside active bricks                               */
+    uint64_t phi_version;   /* counts what may have changed the level set (residency.h)                          */
+    uint64_t components_version, labels_version; /* the version that components, and labels of voxels, were found from; 0: none */
     size_t memory_used;
     char error[256];
 };
@@ -6269,6 +6283,17 @@ SPRINGLS__FN void springls__swap(springls_context *ctx, springls__array a, sprin
    Kernels leave on the device what they write. Host code calls springls__to_host before it reads or writes arrays, and only those
    are copied. */
 
+/* What a level set consists of. */
+#define SPRINGLS__LEVEL_SET_BITS                                                                                                 \
+    (SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PLANE) | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK))
+
+/* Notes that arrays are being written: what was found from the level set is out of date when one of its arrays is. All that kernels
+   and host code write comes through here, so nobody has to remember it. */
+SPRINGLS__FN void springls__note_writes(springls_context *ctx, uint64_t writes)
+{
+    if (writes & SPRINGLS__LEVEL_SET_BITS) ctx->phi_version++;
+}
+
 /* Returns how many elements of an array are in use. */
 SPRINGLS__FN size_t springls__used(const springls_context *ctx, springls__array array)
 {
@@ -6338,6 +6363,7 @@ SPRINGLS__FN bool springls__repeat_on_host(springls_context *ctx, springls_statu
 SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t reads, uint64_t writes)
 {
     int array;
+    springls__note_writes(ctx, writes);
     if (ctx->lost) return ctx->backend_status;
     if (!ctx->backend) return SPRINGLS_OK;
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
@@ -6354,6 +6380,7 @@ SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t r
 SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t writes)
 {
     int array;
+    springls__note_writes(ctx, writes);
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
         springls__buffer *buffer = &ctx->memory[array];
         if (buffer->device_bytes < buffer->bytes) {
@@ -6384,6 +6411,7 @@ SPRINGLS__FN void springls__discard_device_copies(springls_context *ctx)
 {
     int array;
     ctx->on_device = false;
+    springls__note_writes(ctx, SPRINGLS__ALL_BITS);
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
         ctx->memory[array].host_stale = false;
         ctx->memory[array].device_stale = ctx->memory[array].device != NULL;
@@ -6743,12 +6771,20 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
 /* The first edge of a springl whose neighbors have not been found: it was asleep. */
 #define SPRINGLS__NOT_FOUND (-2)
 
+/* Writes a row of a springl whose neighbors are not found: all of it, since rows are copied whole. */
+SPRINGLS__MATHS void springls__no_neighbors_yet(SPRINGLS__GLOBAL int *row)
+{
+    int m;
+    row[0] = SPRINGLS__NOT_FOUND;
+    for (m = 1; m < SPRINGLS__NEIGHBOR_ROW; m++) row[m] = -1;
+}
+
 /* Finds the neighbors of springl i unless it is asleep; with args.neighbors.missing, unless they have been found. */
 SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL int *row = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
     if (args.neighbors.missing && row[0] != SPRINGLS__NOT_FOUND) return;
-    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;
+    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);
     else springls__find_neighbors(model, i, row);
 }
 
@@ -11866,7 +11902,7 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(cells_clear, 64) X(cells_count, 512) X(cells_prefix, 64) X(cells_base, 64) X(cells_scatter, 512) X(cells_sort, 64)         \
     X(large_flag, 4096) X(large_scatter, 4096)                                                                                   \
     X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16)             \
-    X(mark_missing, 1024) X(mark_cover, 64) X(mark_band, 64) X(mark_near, 512)                                                   \
+    X(mark_outside, 1024) X(mark_cover, 64) X(mark_band, 64) X(mark_near, 512)                                                   \
     X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_scatter, 128)                   \
     X(brick_lists_sort, 8)                                                                                                       \
     X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \
@@ -12797,15 +12833,14 @@ SPRINGLS__FN bool springls__has_lost_level_set(const springls_context *ctx)
     return ctx->model.grid.active_count == 0 && ctx->model.set.count > 0;
 }
 
-/* Notes that triangles have changed about their particles: the radii of the cell list, omega, components and the hierarchy of
-   triangles are out of date. */
+/* Notes that triangles have changed about their particles: the radii of the cell list, omega and the hierarchy of triangles are out
+   of date. */
 SPRINGLS__FN void springls__triangles_changed(springls_context *ctx)
 {
     ctx->at_rest = false;
     ctx->cells_fresh = false;
     ctx->omega_fresh = false;
     ctx->springl_surface_fresh = false;
-    ctx->components_fresh = ctx->labels_fresh = false;
 }
 
 /* Notes that the cell list is to be built anew, because particles or bricks have changed. */
@@ -12822,7 +12857,7 @@ SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
 SPRINGLS__FN void springls__constellation_changed(springls_context *ctx)
 {
     springls__constellation_moved(ctx);
-    ctx->neighbors_age = -1;
+    ctx->neighbors_uses = 0;
 }
 
 /* ======== >>algorithms  (src/runtime/algorithms.h) ============================================================= */
@@ -13101,7 +13136,6 @@ SPRINGLS__FN springls_status springls__table_change(springls_context *ctx, const
     if (status == SPRINGLS_OK) {
         springls__take_table(g, to);
         springls__copy_entries(&from, from.top, g, g->top, sizeof *g->top, bricks);
-        ctx->labels_fresh = false; /* they have numbers of entries */
     }
     springls__buffer_free(ctx, &old);
     return status;
@@ -13159,6 +13193,7 @@ SPRINGLS__FN springls__brick_groups springls__groups_of_model(const springls__mo
 SPRINGLS__FN void springls__swap_phi(springls_context *ctx)
 {
     springls__swap(ctx, SPRINGLS__ARRAY_PHI, SPRINGLS__ARRAY_PHI_NEXT);
+    springls__note_writes(ctx, SPRINGLS__BIT(PHI));
 }
 
 /* Sets all voxels of a slot. */
@@ -13597,7 +13632,7 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     ctx->model.set.next_id = ctx->model.set.step = 0;
     ctx->attribute_count = 0;
     ctx->iteration = 0;
-    ctx->component_count = ctx->event_count = ctx->event_part_count = 0;
+    ctx->component_count = ctx->event_count = ctx->event_part_count = ctx->new_events = 0;
     ctx->last_component_id = ctx->last_contact_body = 0;
     ctx->components_found = ctx->volumes_locked = false;
     ctx->lag = ctx->lag_turned = 0.0f;
@@ -13663,59 +13698,31 @@ SPRINGLS__FN springls_status springls__ensure_on_host(const springls_context *ct
 /* ======== >>cell_list  (src/model/cell_list.h) ================================================================= */
 /* cell_list.h - the hash grid (section 4.8): lists springls by the cell of their particle, by counting sort. Numbers ascend in a
    cell, and no cell overflows. A springl with too large a bounding radius is in the list `large` instead, so that one huge
-   triangle does not widen every search. */
+   triangle does not widen every search; so is one whose particle lies outside all active bricks: the list leaves the grid as it
+   is, since readers build it too. Stages, which need the bricks, make them active by cell_bricks.h. */
 
-/* Finds the cells of the particles whose bricks were missing. */
-SPRINGLS__FN springls_status springls__missing_keys(springls_context *ctx)
-{
-    springls__arguments none;
-    int i;
-    memset(&none, 0, sizeof none);
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__GRID_BITS | SPRINGLS__BIT(S), SPRINGLS__BIT(KEY)));
-    for (i = 0; i < ctx->model.set.count; i++)
-        if (ctx->model.cells.key[i] == SPRINGLS__MISSING_KEY) springls__cell_key_element(&ctx->model, none, i);
-    return SPRINGLS_OK;
-}
-
-/* Finds the cell of every particle. Makes bricks active that have a particle and are not. */
-SPRINGLS__FN springls_status springls__cell_keys(springls_context *ctx)
-{
-    springls__grid *g = &ctx->model.grid;
-    int i, n = 0, *missing, origin[3];
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, missing_bricks, ctx->model.set.count));
-    missing = springls__missing_bricks(&ctx->model);
-    springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, NULL);
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY), 0));
-    for (i = 0; i < ctx->model.set.count; i++) {
-        if (ctx->model.cells.key[i] != SPRINGLS__MISSING_KEY) continue;
-        springls__origin_of_place(g, ctx->model.set.s[i].p, origin);
-        missing[n++] = springls__brick_at(g, origin[0], origin[1], origin[2]);
-    }
-    if (n == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__grid_add_bricks(ctx, missing, n));
-    return springls__missing_keys(ctx);
-}
-
-/* Counts the springls of each cell, one place late for the scan, and lists the large ones apart. */
-SPRINGLS__FN void springls__count_cells(springls__model *model)
+/* Counts the springls of each cell, one place late for the scan, and lists those in no cell. Returns how many of these lie outside
+   active bricks. */
+SPRINGLS__FN int springls__count_cells(springls__model *model)
 {
     springls__cell_list *cells = &model->cells;
-    int i;
+    int i, outside = 0;
     cells->bounding_radius = 0.0f;
-    cells->large_count = 0;
+    cells->large_count = cells->some_large = 0;
     for (i = 0; i < model->grid.active_count; i++) springls__clear_cells(springls__cells_of(&model->grid, model->grid.active[i]));
     for (i = 0; i < model->set.count; i++) {
-        if (cells->key[i] == SPRINGLS__LARGE_KEY) {
-            cells->large[cells->large_count++] = (uint32_t)i;
-            continue;
-        }
-        cells->bounding_radius = springls__max(cells->bounding_radius, model->set.s[i].bounding_radius);
-        springls__count_in_cell(model, i);
+        const float radius = model->set.s[i].bounding_radius;
+        if (springls__is_in_cell(cells->key[i])) springls__count_in_cell(model, i);
+        else cells->large[cells->large_count++] = (uint32_t)i;
+        if (cells->key[i] == SPRINGLS__OUTSIDE_KEY) outside++;
+        if (springls__is_large(radius)) cells->some_large = 1;
+        else cells->bounding_radius = springls__max(cells->bounding_radius, radius);
     }
+    return outside;
 }
 
-/* Finds the largest bounding radius after triangles have changed. Returns false where a springl has become large, or is no longer:
-   the list is to be built anew then. */
+/* Finds the largest bounding radius after triangles have changed. Returns false where a springl has become too large, or is no
+   longer, or is outside: the list is to be built anew then. */
 SPRINGLS__FN bool springls__update_radii(springls__model *model)
 {
     springls__cell_list *cells = &model->cells;
@@ -13723,14 +13730,14 @@ SPRINGLS__FN bool springls__update_radii(springls__model *model)
     int i;
     for (i = 0; i < model->set.count; i++) {
         float radius = model->set.s[i].bounding_radius;
-        if ((cells->key[i] == SPRINGLS__LARGE_KEY) != springls__is_large(radius)) return false;
-        if (cells->key[i] != SPRINGLS__LARGE_KEY) largest = springls__max(largest, radius);
+        if (springls__is_in_cell(cells->key[i]) == springls__is_large(radius)) return false;
+        if (springls__is_in_cell(cells->key[i])) largest = springls__max(largest, radius);
     }
     cells->bounding_radius = largest;
     return true;
 }
 
-/* Builds the lists if springls have changed since they were built. */
+/* Builds the lists if springls have changed since they were built. ctx->particles_outside: how many lie outside active bricks. */
 SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
 {
     const springls__grid *g = &ctx->model.grid;
@@ -13753,10 +13760,10 @@ SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
         if (ctx->cells_fresh) return SPRINGLS_OK;
     }
     ctx->particles_listed = false; /* until all of the list is new */
-    SPRINGLS__TRY(springls__cell_keys(ctx));
+    springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, NULL);
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(ACTIVE),
                                     SPRINGLS__BIT(IDS) | SPRINGLS__BIT(PLACES) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL)));
-    springls__count_cells(&ctx->model);
+    ctx->particles_outside = springls__count_cells(&ctx->model);
     for (i = 0; i < g->active_count; i++) before = springls__scan_cells(springls__cells_of(g, g->active[i]), before);
     for (i = 0; i < ctx->model.set.count; i++) springls__put_in_cell(&ctx->model, i);
     springls__fill_last_places(&ctx->model);
@@ -13764,12 +13771,47 @@ SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Makes all bricks within one cell of a particle active, also of the large springls, which are in no cell. */
+/* ======== >>cell_bricks  (src/model/cell_bricks.h) ============================================================= */
+/* cell_bricks.h - makes bricks active that the search for springls needs. Only stages may: readers leave the grid as it is, and
+   include cell_list.h alone. */
+
+/* Makes bricks active that have a particle and are not. Precondition: the cell list. */
+SPRINGLS__FN springls_status springls__add_outside_bricks(springls_context *ctx)
+{
+    springls__grid *g = &ctx->model.grid;
+    const springls__cell_list *cells = &ctx->model.cells;
+    int i, n = 0, *missing, origin[3];
+    if (ctx->on_device) {
+        springls_status status = (ctx->backend->add_outside_bricks)(ctx);
+        if (!springls__repeat_on_host(ctx, &status)) return status;
+    }
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(LARGE), 0));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, missing_bricks, ctx->particles_outside));
+    missing = springls__missing_bricks(&ctx->model);
+    for (i = 0; i < cells->large_count; i++) {
+        if (cells->key[cells->large[i]] != SPRINGLS__OUTSIDE_KEY) continue;
+        springls__origin_of_place(g, ctx->model.set.s[cells->large[i]].p, origin);
+        missing[n++] = springls__brick_at(g, origin[0], origin[1], origin[2]);
+    }
+    return springls__grid_add_bricks(ctx, missing, n);
+}
+
+/* Builds the cell list, with all particles in active bricks. */
+SPRINGLS__FN springls_status springls__cell_list_cover(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    if (ctx->particles_outside == 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__add_outside_bricks(ctx));
+    springls__discard_cell_list(ctx);
+    return springls__cell_list_build(ctx);
+}
+
+/* Makes all bricks within one cell of a particle active, also of springls that are in no cell. */
 SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
     int i, d, n = 0, *missing;
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(springls__cell_list_cover(ctx));
     if (ctx->on_device) {
         springls_status status = (ctx->backend->cell_list_cover_around)(ctx);
         if (!springls__repeat_on_host(ctx, &status)) return status;
@@ -14312,7 +14354,7 @@ SPRINGLS__FN springls_status springls__list_region(springls__motion *motion)
     const springls__springl *s = ctx->model.set.s;
     springls__v3 lower = motion->rule.region_lower, upper = motion->rule.region_upper;
     int i;
-    if (ctx->at_rest) SPRINGLS__TRY(springls__cell_list_build(ctx));
+    if (ctx->at_rest) SPRINGLS__TRY(springls__cell_list_cover(ctx));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, region_springls, ctx->model.set.count));
     motion->listed = springls__region_springls(&ctx->model);
     motion->count = 0;
@@ -15328,7 +15370,7 @@ SPRINGLS__FN springls_status springls__find_poor(springls_context *ctx)
     const springls_params *params = &ctx->model.params;
     springls__arguments args;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, ctx->model.set.count));
-    if (params->keep_thin) SPRINGLS__TRY(springls__cell_list_build(ctx));
+    if (params->keep_thin) SPRINGLS__TRY(springls__cell_list_cover(ctx));
     args.contract.min_angle_cosine = springls__cospi(params->min_angle / 180.0f);
     args.contract.max_angle_cosine = springls__cospi(params->max_angle / 180.0f);
     springls__loop(ctx, SPRINGLS__KERNEL_contract, ctx->model.set.count, &args);
@@ -15341,14 +15383,14 @@ SPRINGLS__FN void springls__triangles_reshaped(springls_context *ctx)
     springls__count_later(ctx, SPRINGLS__COUNT_RESHAPED, SPRINGLS__ROLE_ARRAY(contract_action), ctx->model.set.count,
                           SPRINGLS__RESHAPE);
     springls__triangles_changed(ctx);
-    ctx->neighbors_age = -1;
+    ctx->neighbors_uses = 0;
 }
 
 /* Makes springls undecided that may be merged, for rounds of merging. */
 SPRINGLS__FN springls_status springls__merge_begin(springls_context *ctx)
 {
     const int count = ctx->model.set.count;
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(springls__cell_list_cover(ctx));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, next_contract_action, count));
     springls__run(ctx, SPRINGLS__KERNEL_merge_begin, count, NULL);
     return SPRINGLS_OK;
@@ -15934,7 +15976,7 @@ SPRINGLS__FN springls_status springls__label_voxels(springls_context *ctx, sprin
     const springls__grid *g = &ctx->model.grid;
     const int entries = (int)springls__entry_count(g);
     int i;
-    ctx->labels_fresh = false;
+    ctx->labels_version = 0; /* until all are found */
     if ((int64_t)g->active_count * SPRINGLS__BRICK_VOXELS + entries + 1 > INT32_MAX)
         return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "components: the surface is too large");
     SPRINGLS__TRY(springls__label_bricks(ctx, l));
@@ -15945,8 +15987,7 @@ SPRINGLS__FN springls_status springls__label_voxels(springls_context *ctx, sprin
     springls__visit_triangles(g, l, springls__join_triangle);
     springls__number_components(g, l);
     ctx->label_count = l->count;
-    ctx->labelled_bricks = g->active_count;
-    ctx->labels_fresh = true;
+    ctx->labels_version = ctx->phi_version;
     return SPRINGLS_OK;
 }
 
@@ -16088,7 +16129,7 @@ SPRINGLS__FN bool springls__components_enabled(const springls_context *ctx)
 SPRINGLS__FN void springls__clear_components(springls_context *ctx)
 {
     ctx->component_count = 0;
-    ctx->components_found = ctx->components_fresh = false;
+    ctx->components_found = false;
 }
 
 /* Clears the volumes that components are to keep: the next step measures them. */
@@ -16327,7 +16368,8 @@ SPRINGLS__FN void springls__store_components(springls_context *ctx, const spring
     ctx->component_memory = ctx->next_component_memory;
     ctx->next_component_memory = memory;
     ctx->component_count = graph->labels.count;
-    ctx->components_found = ctx->components_fresh = true;
+    ctx->components_found = true;
+    ctx->components_version = ctx->phi_version;
 }
 
 /* ---- labels and ids ---- */
@@ -16345,17 +16387,16 @@ SPRINGLS__FN springls_status springls__components_to_host(springls_context *ctx,
 /* Labels the voxels, unless their labels are fresh, and finds the id of every label. */
 SPRINGLS__FN springls_status springls__label_ids(springls_context *ctx, springls__labels *l)
 {
-    const springls__grid *g = &ctx->model.grid;
     uint32_t *id;
     int i;
-    if (ctx->labels_fresh && ctx->labelled_bricks == g->active_count) *l = springls__kept_labels(ctx);
+    if (ctx->labels_version == ctx->phi_version) *l = springls__kept_labels(ctx);
     else SPRINGLS__TRY(springls__label_voxels(ctx, l));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_id_memory, (size_t)l->count + 1, sizeof *id, 0));
     id = (uint32_t *)ctx->label_id_memory.data;
     memset(id, 0, (size_t)l->count * sizeof *id);
     for (i = 0; i < ctx->component_count; i++) {
         const springls__component *c = &springls__component_list(ctx)[i];
-        int32_t label = springls__component_of_voxel(g, l, c->deepest[0], c->deepest[1], c->deepest[2]);
+        int32_t label = springls__component_of_voxel(&ctx->model.grid, l, c->deepest[0], c->deepest[1], c->deepest[2]);
         if (label >= 0) id[label] = c->view.id;
     }
     return SPRINGLS_OK;
@@ -16394,7 +16435,7 @@ SPRINGLS__FN springls_status springls__find_overlap(springls_context *ctx)
     springls__arguments args;
     if (ctx->model.params.contact != SPRINGLS_CONTACT_SEPARATE) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__displacement_since_phi(ctx, &args.overlap.max_displacement));
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(springls__cell_list_cover(ctx));
     springls__run(ctx, SPRINGLS__KERNEL_overlap, ctx->model.set.count, &args);
     return SPRINGLS_OK;
 }
@@ -16481,7 +16522,7 @@ SPRINGLS__FN springls_status springls__evolve(springls_context *ctx)
 SPRINGLS__FN springls_status springls__find_seeds(springls_context *ctx)
 {
     int count = ctx->model.set.count;
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(springls__cell_list_cover(ctx));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seeds, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seed_action, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, next_seed_action, count));
@@ -16532,7 +16573,7 @@ SPRINGLS__FN springls_status springls__find_exposed(springls_context *ctx, float
 {
     springls__arguments args;
     int bricks;
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(springls__cell_list_cover(ctx));
     bricks = ctx->model.grid.active_count;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, exposed, (size_t)bricks * SPRINGLS__CUBES));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, exposed_count, bricks));
@@ -16719,25 +16760,27 @@ SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
 /* ======== >>neighbors  (src/model/neighbors.h) ================================================================= */
 /* neighbors.h - the neighbour lists of all springls (section 4.8). */
 
-/* Builds the lists, unless fewer relaxations have used them than there are steps in the resampling period: neighbours move
+/* Builds the lists, unless as few relaxations have used them as there are steps in the resampling period: neighbours move
    together, and the closest points slide along their edges (section 4.3.1 keeps the lists during a relaxation for the same
-   reason). Springls that have woken since get theirs then. Ends with a loop. */
+   reason). Springls that have woken since get theirs then. Ends with a loop, after which springls__neighbors_found is called. */
 SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
 {
     springls__arguments args;
-    args.neighbors.missing = ctx->neighbors_age >= 0 && ctx->neighbors_age < ctx->model.params.resample_period;
-    if (args.neighbors.missing) {
-        ctx->neighbors_age++;
-        if (!ctx->neighbors_missing) return SPRINGLS_OK;
-    }
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
-    if (!args.neighbors.missing) {
+    args.neighbors.missing = ctx->neighbors_uses > 0;
+    if (args.neighbors.missing && !ctx->neighbors_missing) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__cell_list_cover(ctx));
+    if (!args.neighbors.missing)
         SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)ctx->model.set.count + 1, 0));
-        ctx->neighbors_age = 0;
-    }
     springls__loop(ctx, SPRINGLS__KERNEL_neighbors, ctx->model.set.count, &args);
-    ctx->neighbors_missing = ctx->model.grid.some_asleep != 0;
     return SPRINGLS_OK;
+}
+
+/* Counts the use of the lists, which are complete now. */
+SPRINGLS__FN void springls__neighbors_found(springls_context *ctx)
+{
+    const bool searched = ctx->neighbors_uses == 0 || ctx->neighbors_missing;
+    ctx->neighbors_missing = searched && ctx->model.grid.some_asleep;
+    ctx->neighbors_uses = ctx->neighbors_uses > 0 ? ctx->neighbors_uses - 1 : ctx->model.params.resample_period;
 }
 
 /* ======== >>relax  (src/stages/relax.h) ======================================================================== */
@@ -16747,6 +16790,7 @@ enum {
     SPRINGLS__RELAX_BEGIN,
     SPRINGLS__RELAX_SHORTENED,
     SPRINGLS__RELAX_FIND_NEIGHBORS,
+    SPRINGLS__RELAX_NEIGHBORS_FOUND,
     SPRINGLS__RELAX_ITERATE,
     SPRINGLS__RELAX_ITERATED,
     SPRINGLS__RELAX_COVER,
@@ -16780,6 +16824,9 @@ SPRINGLS__FN springls_status springls__relax_and(springls_context *ctx, bool cov
         return springls__next_phase(ctx, SPRINGLS__RELAX_FIND_NEIGHBORS);
     case SPRINGLS__RELAX_FIND_NEIGHBORS:
         SPRINGLS__TRY(springls__neighbors_build(ctx));
+        return springls__next_phase(ctx, SPRINGLS__RELAX_NEIGHBORS_FOUND);
+    case SPRINGLS__RELAX_NEIGHBORS_FOUND:
+        springls__neighbors_found(ctx);
         return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
     case SPRINGLS__RELAX_ITERATE:
         if (ctx->work.repetition == params->relax_iterations)
@@ -16818,7 +16865,7 @@ enum { SPRINGLS__ORIENT_TURN, SPRINGLS__ORIENT_TURNED };
 SPRINGLS__FN springls_status springls__orient(springls_context *ctx)
 {
     if (ctx->work.phase == SPRINGLS__ORIENT_TURN) {
-        if (ctx->model.params.contact == SPRINGLS_CONTACT_SEPARATE) SPRINGLS__TRY(springls__cell_list_build(ctx));
+        if (ctx->model.params.contact == SPRINGLS_CONTACT_SEPARATE) SPRINGLS__TRY(springls__cell_list_cover(ctx));
         springls__loop(ctx, SPRINGLS__KERNEL_orient, ctx->model.set.count, NULL);
         return springls__next_phase(ctx, SPRINGLS__ORIENT_TURNED);
     }
@@ -16835,7 +16882,7 @@ SPRINGLS__FN springls_status springls__count_splits(springls_context *ctx)
 {
     int count = ctx->model.set.count, room = springls__imax(ctx->desc.max_springls - count, 0), wanted = 0;
     SPRINGLS__TRY(springls__scan_later(ctx, SPRINGLS__COUNT_SPLITS, SPRINGLS__ROLE_ARRAY(split_number), count));
-    if (ctx->on_device) SPRINGLS__TRY(springls__cell_list_build(ctx));
+    if (ctx->on_device) SPRINGLS__TRY(springls__cell_list_cover(ctx));
     SPRINGLS__TRY(springls__scan_found(ctx, SPRINGLS__COUNT_SPLITS, &wanted));
     ctx->work.added = springls__imin(wanted, room);
     ctx->stats.refused += wanted - ctx->work.added;
@@ -16859,7 +16906,7 @@ SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
         if (ctx->work.added == 0) return SPRINGLS_OK;
         args.insert.count = ctx->work.added;
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, split_halves, 2 * (size_t)ctx->work.added));
-        SPRINGLS__TRY(springls__cell_list_build(ctx));
+        SPRINGLS__TRY(springls__cell_list_cover(ctx));
         SPRINGLS__TRY(springls__constellation_reserve(ctx, count + ctx->work.added));
         SPRINGLS__TRY(springls__attributes_before_split(ctx, ctx->work.added));
         springls__loop(ctx, SPRINGLS__KERNEL_split, count, &args);
@@ -17137,7 +17184,7 @@ SPRINGLS__FN springls_status springls__sort_sides(springls_context *ctx, bool se
     springls__arguments args;
     switch (ctx->work.phase) {
     case SPRINGLS__EDGES_NORMALS:
-        SPRINGLS__TRY(springls__cell_list_build(ctx));
+        SPRINGLS__TRY(springls__cell_list_cover(ctx));
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, side_normal, count));
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, edge_candidate, count));
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, was_at_edge, count));
@@ -17253,7 +17300,7 @@ SPRINGLS__FN springls_status springls__tidy(springls_context *ctx, springls__sta
     switch (ctx->work.phase) {
     case SPRINGLS__TIDY_FIND:
         if (!springls__removes_specks(ctx)) break;
-        SPRINGLS__TRY(springls__cell_list_build(ctx));
+        SPRINGLS__TRY(springls__cell_list_cover(ctx));
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_joint_candidates, ctx->model.grid.active_count));
         springls__loop(ctx, SPRINGLS__KERNEL_find_joint_candidates, ctx->model.grid.active_count, NULL);
         return springls__next_phase(ctx, SPRINGLS__TIDY_JOIN);
@@ -17469,7 +17516,21 @@ SPRINGLS__FN bool springls__find_seam(springls__seam *seam, springls__v3 *middle
 /* ---- the list ---- */
 
 /* Clears the list of events. */
-SPRINGLS__FN void springls__clear_events(springls_context *ctx) { ctx->event_count = ctx->event_part_count = 0; }
+/* Drops the events of the last step, before another begins. Those that calls since then have made stay: the next step's list has
+   them, whether or not somebody has read them before. */
+SPRINGLS__FN void springls__drop_past_events(springls_context *ctx)
+{
+    springls_event *event = (springls_event *)ctx->event_memory.data;
+    springls_component *part = (springls_component *)ctx->event_part_memory.data;
+    const int past = ctx->event_count - ctx->new_events;
+    int i, parts = 0;
+    for (i = 0; i < past; i++) parts += event[i].before_count + event[i].after_count;
+    ctx->event_count -= past;
+    ctx->event_part_count -= parts;
+    ctx->new_events = 0;
+    if (ctx->event_count > 0) memmove(event, event + past, (size_t)ctx->event_count * sizeof *event);
+    if (ctx->event_part_count > 0) memmove(part, part + parts, (size_t)ctx->event_part_count * sizeof *part);
+}
 
 /* Appends an event without parts. */
 SPRINGLS__FN springls_event *springls__add_event(springls_context *ctx, springls_event_kind kind, bool cavity)
@@ -17584,6 +17645,7 @@ SPRINGLS__FN springls_status springls__list_events(springls_context *ctx, const 
                                         sizeof(springls_component), (size_t)parts * sizeof(springls_component)));
     for (i = 0; i < graph->previous_count && status == SPRINGLS_OK; i++) status = springls__list_split_or_death(ctx, graph, i);
     for (i = 0; i < graph->labels.count && status == SPRINGLS_OK; i++) status = springls__list_merger_or_birth(ctx, graph, i);
+    if (status == SPRINGLS_OK && !ctx->step.active) ctx->new_events += ctx->event_count - events;
     if (status == SPRINGLS_OK) return SPRINGLS_OK;
     ctx->event_count = events;
     ctx->event_part_count = parts;
@@ -17616,6 +17678,12 @@ SPRINGLS__FN springls_status springls__update_components(springls_context *ctx)
     SPRINGLS__TRY(springls__components_to_host(ctx, SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)));
     SPRINGLS__TRY(springls__identify_components(ctx, &graph));
     return springls__commit_components(ctx, &graph);
+}
+
+/* Returns true when components are followed, and are not those of the present phi. */
+SPRINGLS__FN bool springls__components_outdated(const springls_context *ctx)
+{
+    return springls__components_enabled(ctx) && (!ctx->components_found || ctx->components_version != ctx->phi_version);
 }
 
 /* ======== >>volume_lock  (src/stages/volume_lock.h) ============================================================ */
@@ -18006,7 +18074,7 @@ SPRINGLS__FN springls_status springls__move_window(springls_context *ctx, const 
     springls__move_bricks(&ctx->model.grid, bricks);
     springls__move_places(ctx, voxels);
     springls__place_window(ctx, &ctx->window, offset);
-    ctx->springl_surface_fresh = ctx->labels_fresh = false;
+    ctx->springl_surface_fresh = false;
     springls__discard_cell_list(ctx);
     return SPRINGLS_OK;
 }
@@ -18116,7 +18184,8 @@ SPRINGLS__FN void springls__end_reading(springls_context *ctx)
 #undef SPRINGLS__GET_SAVED
     springls__copy_saved(ctx, (char *)saved->memory.data, true); /* as many elements as these numbers have in use */
     ctx->at_rest = false;
-    ctx->omega_fresh = ctx->labels_fresh = false;
+    ctx->omega_fresh = false;
+    springls__note_writes(ctx, SPRINGLS__SAVED_BITS);
     springls__discard_cell_list(ctx);
     saved->in_use = false;
 }
@@ -18178,12 +18247,6 @@ SPRINGLS__FN bool springls__lock_is_new(const springls_context *ctx)
 SPRINGLS__FN bool springls__follows_components(const springls_context *ctx)
 {
     return springls__components_enabled(ctx) && !springls__locks_volume(ctx);
-}
-
-/* Returns true when components are to be found before the step: they never were, or the model has changed since. */
-SPRINGLS__FN bool springls__components_outdated(const springls_context *ctx)
-{
-    return springls__components_enabled(ctx) && !springls__lock_is_new(ctx) && !ctx->components_fresh;
 }
 
 /* Returns true when contract will use phi as it was before the springls moved. */
@@ -18337,7 +18400,6 @@ SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
         springls__clear_target_volumes(ctx);
         ctx->stats.volume_correction = 0.0f;
     }
-    if (!springls__components_enabled(ctx)) springls__clear_components(ctx);
     SPRINGLS__TRY(springls__motion_begin(ctx, &step->forces, (float)ctx->time, dt));
     ctx->motion.max_displacement = step->time_left > 0.0f ? step->longest_displacement * 1.0001f : 0.0f;
     ctx->motion.stop_at_topology = step->desc.stop_at_topology;
@@ -18519,8 +18581,8 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
     SPRINGLS__DO_IF(springls__must_catch_up, springls__rouse_moved),                         \
     SPRINGLS__STAGE_IF(springls__must_catch_up, PROJECT, springls__carry_level_set),         \
     SPRINGLS__DO_IF(springls__contact_bodies_are_new, springls__find_contact_bodies),        \
-    SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock),           \
-    SPRINGLS__STAGE_IF(springls__components_outdated, COMPONENTS, springls__update_components)
+    SPRINGLS__STAGE_IF(springls__components_outdated, COMPONENTS, springls__update_components), \
+    SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock)
 #define SPRINGLS__MOVE                                                                       \
     SPRINGLS__STAGE(ADVECT, springls__advect),                                               \
     SPRINGLS__DO_IF(springls__window_follows, springls__follow_model),                       \
@@ -18671,11 +18733,20 @@ SPRINGLS__FN springls_status springls__begin_reading(springls_context *ctx)
     return springls__read_level_set(ctx);
 }
 
-/* Ends the step in progress, if any, and makes phi follow for a call that changes the model. */
+/* Finds the components where they are outdated. Calls that read them, and calls that change phi, begin with this: so components get
+   the ids that they would have got if somebody had read them before. */
+SPRINGLS__FN springls_status springls__settle_components(springls_context *ctx)
+{
+    if (!springls__components_outdated(ctx)) return SPRINGLS_OK;
+    return springls__report_device_failure(ctx, springls__update_components(ctx));
+}
+
+/* Ends the step in progress, if any, and makes phi follow, and components settle, for a call that changes the model. */
 SPRINGLS__FN springls_status springls__begin_change(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__finish_step(ctx));
-    return springls__change_level_set(ctx);
+    SPRINGLS__TRY(springls__change_level_set(ctx));
+    return springls__settle_components(ctx);
 }
 
 SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const springls_step_desc *step)
@@ -18694,7 +18765,7 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
     springls__abandon_step(ctx);
     springls__end_reading(ctx);
-    springls__clear_events(ctx);
+    springls__drop_past_events(ctx);
     memset(&ctx->step, 0, sizeof ctx->step);
     ctx->step.desc = *step;
     if (step->forces) ctx->step.forces = *step->forces;
@@ -19277,6 +19348,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
     ctx->model.params = *params;
     if (params->contact == SPRINGLS_CONTACT_MERGE) ctx->last_contact_body = 0;
+    if (!springls__components_enabled(ctx)) springls__clear_components(ctx);
     springls__wake_all(ctx);
     springls__constellation_changed(ctx); /* cells and neighbour lists depend on the old radii */
     springls__omega_constant(ctx, params->capture_range, params->capture_range);
@@ -24037,28 +24109,15 @@ SPRINGLS__FN void springls__raycast_level_task(void *arg, int begin, int end)
 
 /* ---- the calls ---- */
 
-/* Returns true when all particles lie in active bricks: then the cell list can be built and the grid stays as it is. */
-SPRINGLS__FN bool springls__particles_are_in_bricks(const springls_context *ctx)
-{
-    const springls__grid *g = &ctx->model.grid;
-    int i;
-    for (i = 0; i < ctx->model.set.count; i++) {
-        int origin[3];
-        springls__origin_of_place(g, ctx->model.set.s[i].p, origin);
-        if (springls__slot_of_voxel(g, origin[0], origin[1], origin[2]) < SPRINGLS__FIRST_SLOT) return false;
-    }
-    return true;
-}
-
-/* Makes what queries of the zero level read current on the host. Springls are found in the cell list; in the hierarchy where the
-   list would change the grid, or working memory that a step in progress uses. */
+/* Makes what queries of the zero level read current on the host. Springls are found in the cell list; in the hierarchy where to
+   build the list would change working memory that a step in progress uses. */
 SPRINGLS__FN springls_status springls__prepare_level(springls_context *ctx, bool *cells)
 {
     SPRINGLS__TRY(springls__read_level_set(ctx));
     SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID)
                                            | SPRINGLS__BIT(GENERATION) | SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(TOP)
                                            | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK)));
-    *cells = ctx->cells_fresh || (!ctx->step.active && springls__particles_are_in_bricks(ctx));
+    *cells = ctx->cells_fresh || !ctx->step.active;
     if (!*cells) {
         SPRINGLS__TRY(springls__use_host(ctx, false));
         return springls__springl_surface_refresh(ctx);
@@ -24129,15 +24188,14 @@ SPRINGLS_API springls_status springls_raycast(springls_context *ctx, springls_su
 /* ======== >>component_views  (src/output/component_views.h) ==================================================== */
 /* component_views.h - shows components, their events, and the component of any place. */
 
-/* Completes a step in progress, and finds the components of a model that has changed since: reading changes nothing that comes
-   later. */
+/* Completes a step in progress, and finds the components of a model that has changed since: the next call that changes it would do the
+   same first. */
 SPRINGLS__FN springls_status springls__refresh_components(springls_context *ctx, const char *call)
 {
     if (!springls__components_enabled(ctx))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: params.components is 0", call);
     SPRINGLS__TRY(springls__begin_reading(ctx));
-    if (ctx->components_found && ctx->components_fresh) return SPRINGLS_OK;
-    return springls__report_device_failure(ctx, springls__update_components(ctx));
+    return springls__settle_components(ctx);
 }
 
 SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count)
@@ -25194,13 +25252,40 @@ SPRINGLS__FN void springls__code_attribute(springls__coder *c, springls__attribu
     springls__code_choice(c, &entry->merge, last);
 }
 
+/* How many neighbors a vertex has, in the first vertex of a springl whose neighbors are not found yet. */
+enum { SPRINGLS__COUNT_NOT_FOUND = 255 };
+
+/* Returns how many neighbors vertex m has in a row of the neighbor lists. */
+SPRINGLS__FN int springls__neighbor_count(const int *row, int m)
+{
+    int n = 0;
+    while (n < SPRINGLS__MAX_NEIGHBORS && row[SPRINGLS__MAX_NEIGHBORS * m + n] >= 0) n++;
+    return n;
+}
+
+/* Codes the row of a springl: how many neighbors each vertex has, and their edges. */
+SPRINGLS__FN void springls__code_neighbors(springls__coder *counts, springls__coder *edges, int *row)
+{
+    const bool missing = counts->out && row[0] == SPRINGLS__NOT_FOUND;
+    int m, k;
+    if (counts->in) springls__no_neighbors_yet(row);
+    for (m = 0; m < 3; m++) {
+        uint8_t count = (uint8_t)(missing && m == 0 ? SPRINGLS__COUNT_NOT_FOUND : counts->out ? springls__neighbor_count(row, m) : 0);
+        SPRINGLS__CODE(counts, count);
+        if (count == SPRINGLS__COUNT_NOT_FOUND) count = 0;
+        else if (m == 0 && count == 0) row[0] = -1;
+        for (k = 0; k < count; k++) SPRINGLS__CODE(edges, row[SPRINGLS__MAX_NEIGHBORS * m + k]);
+    }
+}
+
 /* ---- named numbers: a reader finds them by name, and those that a block does not have are 0 ---- */
 
 /* Lists the numbers of a model and the sizes of its arrays: X(type of 4 or 8 bytes, name of at most 23 characters). */
 #define SPRINGLS__SNAPSHOT_NUMBERS(X)                                                                                            \
     X(int32_t, kind) X(double, time) X(uint64_t, reference_stamp) X(int32_t, iteration) X(uint32_t, step) X(uint32_t, next_id)   \
-    X(int32_t, springls) X(int32_t, at_edges) X(int32_t, neighbors_age) X(int32_t, bricks) X(int32_t, attributes)                \
-    X(int32_t, components) X(int32_t, events) X(int32_t, event_parts) X(int32_t, components_found) X(int32_t, components_fresh)  \
+    X(int32_t, springls) X(int32_t, at_edges) X(int32_t, neighbors_uses) X(int64_t, neighbors) X(int32_t, bricks)                \
+    X(int32_t, attributes) X(int32_t, components) X(int32_t, events) X(int32_t, event_parts) X(int32_t, new_events)              \
+    X(int32_t, components_found)                                                                                                 \
     X(int32_t, volumes_locked) X(uint32_t, last_component_id) X(uint32_t, last_contact_body)                                     \
     X(int32_t, reference_bricks) X(int32_t, original) X(int32_t, given) X(int32_t, has_source)                                   \
     X(int32_t, steps) X(int64_t, added) X(int64_t, split) X(int64_t, removed) X(int64_t, reshaped) X(int64_t, refused)           \
@@ -25210,10 +25295,13 @@ SPRINGLS__FN void springls__code_attribute(springls__coder *c, springls__attribu
     X(int32_t, original_window_x) X(int32_t, original_window_y) X(int32_t, original_window_z)                                    \
     X(int32_t, inside_runs) X(int32_t, reference_inside_runs)
 
+/* Lists the numbers that only older blocks have. */
+#define SPRINGLS__OLD_NUMBERS(X) X(int32_t, neighbors_age) X(int32_t, components_fresh)
+
 /* Holds the numbers of a model. */
 typedef struct springls__snapshot_state {
 #define SPRINGLS__NUMBER_MEMBER(type, name) type name;
-    SPRINGLS__SNAPSHOT_NUMBERS(SPRINGLS__NUMBER_MEMBER)
+    SPRINGLS__SNAPSHOT_NUMBERS(SPRINGLS__NUMBER_MEMBER) SPRINGLS__OLD_NUMBERS(SPRINGLS__NUMBER_MEMBER)
 #undef SPRINGLS__NUMBER_MEMBER
     springls_params params;
     springls__attribute_entry attribute[SPRINGLS_MAX_ATTRIBUTES];
@@ -25224,7 +25312,7 @@ typedef struct springls__named { const char *name; size_t offset, bytes; } sprin
 
 static const springls__named springls__snapshot_numbers[] = {
 #define SPRINGLS__NUMBER_ROW(type, name) { #name, offsetof(springls__snapshot_state, name), sizeof(type) },
-    SPRINGLS__SNAPSHOT_NUMBERS(SPRINGLS__NUMBER_ROW)
+    SPRINGLS__SNAPSHOT_NUMBERS(SPRINGLS__NUMBER_ROW) SPRINGLS__OLD_NUMBERS(SPRINGLS__NUMBER_ROW)
 #undef SPRINGLS__NUMBER_ROW
 };
 static const springls__named springls__snapshot_params[] = {
@@ -25232,10 +25320,13 @@ static const springls__named springls__snapshot_params[] = {
     SPRINGLS__PARAMS(SPRINGLS__PARAM_ROW, SPRINGLS__PARAM_ROW)
 #undef SPRINGLS__PARAM_ROW
 };
+#define SPRINGLS__ONE_NUMBER(type, name) + 1
 enum {
-    SPRINGLS__NUMBERS = sizeof springls__snapshot_numbers / sizeof springls__snapshot_numbers[0],
+    SPRINGLS__NUMBERS_WRITTEN = 0 SPRINGLS__SNAPSHOT_NUMBERS(SPRINGLS__ONE_NUMBER),
+    SPRINGLS__NUMBERS = SPRINGLS__NUMBERS_WRITTEN SPRINGLS__OLD_NUMBERS(SPRINGLS__ONE_NUMBER), /* which come last */
     SPRINGLS__PARAMS_NAMED = sizeof springls__snapshot_params / sizeof springls__snapshot_params[0]
 };
+#undef SPRINGLS__ONE_NUMBER
 
 SPRINGLS__FN void springls__put_named(springls__coder *c, const springls__named *list, size_t count, const void *from)
 {
@@ -25291,7 +25382,9 @@ typedef enum springls__section {
     SPRINGLS__SECTION_PARAMS,
     SPRINGLS__SECTION_GRID,
     SPRINGLS__SECTION_SET,         /* one section for each array of the constellation */
-    SPRINGLS__SECTION_NEIGHBORS = SPRINGLS__SECTION_SET + SPRINGLS__SPRINGL_ARRAY_COUNT,
+    SPRINGLS__SECTION_NEIGHBORS = SPRINGLS__SECTION_SET + SPRINGLS__SPRINGL_ARRAY_COUNT, /* of older blocks: rows as in memory */
+    SPRINGLS__SECTION_NEIGHBOR_COUNTS, /* how many neighbors each vertex has */
+    SPRINGLS__SECTION_NEIGHBOR_EDGES,
     SPRINGLS__SECTION_SIDES,       /* of older blocks: a bit for each brick of the domain: 1 is constant and inside */
     SPRINGLS__SECTION_INSIDE,      /* runs of these bricks                            */
     SPRINGLS__SECTION_BRICKS,      /* the numbers of the bricks with voxels           */
@@ -25348,7 +25441,9 @@ static const springls__section_info springls__section_list[] = {
     { SPRINGLS__SECTION_OF(BIRTH), "BRTH", 4, SPRINGLS__SECTION_USED },
     { SPRINGLS__SECTION_OF(PHI_AT), "PHIP", 4, SPRINGLS__SECTION_USED },
     { SPRINGLS__SECTION_OF(SYNCED_POSITION), "SYNC", 4, SPRINGLS__SECTION_USED },
-    { SPRINGLS__SECTION_NEIGHBORS, "NEAR", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_NEIGHBORS, "NEAR", 4, SPRINGLS__SECTION_ONLY_READ },
+    { SPRINGLS__SECTION_NEIGHBOR_COUNTS, "NCNT", 0, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_NEIGHBOR_EDGES, "NEDG", 0, SPRINGLS__SECTION_USED },
     { SPRINGLS__SECTION_SIDES, "SIDE", 1, SPRINGLS__SECTION_ONLY_READ },
     { SPRINGLS__SECTION_INSIDE, "INSD", 4, SPRINGLS__SECTION_USED },
     { SPRINGLS__SECTION_BRICKS, "BRIK", 4, SPRINGLS__SECTION_USED },
@@ -25410,10 +25505,12 @@ SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const spr
     if (section >= SPRINGLS__SECTION_SET && section < SPRINGLS__SECTION_NEIGHBORS)
         return count * springls__element_size((springls__array)(section - SPRINGLS__SECTION_SET));
     switch (section) {
-    case SPRINGLS__SECTION_NUMBERS: return (uint64_t)SPRINGLS__NUMBERS * SPRINGLS__NAMED_BYTES;
+    case SPRINGLS__SECTION_NUMBERS: return (uint64_t)SPRINGLS__NUMBERS_WRITTEN * SPRINGLS__NAMED_BYTES;
     case SPRINGLS__SECTION_PARAMS: return (uint64_t)SPRINGLS__PARAMS_NAMED * SPRINGLS__NAMED_BYTES;
     case SPRINGLS__SECTION_GRID: return SPRINGLS__GRID_BYTES;
     case SPRINGLS__SECTION_NEIGHBORS: return s->neighbors_age >= 0 ? count * SPRINGLS__NEIGHBOR_ROW * sizeof(int32_t) : 0;
+    case SPRINGLS__SECTION_NEIGHBOR_COUNTS: return s->neighbors_uses > 0 ? 3 * count : 0;
+    case SPRINGLS__SECTION_NEIGHBOR_EDGES: return (uint64_t)s->neighbors * sizeof(int32_t);
     case SPRINGLS__SECTION_SIDES: return springls__side_bytes(g);
     case SPRINGLS__SECTION_INSIDE: return (uint64_t)s->inside_runs * 2 * sizeof(int32_t);
     case SPRINGLS__SECTION_BRICKS: return (uint64_t)s->bricks * sizeof(int32_t);
@@ -25525,13 +25622,24 @@ SPRINGLS__FN void springls__snapshot_attributes(const springls_context *ctx, spr
     }
 }
 
+/* Returns how many neighbors all vertices have, in lists that are still in use. */
+SPRINGLS__FN int64_t springls__neighbors_listed(const springls_context *ctx)
+{
+    int64_t n = 0;
+    int i, m;
+    if (ctx->neighbors_uses == 0) return 0;
+    for (i = 0; i < ctx->model.set.count; i++)
+        for (m = 0; m < 3; m++) n += springls__neighbor_count(ctx->model.cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW, m);
+    return n;
+}
+
 /* Lists the numbers that a snapshot copies from the context and back: X(name in the snapshot, member of the context). Times are no
    part of a state. */
 #define SPRINGLS__SNAPSHOT_COPIES(X)                                                                                             \
     X(time, time) X(iteration, iteration) X(lag, lag) X(lag_turned, lag_turned) X(opposed, opposed)                              \
     X(springls, model.set.count) X(at_edges, model.set.at_edges) X(next_id, model.set.next_id) X(step, model.set.step)           \
-    X(components, component_count) X(events, event_count) X(event_parts, event_part_count)                                       \
-    X(components_found, components_found) X(components_fresh, components_fresh) X(volumes_locked, volumes_locked)                \
+    X(neighbors_uses, neighbors_uses) X(components, component_count) X(events, event_count) X(event_parts, event_part_count)     \
+    X(new_events, new_events) X(components_found, components_found) X(volumes_locked, volumes_locked)                            \
     X(last_component_id, last_component_id) X(last_contact_body, last_contact_body)                                              \
     X(steps, stats.steps) X(added, stats.added) X(split, stats.split) X(removed, stats.removed) X(reshaped, stats.reshaped)      \
     X(refused, stats.refused) X(left, stats.left) X(volume_correction, stats.volume_correction)                                  \
@@ -25547,7 +25655,7 @@ SPRINGLS__FN void springls__snapshot_fill(springls_context *ctx, springls_snapsh
     s->kind = (int32_t)kind;
     s->reference_stamp = kind == SPRINGLS_SNAPSHOT_KIND_FRAME ? springls__reference_stamp(ctx) : 0;
     s->params = ctx->model.params;
-    s->neighbors_age = springls__imax(ctx->neighbors_age, -1);
+    s->neighbors = springls__neighbors_listed(ctx);
     s->bricks = ctx->model.grid.active_count;
     s->reference_bricks = springls__active_bricks(&ctx->model.reference);
     s->original = ctx->original.count;
@@ -25580,6 +25688,17 @@ SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, 
     }
 }
 
+/* Writes the neighbor lists. */
+SPRINGLS__FN void springls__put_neighbors(const springls_context *ctx, const springls__layout *layout, char *out)
+{
+    springls__coder counts = springls__writer(out + layout->at[SPRINGLS__SECTION_NEIGHBOR_COUNTS]);
+    springls__coder edges = springls__writer(out + layout->at[SPRINGLS__SECTION_NEIGHBOR_EDGES]);
+    int i;
+    if (!layout->at[SPRINGLS__SECTION_NEIGHBOR_COUNTS]) return;
+    for (i = 0; i < ctx->model.set.count; i++)
+        springls__code_neighbors(&counts, &edges, ctx->model.cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);
+}
+
 /* Writes a section of records, or an attribute. */
 SPRINGLS__FN void springls__put_records(springls_context *ctx, const springls__snapshot_state *s, int section, springls__coder *c)
 {
@@ -25593,7 +25712,7 @@ SPRINGLS__FN void springls__put_records(springls_context *ctx, const springls__s
         return;
     }
     switch (section) {
-    case SPRINGLS__SECTION_NUMBERS: springls__put_named(c, springls__snapshot_numbers, SPRINGLS__NUMBERS, s); break;
+    case SPRINGLS__SECTION_NUMBERS: springls__put_named(c, springls__snapshot_numbers, SPRINGLS__NUMBERS_WRITTEN, s); break;
     case SPRINGLS__SECTION_PARAMS: springls__put_named(c, springls__snapshot_params, SPRINGLS__PARAMS_NAMED, &s->params); break;
     case SPRINGLS__SECTION_GRID:
         for (i = 0; i < 3; i++) size[i] = ctx->model.grid.size[i];
@@ -25626,7 +25745,6 @@ SPRINGLS__FN void *springls__section_memory(springls_context *ctx, int section)
     if (section >= SPRINGLS__SECTION_SET && section < SPRINGLS__SECTION_NEIGHBORS)
         return ctx->memory[section - SPRINGLS__SECTION_SET].data;
     switch (section) {
-    case SPRINGLS__SECTION_NEIGHBORS: return ctx->model.cells.neighbors;
     case SPRINGLS__SECTION_ORIGINAL: return ctx->original.points;
     case SPRINGLS__SECTION_SOURCE: return ctx->original.source_memory.data;
     default: return NULL; /* of a grid */
@@ -25682,6 +25800,7 @@ SPRINGLS__FN void springls__snapshot_write(springls_context *ctx, const springls
         springls__put_section_head(layout, section, out);
         springls__put_section(ctx, s, layout, section, out);
     }
+    springls__put_neighbors(ctx, layout, out);
     springls__put_grid(out, layout, SPRINGLS__SECTION_INSIDE, &ctx->model.grid);
     if (s->kind == SPRINGLS_SNAPSHOT_KIND_ALL)
         springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_INSIDE, &ctx->model.reference);
@@ -25699,6 +25818,10 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
     if (kind != SPRINGLS_SNAPSHOT_KIND_ALL && kind != SPRINGLS_SNAPSHOT_KIND_FRAME)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: there is no kind %d: it may be 0 or 1", (int)kind);
     SPRINGLS__TRY(springls__finish_step(ctx));
+    if (springls__components_outdated(ctx)) {
+        SPRINGLS__TRY(springls__read_level_set(ctx));
+        SPRINGLS__TRY(springls__settle_components(ctx));
+    }
     springls__end_reading(ctx);
     SPRINGLS__TRY(springls__use_host(ctx, false));
     springls__snapshot_fill(ctx, kind, &state);
@@ -25843,16 +25966,18 @@ SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
     if (s->springls < 0 || s->springls > INT32_MAX / 3 - 1) return false;
     if (s->at_edges < 0 || s->at_edges > INT32_MAX / 3 - 1) return false; /* some may have been removed since they were counted */
     if (s->iteration < 0 || s->iteration > furthest || s->steps < 0 || s->steps > furthest) return false;
-    if (s->neighbors_age < -1 || s->neighbors_age > furthest) return false;
-    if (s->components < 0 || s->events < 0 || s->event_parts < 0) return false;
+    if (s->neighbors_age < -1 || s->neighbors_age > furthest || s->neighbors_uses < 0) return false;
+    if (s->neighbors < 0 || s->neighbors > (s->neighbors_uses ? (int64_t)s->springls * SPRINGLS__NEIGHBOR_ROW : 0)) return false;
+    if (s->components < 0 || s->events < 0 || s->event_parts < 0 || s->new_events < 0 || s->new_events > s->events) return false;
     if (s->original < 0 || s->bricks < 0 || s->reference_bricks < 0) return false;
     if (s->inside_runs < 0 || s->reference_inside_runs < 0) return false;
     if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return false;
-    if (!springls__flag_good(s->has_source) || !springls__flag_good(s->components_found)) return false;
+    if (!springls__flag_good(s->has_source) || !springls__flag_good(s->components_found)
+        || !springls__flag_good(s->components_fresh)) return false;
     if (!(s->lag >= 0.0f) || !(s->lag_turned >= 0.0f) || !springls__flag_good(s->opposed)) return false;
     if (!springls__offset_good(s->window_x, s->window_y, s->window_z)
         || !springls__offset_good(s->original_window_x, s->original_window_y, s->original_window_z)) return false;
-    if (!springls__flag_good(s->components_fresh) || !springls__flag_good(s->volumes_locked)) return false;
+    if (!springls__flag_good(s->volumes_locked)) return false;
     if (!springls__all_finite((const char *)&s->volume_correction, 4)
         || !springls__all_finite((const char *)&s->largest_displacement, 4)
         || !springls__all_finite((const char *)&s->moving_share, 4)) return false;
@@ -25925,6 +26050,34 @@ SPRINGLS__FN bool springls__event_parts_good(const springls__snapshot_state *s, 
     return !c.bad;
 }
 
+/* Returns whether the neighbor lists have as many edges as their counts, of springls that there are. */
+SPRINGLS__FN bool springls__neighbors_good(const springls__snapshot_state *s, const springls__layout *layout, const char *block)
+{
+    const uint8_t *count = (const uint8_t *)block + layout->at[SPRINGLS__SECTION_NEIGHBOR_COUNTS];
+    int64_t edges = 0;
+    int i, m;
+    for (i = 0; i < s->springls; i++)
+        for (m = 0; m < 3; m++, count++)
+            if (*count <= SPRINGLS__MAX_NEIGHBORS) edges += *count;
+            else if (m > 0 || *count != SPRINGLS__COUNT_NOT_FOUND) return false;
+    return edges == s->neighbors
+        && springls__all_between(block + layout->at[SPRINGLS__SECTION_NEIGHBOR_EDGES], (uint64_t)edges * sizeof(int32_t), 0,
+                                 3 * s->springls - 1);
+}
+
+/* Returns whether an older block's rows of neighbors name springls that there are. Where none were found yet, the rest of a row may be
+   anything: older versions left it as it was in memory. */
+SPRINGLS__FN bool springls__neighbor_rows_good(const springls__snapshot_state *s, const char *data)
+{
+    const size_t row = SPRINGLS__NEIGHBOR_ROW;
+    int i;
+    for (i = 0; i < s->springls; i++)
+        if (springls__int_at(data, row * (size_t)i) != SPRINGLS__NOT_FOUND
+            && !springls__all_between(data + row * (size_t)i * sizeof(int32_t), row * sizeof(int32_t), -1, 3 * s->springls - 1))
+            return false;
+    return true;
+}
+
 /* Returns whether a section has valid elements. */
 SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls__snapshot_state *s,
                                          const springls__layout *layout, const char *block, int section)
@@ -25945,9 +26098,11 @@ SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls
     case SPRINGLS__SECTION_REFERENCE_INSIDE:
     case SPRINGLS__SECTION_BRICKS:
     case SPRINGLS__SECTION_REFERENCE_BRICKS: /* checked together by springls__bricks_good */
+    case SPRINGLS__SECTION_NEIGHBOR_EDGES: /* checked with their counts */
     case SPRINGLS__SECTION_BRICK_CALM:
     case SPRINGLS__SECTION_CALM: return true;
-    case SPRINGLS__SECTION_NEIGHBORS: return springls__all_between(data, bytes, SPRINGLS__NOT_FOUND, 3 * s->springls - 1);
+    case SPRINGLS__SECTION_NEIGHBORS: return springls__neighbor_rows_good(s, data);
+    case SPRINGLS__SECTION_NEIGHBOR_COUNTS: return springls__neighbors_good(s, layout, block);
     case SPRINGLS__SECTION_COMPONENTS: return springls__components_good(g, s, data);
     case SPRINGLS__SECTION_EVENTS: return springls__events_good(s, data);
     case SPRINGLS__SECTION_EVENT_PARTS: return springls__event_parts_good(s, data);
@@ -26064,6 +26219,7 @@ SPRINGLS__FN springls_status springls__snapshot_numbers_read(springls_context *c
     double to_world[12];
     memset(s, 0, sizeof *s);
     s->params = springls_default_params();
+    s->components_fresh = 1; /* of all blocks but some old ones */
     if (bytes[SPRINGLS__SECTION_GRID] != SPRINGLS__GRID_BYTES || bytes[SPRINGLS__SECTION_NUMBERS] % SPRINGLS__NAMED_BYTES
         || bytes[SPRINGLS__SECTION_PARAMS] % SPRINGLS__NAMED_BYTES)
         return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is damaged");
@@ -26130,9 +26286,8 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
     size_t n = (size_t)s->original, kept = (size_t)original->count;
     int i;
     SPRINGLS__TRY(springls__constellation_reserve(ctx, springls__imax(s->springls, ctx->model.set.count)));
-    if (s->neighbors_age >= 0)
-        SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)s->springls + 1,
-                                     ctx->neighbors_age >= 0 ? (size_t)ctx->model.set.count : 0));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)s->springls + 1,
+                                 ctx->neighbors_uses > 0 ? (size_t)ctx->model.set.count : 0));
     SPRINGLS__TRY(springls__grid_reserve(ctx, springls__imax(SPRINGLS__FIRST_SLOT + s->bricks, ctx->model.grid.slot_count)));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_TOP, springls__entries_of(&tables[0]),
                                  springls__entry_count(&ctx->model.grid)));
@@ -26209,6 +26364,23 @@ SPRINGLS__FN void springls__get_array(springls_context *ctx, const springls__sna
     else memset(memory, 0, bytes);
 }
 
+/* Reads the neighbor lists; of an older block, rows as they were in memory. */
+SPRINGLS__FN void springls__get_neighbors(springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout,
+                                          const char *block)
+{
+    springls__coder counts = springls__reader(block + layout->at[SPRINGLS__SECTION_NEIGHBOR_COUNTS]);
+    springls__coder edges = springls__reader(block + layout->at[SPRINGLS__SECTION_NEIGHBOR_EDGES]);
+    springls__coder rows = springls__reader(block + layout->at[SPRINGLS__SECTION_NEIGHBORS]);
+    const bool listed = layout->at[SPRINGLS__SECTION_NEIGHBOR_COUNTS] != 0, old = layout->at[SPRINGLS__SECTION_NEIGHBORS] != 0;
+    int i;
+    for (i = 0; i < s->springls; i++) {
+        int *row = ctx->model.cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
+        if (listed) springls__code_neighbors(&counts, &edges, row);
+        else if (old) springls__code(&rows, row, SPRINGLS__NEIGHBOR_ROW, sizeof *row);
+        if (!listed && old && row[0] == SPRINGLS__NOT_FOUND) springls__no_neighbors_yet(row);
+    }
+}
+
 /* Replaces the attributes by those of the snapshot. */
 SPRINGLS__FN void springls__get_attributes(springls_context *ctx, const springls__snapshot_state *s,
                                            const springls__layout *layout, const char *block)
@@ -26253,8 +26425,9 @@ SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls_
     springls__coder c = springls__reader(block + layout->at[SPRINGLS__SECTION_OF(S)]);
     int i;
     for (i = 0; i < s->springls; i++) springls__code_springl(&c, &ctx->model.set.s[i]);
-    for (i = SPRINGLS__SECTION_SET; i <= SPRINGLS__SECTION_NEIGHBORS; i++)
+    for (i = SPRINGLS__SECTION_SET; i < SPRINGLS__SECTION_NEIGHBORS; i++)
         if (springls__section_of(i)->width) springls__get_array(ctx, s, layout, block, i);
+    springls__get_neighbors(ctx, s, layout, block);
     springls__get_components(ctx, s, layout, block);
     springls__get_grid(&ctx->model.grid, table, layout, SPRINGLS__SECTION_INSIDE, block, s->bricks);
     springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS],
@@ -26281,17 +26454,18 @@ SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls_
 }
 
 /* Replaces the numbers of the model, except parameters and attributes, by those of the snapshot. */
-SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__snapshot_state *s)
+SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout)
 {
     const int window[3] = { s->window_x, s->window_y, s->window_z };
     const int original_window[3] = { s->original_window_x, s->original_window_y, s->original_window_z };
     springls__place_window(ctx, &ctx->window, window);
     springls__place_window(ctx, &ctx->original_window, original_window);
-    springls__constellation_changed(ctx); /* before components_fresh and neighbors_age, which it clears */
+    springls__constellation_changed(ctx); /* before the numbers that it clears */
 #define SPRINGLS__RESTORE(name, member) ctx->member = s->name;
     SPRINGLS__SNAPSHOT_COPIES(SPRINGLS__RESTORE)
 #undef SPRINGLS__RESTORE
-    ctx->neighbors_age = s->neighbors_age;
+    if (layout->at[SPRINGLS__SECTION_NEIGHBORS]) ctx->neighbors_uses = springls__imax(0, s->params.resample_period - s->neighbors_age);
+    ctx->components_version = s->components_fresh ? ctx->phi_version : 0;
     ctx->neighbors_missing = true;
     ctx->model.grid.some_asleep = 0;
     ctx->away = FLT_MAX;
@@ -26315,7 +26489,7 @@ SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void 
     springls__model_constants(ctx);
     springls__snapshot_take(ctx, &s, &tables[0], &layout, (const char *)block);
     if (s.kind == SPRINGLS_SNAPSHOT_KIND_ALL) springls__original_take(ctx, &s, &tables[1], &layout, (const char *)block);
-    springls__numbers_take(ctx, &s);
+    springls__numbers_take(ctx, &s, &layout);
     return SPRINGLS_OK;
 }
 
@@ -26439,7 +26613,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 963 \"springls.h\"\n",
+    "#line 964 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -26547,7 +26721,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1986 \"springls.h\"\n",
+    "#line 1988 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -26640,7 +26814,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2080 \"springls.h\"\n",
+    "#line 2082 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -26662,7 +26836,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2103 \"springls.h\"\n",
+    "#line 2105 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26677,7 +26851,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2119 \"springls.h\"\n",
+    "#line 2121 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -26801,7 +26975,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2243 \"springls.h\"\n",
+    "#line 2245 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -26871,7 +27045,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2314 \"springls.h\"\n",
+    "#line 2316 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -27091,7 +27265,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2535 \"springls.h\"\n",
+    "#line 2537 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27106,7 +27280,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2550 \"springls.h\"\n",
+    "#line 2552 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -27230,14 +27404,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2674 \"springls.h\"\n",
+    "#line 2676 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2682 \"springls.h\"\n",
+    "#line 2684 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -27336,7 +27510,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 2782 \"springls.h\"\n",
+    "#line 2784 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -27431,7 +27605,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 2878 \"springls.h\"\n",
+    "#line 2880 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -27443,7 +27617,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2890 \"springls.h\"\n",
+    "#line 2892 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27458,7 +27632,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2906 \"springls.h\"\n",
+    "#line 2908 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -27502,7 +27676,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2950 \"springls.h\"\n",
+    "#line 2952 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27517,7 +27691,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2965 \"springls.h\"\n",
+    "#line 2967 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -27561,7 +27735,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3009 \"springls.h\"\n",
+    "#line 3011 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -27640,7 +27814,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3088 \"springls.h\"\n",
+    "#line 3090 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27655,7 +27829,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3104 \"springls.h\"\n",
+    "#line 3106 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -27722,7 +27896,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3171 \"springls.h\"\n",
+    "#line 3173 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27737,7 +27911,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3186 \"springls.h\"\n",
+    "#line 3188 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -27804,7 +27978,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3254 \"springls.h\"\n",
+    "#line 3256 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -27858,7 +28032,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(PLACES, float, 3, cells, places)              /* particles in the order of ids, in blocks: eight x, eight y, eight z    */ \\\n",
     "    X(BRICK_LIST_FIRST, uint32_t, 1, cells, brick_list_first) /* list of active brick i: [i] .. [i + 1] - 1 of brick_list_ids */ \\\n",
     "    X(BRICK_LIST_IDS, uint32_t, 1, cells, brick_list_ids)                                                                        \\\n",
-    "    X(LARGE, uint32_t, 1, cells, large)             /* springls with a bounding radius too large for cells                    */\n",
+    "    X(LARGE, uint32_t, 1, cells, large)             /* springls in no cell: too large, or outside all active bricks           */\n",
     "\n",
     "/* Lists what moves springls: on a device (advect.h), or as the caller has it (write.h). */\n",
     "#define SPRINGLS__FORCE_ARRAYS(X)                                                                                                \\\n",
@@ -27965,8 +28139,9 @@ static const char *const springls__kernel_lines[] = {
     "typedef struct springls__cell_list {\n",
     "    SPRINGLS__SEARCH_ARRAYS(SPRINGLS__ARRAY_MEMBER)\n",
     "    SPRINGLS__LIST_ARRAYS(SPRINGLS__ARRAY_MEMBER)\n",
-    "    float bounding_radius;  /* the largest of the springls that are in cells                         */\n",
-    "    int large_count;\n",
+    "    float bounding_radius;  /* the largest of the springls that are not too large for cells          */\n",
+    "    int large_count;        /* springls in no cell                                                   */\n",
+    "    int some_large;         /* 1: some of these are too large; 0: all are outside all active bricks  */\n",
     "    int asleep_count;       /* springls that `asleep` is of: later ones are awake                    */\n",
     "} springls__cell_list;\n",
     "\n",
@@ -28141,7 +28316,8 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__MODEL_NUMBERS(X)                                                                                               \\\n",
     "    X(int, springls, set.count) X(int, at_edges, set.at_edges) X(uint32_t, next_id, set.next_id) X(uint32_t, step, set.step)     \\\n",
     "    X(int, active_count, grid.active_count) X(int, free_count, grid.free_count) X(int, slot_count, grid.slot_count)              \\\n",
-    "    X(int, large_count, cells.large_count) X(float, bounding_radius, cells.bounding_radius)                                      \\\n",
+    "    X(int, large_count, cells.large_count) X(int, some_large, cells.some_large)                                                  \\\n",
+    "    X(float, bounding_radius, cells.bounding_radius)                                                                             \\\n",
     "    X(int, some_asleep, grid.some_asleep) X(int, asleep_count, cells.asleep_count)                                               \\\n",
     "    X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)\n",
     "\n",
@@ -28182,7 +28358,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3633 \"springls.h\"\n",
+    "#line 3637 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -28885,9 +29061,10 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4337 \"springls.h\"\n",
+    "#line 4341 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
-    "   is listed in `large` instead, so that one huge triangle does not widen every search. */\n",
+    "   is listed in `large` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
+    "   active bricks, for the cells are in these. */\n",
     "\n",
     "/* Returns the cell of a voxel within its brick. */\n",
     "SPRINGLS__MATHS int springls__cell_in_brick(int x, int y, int z)\n",
@@ -28926,13 +29103,14 @@ static const char *const springls__kernel_lines[] = {
     "    return bits;\n",
     "}\n",
     "\n",
-    "/* A walk over the springls whose particle lies in a box of cells, row by row within each brick; then over the large ones. Of those\n",
-    "   in cells it may be limited to particles near a place. */\n",
+    "/* A walk over the springls whose particle lies in a box of cells, row by row within each brick; then over those in no cell, unless\n",
+    "   these are outside active bricks and the box is not. Of those in cells it may be limited to particles near a place. */\n",
     "typedef struct springls__cell_walk {\n",
     "    const springls__grid *g;\n",
     "    const springls__cell_list *cells;\n",
     "    int lo[3], hi[3], x, y, z;\n",
-    "    int slot, first, last;                /* of the row: its brick, its cells in there; slot -1: of the large springls   */\n",
+    "    int slot, first, last;                /* of the row: its brick, its cells in there; slot -1: of those in no cell     */\n",
+    "    bool outside;                         /* the box has come upon a brick that is not active                            */\n",
     "    SPRINGLS__GLOBAL const uint32_t *ids; /* springls of the row that are left: next, ..., end - 1                       */\n",
     "    uint32_t next, end;\n",
     "    uint32_t block, found;                /* the first of the eight springls looked at, and a bit for each that is left  */\n",
@@ -28953,6 +29131,7 @@ static const char *const springls__kernel_lines[] = {
     "    walk.y = walk.lo[1] &= -SPRINGLS__CELL;\n",
     "    walk.z = walk.lo[2] &= -SPRINGLS__CELL;\n",
     "    walk.slot = walk.first = walk.last = 0;\n",
+    "    walk.outside = false;\n",
     "    walk.ids = model->cells.ids;\n",
     "    walk.next = walk.end = walk.block = walk.found = 0u;\n",
     "    walk.near_to = lower;\n",
@@ -28971,12 +29150,13 @@ static const char *const springls__kernel_lines[] = {
     "        walk->slot = -1;\n",
     "        walk->ids = walk->cells->large;\n",
     "        walk->next = 0;\n",
-    "        walk->end = (uint32_t)walk->cells->large_count;\n",
+    "        walk->end = walk->outside || walk->cells->some_large ? (uint32_t)walk->cells->large_count : 0u;\n",
     "        return true;\n",
     "    }\n",
     "    last = springls__imin(walk->x | 7, walk->hi[0]);\n",
     "    row = springls__cell_in_brick(0, walk->y, walk->z);\n",
     "    walk->slot = springls__slot_at(g, walk->x, walk->y, walk->z);\n",
+    "    walk->outside = walk->outside || walk->slot < SPRINGLS__FIRST_SLOT;\n",
     "    walk->first = row + (walk->x & 7) / SPRINGLS__CELL;\n",
     "    walk->last = row + (last & 7) / SPRINGLS__CELL;\n",
     "    cell = g->cell + (size_t)walk->slot * SPRINGLS__CELLS;\n",
@@ -29026,7 +29206,7 @@ static const char *const springls__kernel_lines[] = {
     "    return (int)walk->ids[at];\n",
     "}\n",
     "\n",
-    "/* Begins a walk over the springls whose particle lies within r of x, and over all large ones, whose distance the caller tests. */\n",
+    "/* Begins a walk over the springls whose particle lies within r of x, and over those in no cell, whose distance the caller tests. */\n",
     "SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__model *model, springls__v3 x, float r)\n",
     "{\n",
     "    springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r),\n",
@@ -29042,11 +29222,13 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__cell_walk_near(model, x, radius + model->cells.bounding_radius);\n",
     "}\n",
     "\n",
-    "/* Keys of springls in no cell: large ones, and those whose brick is not active yet. */\n",
+    "/* Keys of springls in no cell: large ones, and those whose particle lies outside all active bricks. */\n",
     "#define SPRINGLS__LARGE_KEY 0xffffffffu\n",
-    "#define SPRINGLS__MISSING_KEY 0xfffffffeu\n",
+    "#define SPRINGLS__OUTSIDE_KEY 0xfffffffeu\n",
     "\n",
-    "/* Returns whether a springl of this bounding radius is in no cell. */\n",
+    "SPRINGLS__MATHS bool springls__is_in_cell(uint32_t key) { return key < SPRINGLS__OUTSIDE_KEY; }\n",
+    "\n",
+    "/* Returns whether a springl of this bounding radius is too large for cells. */\n",
     "SPRINGLS__MATHS bool springls__is_large(float bounding_radius)\n",
     "{\n",
     "    const float largest = 2.5f; /* voxels: twice that of a springl about to be split */\n",
@@ -29065,7 +29247,7 @@ static const char *const springls__kernel_lines[] = {
     "    slot = springls__slot_at(g, at[0], at[1], at[2]);\n",
     "    key = (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(at[0], at[1], at[2]) + 1u;\n",
     "    if (springls__is_large(s->bounding_radius)) key = SPRINGLS__LARGE_KEY;\n",
-    "    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : key;\n",
+    "    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__OUTSIDE_KEY : key;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__count_in_cell(const springls__model *model, int i)\n",
@@ -29090,7 +29272,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__put_in_cell(const springls__model *model, int i)\n",
     "{\n",
     "    uint32_t at;\n",
-    "    if (model->cells.key[i] == SPRINGLS__LARGE_KEY) return;\n",
+    "    if (!springls__is_in_cell(model->cells.key[i])) return;\n",
     "    at = SPRINGLS__NEXT(model->grid.cell + model->cells.key[i]);\n",
     "    model->cells.ids[at] = (uint32_t)i;\n",
     "    springls__put_place(model, at, model->set.s[i].p);\n",
@@ -29146,7 +29328,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4599 \"springls.h\"\n",
+    "#line 4609 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -29348,7 +29530,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 4802 \"springls.h\"\n",
+    "#line 4812 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -29465,7 +29647,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 4920 \"springls.h\"\n",
+    "#line 4930 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -29615,7 +29797,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5070 \"springls.h\"\n",
+    "#line 5080 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29630,7 +29812,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5086 \"springls.h\"\n",
+    "#line 5096 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -29978,7 +30160,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5434 \"springls.h\"\n",
+    "#line 5444 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29993,7 +30175,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5449 \"springls.h\"\n",
+    "#line 5459 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -30341,7 +30523,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5797 \"springls.h\"\n",
+    "#line 5807 \"springls.h\"\n",
     "\n",
     "/* Displaces springl i by the forces of the rule, into moved_springls. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -30358,7 +30540,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 6403 \"springls.h\"\n",
+    "#line 6431 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -30384,7 +30566,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6430 \"springls.h\"\n",
+    "#line 6458 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -30473,7 +30655,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6520 \"springls.h\"\n",
+    "#line 6548 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -30613,7 +30795,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6661 \"springls.h\"\n",
+    "#line 6689 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -30699,15 +30881,23 @@ static const char *const springls__kernel_lines[] = {
     "/* The first edge of a springl whose neighbors have not been found: it was asleep. */\n",
     "#define SPRINGLS__NOT_FOUND (-2)\n",
     "\n",
+    "/* Writes a row of a springl whose neighbors are not found: all of it, since rows are copied whole. */\n",
+    "SPRINGLS__MATHS void springls__no_neighbors_yet(SPRINGLS__GLOBAL int *row)\n",
+    "{\n",
+    "    int m;\n",
+    "    row[0] = SPRINGLS__NOT_FOUND;\n",
+    "    for (m = 1; m < SPRINGLS__NEIGHBOR_ROW; m++) row[m] = -1;\n",
+    "}\n",
+    "\n",
     "/* Finds the neighbors of springl i unless it is asleep; with args.neighbors.missing, unless they have been found. */\n",
     "SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    SPRINGLS__GLOBAL int *row = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;\n",
     "    if (args.neighbors.missing && row[0] != SPRINGLS__NOT_FOUND) return;\n",
-    "    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;\n",
+    "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6756 \"springls.h\"\n",
+    "#line 6792 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -30939,7 +31129,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6989 \"springls.h\"\n",
+    "#line 7025 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -30969,7 +31159,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7019 \"springls.h\"\n",
+    "#line 7055 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30984,7 +31174,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7035 \"springls.h\"\n",
+    "#line 7071 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -31153,7 +31343,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7204 \"springls.h\"\n",
+    "#line 7240 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31168,7 +31358,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7219 \"springls.h\"\n",
+    "#line 7255 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -31337,7 +31527,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7388 \"springls.h\"\n",
+    "#line 7424 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -31391,7 +31581,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7443 \"springls.h\"\n",
+    "#line 7479 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -31417,7 +31607,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7469 \"springls.h\"\n",
+    "#line 7505 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31432,7 +31622,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7485 \"springls.h\"\n",
+    "#line 7521 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -31515,7 +31705,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7568 \"springls.h\"\n",
+    "#line 7604 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31530,7 +31720,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7583 \"springls.h\"\n",
+    "#line 7619 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -31613,7 +31803,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7666 \"springls.h\"\n",
+    "#line 7702 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -31687,7 +31877,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7741 \"springls.h\"\n",
+    "#line 7777 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -32240,7 +32430,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8295 \"springls.h\"\n",
+    "#line 8331 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -32336,7 +32526,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8392 \"springls.h\"\n",
+    "#line 8428 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -32457,7 +32647,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8514 \"springls.h\"\n",
+    "#line 8550 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -32727,7 +32917,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8785 \"springls.h\"\n",
+    "#line 8821 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -32803,7 +32993,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8862 \"springls.h\"\n",
+    "#line 8898 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -32945,7 +33135,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9005 \"springls.h\"\n",
+    "#line 9041 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -33134,7 +33324,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9195 \"springls.h\"\n",
+    "#line 9231 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -33260,7 +33450,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9322 \"springls.h\"\n",
+    "#line 9358 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -33293,7 +33483,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (others == 0) return 0;\n",
     "    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;\n",
     "}\n",
-    "#line 9356 \"springls.h\"\n",
+    "#line 9392 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -33837,7 +34027,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9901 \"springls.h\"\n",
+    "#line 9937 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -33987,7 +34177,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10052 \"springls.h\"\n",
+    "#line 10088 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -34091,7 +34281,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10157 \"springls.h\"\n",
+    "#line 10193 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -34188,7 +34378,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10255 \"springls.h\"\n",
+    "#line 10291 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -34726,7 +34916,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10794 \"springls.h\"\n",
+    "#line 10830 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -34804,7 +34994,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10873 \"springls.h\"\n",
+    "#line 10909 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -35053,7 +35243,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11123 \"springls.h\"\n",
+    "#line 11159 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -35086,7 +35276,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11157 \"springls.h\"\n",
+    "#line 11193 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -35111,14 +35301,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11183 \"springls.h\"\n",
+    "#line 11219 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11190 \"springls.h\"\n",
+    "#line 11226 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35133,7 +35323,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11206 \"springls.h\"\n",
+    "#line 11242 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35263,7 +35453,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11336 \"springls.h\"\n",
+    "#line 11372 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35278,7 +35468,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11351 \"springls.h\"\n",
+    "#line 11387 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35408,7 +35598,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11482 \"springls.h\"\n",
+    "#line 11518 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -35699,7 +35889,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11774 \"springls.h\"\n",
+    "#line 11810 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -35795,12 +35985,12 @@ static const char *const springls__kernel_lines[] = {
     "    X(cells_clear, 64) X(cells_count, 512) X(cells_prefix, 64) X(cells_base, 64) X(cells_scatter, 512) X(cells_sort, 64)         \\\n",
     "    X(large_flag, 4096) X(large_scatter, 4096)                                                                                   \\\n",
     "    X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16)             \\\n",
-    "    X(mark_missing, 1024) X(mark_cover, 64) X(mark_band, 64) X(mark_near, 512)                                                   \\\n",
+    "    X(mark_outside, 1024) X(mark_cover, 64) X(mark_band, 64) X(mark_near, 512)                                                   \\\n",
     "    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_scatter, 128)                   \\\n",
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 35804 \"springls.h\"\n",
+    "#line 35994 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -35930,20 +36120,19 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(&model->grid, model->grid.active[i]));\n",
     "}\n",
     "\n",
-    "/* Counts springl i: in counts[0] when its brick is missing, in counts[2] when it is large, else in its cell; the largest bounding\n",
-    "   radius goes to counts[1], for floats above 0 are ordered as their bits are. */\n",
+    "/* Counts springl i: in its cell, or in counts[2] when it is in none, and then also in counts[0] when it is outside active bricks. In\n",
+    "   counts[3] when it is too large; else the largest bounding radius goes to counts[1], for floats above 0 are ordered as their\n",
+    "   bits are. */\n",
     "SPRINGLS__MATHS void springls__cells_count_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    uint key = model->cells.key[i];\n",
+    "    const uint key = model->cells.key[i];\n",
+    "    const float radius = model->set.s[i].bounding_radius;\n",
     "    (void)args;\n",
-    "    if (key == SPRINGLS__MISSING_KEY) {\n",
-    "        SPRINGLS__NEXT(model->work.counts);\n",
-    "    } else if (key == SPRINGLS__LARGE_KEY) {\n",
-    "        SPRINGLS__NEXT(model->work.counts + 2);\n",
-    "    } else {\n",
-    "        springls__count_in_cell(model, i);\n",
-    "        atomic_max((volatile __global uint *)(model->work.counts + 1), as_uint(model->set.s[i].bounding_radius));\n",
-    "    }\n",
+    "    if (springls__is_in_cell(key)) springls__count_in_cell(model, i);\n",
+    "    else SPRINGLS__NEXT(model->work.counts + 2);\n",
+    "    if (key == SPRINGLS__OUTSIDE_KEY) SPRINGLS__NEXT(model->work.counts);\n",
+    "    if (springls__is_large(radius)) SPRINGLS__NEXT(model->work.counts + 3);\n",
+    "    else atomic_max((volatile __global uint *)(model->work.counts + 1), as_uint(radius));\n",
     "}\n",
     "\n",
     "/* Scans the cells of active brick i as if it began at 0; a scan of what they hold gives where it begins. */\n",
@@ -35982,13 +36171,13 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS void springls__large_flag_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
-    "    springls__large_number(model)[i] = model->cells.key[i] == SPRINGLS__LARGE_KEY ? 1u : 0u;\n",
+    "    springls__large_number(model)[i] = springls__is_in_cell(model->cells.key[i]) ? 0u : 1u;\n",
     "}\n",
     "\n",
     "SPRINGLS__MATHS void springls__large_scatter_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
-    "    if (model->cells.key[i] == SPRINGLS__LARGE_KEY) model->cells.large[springls__large_number(model)[i]] = (uint)i;\n",
+    "    if (!springls__is_in_cell(model->cells.key[i])) model->cells.large[springls__large_number(model)[i]] = (uint)i;\n",
     "}\n",
     "\n",
     "/* ---- bricks come and go: those flagged become the active ones (springls__cl_bricks) ---- */\n",
@@ -36019,12 +36208,12 @@ static const char *const springls__kernel_lines[] = {
     "            springls__mark(model, at);\n",
     "}\n",
     "\n",
-    "/* Marks the brick that particle i has come to. */\n",
-    "SPRINGLS__MATHS void springls__mark_missing_element(const springls__model *model, springls__arguments args, int i)\n",
+    "/* Marks the brick of particle i, which is outside all active ones. */\n",
+    "SPRINGLS__MATHS void springls__mark_outside_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    int origin[3];\n",
     "    (void)args;\n",
-    "    if (model->cells.key[i] != SPRINGLS__MISSING_KEY) return;\n",
+    "    if (model->cells.key[i] != SPRINGLS__OUTSIDE_KEY) return;\n",
     "    springls__origin_of_place(&model->grid, model->set.s[i].p, origin);\n",
     "    springls__mark(model, origin);\n",
     "}\n",

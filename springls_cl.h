@@ -549,18 +549,19 @@ SPRINGLS__FN springls_status springls__cl_resolve_regions(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Finds the keys of all springls, and counts of missing bricks, the largest bounding radius (its bits), and of large springls. */
-SPRINGLS__FN springls_status springls__cl_cells_count(springls_context *ctx, uint32_t counts[3])
+/* Finds the keys of all springls, and counts: of particles outside active bricks, the largest bounding radius (its bits), of springls
+   in no cell, and of those that are too large. */
+SPRINGLS__FN springls_status springls__cl_cells_count(springls_context *ctx, uint32_t counts[4])
 {
     const uint64_t list = SPRINGLS__BIT(KEY) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(PLACES)
                         | SPRINGLS__BIT(LARGE);
     int springls = ctx->model.set.count;
     SPRINGLS__TRY(springls__cl_reserve(ctx, list));
     SPRINGLS__TRY(springls__run_on_device(ctx, SPRINGLS__KERNEL_cell_key, springls, NULL));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_counts_clear, 3, NULL));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_counts_clear, 4, NULL));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_clear, ctx->model.grid.active_count, NULL));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_count, springls, NULL));
-    return springls__cl_counted(ctx, 3, counts);
+    return springls__cl_counted(ctx, 4, counts);
 }
 
 SPRINGLS__FN springls_status springls__cl_cells_fill(springls_context *ctx)
@@ -579,14 +580,12 @@ SPRINGLS__FN springls_status springls__cl_cell_list_build(springls_context *ctx)
 {
     springls__cell_list *cells = &ctx->model.cells;
     int springls = ctx->model.set.count;
-    uint32_t counts[3];
+    uint32_t counts[4];
     SPRINGLS__TRY(springls__cl_cells_count(ctx, counts));
-    if (counts[0] > 0) {
-        SPRINGLS__TRY(springls__cl_bricks(ctx, SPRINGLS__COLLECTIVE_mark_missing, springls, true));
-        SPRINGLS__TRY(springls__cl_cells_count(ctx, counts));
-    }
+    ctx->particles_outside = (int)counts[0];
     memcpy(&cells->bounding_radius, &counts[1], sizeof cells->bounding_radius);
     cells->large_count = (int)counts[2];
+    cells->some_large = counts[3] > 0;
     SPRINGLS__TRY(springls__cl_cells_fill(ctx));
     if (cells->large_count == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, large_number, springls));
@@ -594,6 +593,11 @@ SPRINGLS__FN springls_status springls__cl_cell_list_build(springls_context *ctx)
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_large_flag, springls, NULL));
     SPRINGLS__TRY(springls__cl_prefix(ctx, SPRINGLS__ROLE_ARRAY(large_number), springls, 0));
     return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_large_scatter, springls, NULL);
+}
+
+SPRINGLS__FN springls_status springls__cl_add_outside_bricks(springls_context *ctx)
+{
+    return springls__cl_bricks(ctx, SPRINGLS__COLLECTIVE_mark_outside, ctx->model.set.count, true);
 }
 
 SPRINGLS__FN springls_status springls__cl_brick_lists_build(springls_context *ctx, float margin)
@@ -820,6 +824,7 @@ SPRINGLS__FN void springls__cl_set_functions(springls_backend *base)
     base->read_counts = springls__cl_read_counts;
     base->constellation_compact = springls__cl_constellation_compact;
     base->cell_list_build = springls__cl_cell_list_build;
+    base->add_outside_bricks = springls__cl_add_outside_bricks;
     base->cell_list_cover_around = springls__cl_cell_list_cover_around;
     base->band_move = springls__cl_band_move;
     base->brick_lists_build = springls__cl_brick_lists_build;

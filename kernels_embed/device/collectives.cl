@@ -127,20 +127,19 @@ SPRINGLS__MATHS void springls__cells_clear_element(const springls__model *model,
     springls__clear_cells(springls__cells_of(&model->grid, model->grid.active[i]));
 }
 
-/* Counts springl i: in counts[0] when its brick is missing, in counts[2] when it is large, else in its cell; the largest bounding
-   radius goes to counts[1], for floats above 0 are ordered as their bits are. */
+/* Counts springl i: in its cell, or in counts[2] when it is in none, and then also in counts[0] when it is outside active bricks. In
+   counts[3] when it is too large; else the largest bounding radius goes to counts[1], for floats above 0 are ordered as their
+   bits are. */
 SPRINGLS__MATHS void springls__cells_count_element(const springls__model *model, springls__arguments args, int i)
 {
-    uint key = model->cells.key[i];
+    const uint key = model->cells.key[i];
+    const float radius = model->set.s[i].bounding_radius;
     (void)args;
-    if (key == SPRINGLS__MISSING_KEY) {
-        SPRINGLS__NEXT(model->work.counts);
-    } else if (key == SPRINGLS__LARGE_KEY) {
-        SPRINGLS__NEXT(model->work.counts + 2);
-    } else {
-        springls__count_in_cell(model, i);
-        atomic_max((volatile __global uint *)(model->work.counts + 1), as_uint(model->set.s[i].bounding_radius));
-    }
+    if (springls__is_in_cell(key)) springls__count_in_cell(model, i);
+    else SPRINGLS__NEXT(model->work.counts + 2);
+    if (key == SPRINGLS__OUTSIDE_KEY) SPRINGLS__NEXT(model->work.counts);
+    if (springls__is_large(radius)) SPRINGLS__NEXT(model->work.counts + 3);
+    else atomic_max((volatile __global uint *)(model->work.counts + 1), as_uint(radius));
 }
 
 /* Scans the cells of active brick i as if it began at 0; a scan of what they hold gives where it begins. */
@@ -179,13 +178,13 @@ SPRINGLS__MATHS void springls__cells_sort_element(const springls__model *model, 
 SPRINGLS__MATHS void springls__large_flag_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
-    springls__large_number(model)[i] = model->cells.key[i] == SPRINGLS__LARGE_KEY ? 1u : 0u;
+    springls__large_number(model)[i] = springls__is_in_cell(model->cells.key[i]) ? 0u : 1u;
 }
 
 SPRINGLS__MATHS void springls__large_scatter_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
-    if (model->cells.key[i] == SPRINGLS__LARGE_KEY) model->cells.large[springls__large_number(model)[i]] = (uint)i;
+    if (!springls__is_in_cell(model->cells.key[i])) model->cells.large[springls__large_number(model)[i]] = (uint)i;
 }
 
 /* ---- bricks come and go: those flagged become the active ones (springls__cl_bricks) ---- */
@@ -216,12 +215,12 @@ SPRINGLS__MATHS void springls__mark_around(const springls__model *model, const i
             springls__mark(model, at);
 }
 
-/* Marks the brick that particle i has come to. */
-SPRINGLS__MATHS void springls__mark_missing_element(const springls__model *model, springls__arguments args, int i)
+/* Marks the brick of particle i, which is outside all active ones. */
+SPRINGLS__MATHS void springls__mark_outside_element(const springls__model *model, springls__arguments args, int i)
 {
     int origin[3];
     (void)args;
-    if (model->cells.key[i] != SPRINGLS__MISSING_KEY) return;
+    if (model->cells.key[i] != SPRINGLS__OUTSIDE_KEY) return;
     springls__origin_of_place(&model->grid, model->set.s[i].p, origin);
     springls__mark(model, origin);
 }

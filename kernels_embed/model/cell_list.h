@@ -1,5 +1,6 @@
 /* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius
-   is listed in `large` instead, so that one huge triangle does not widen every search. */
+   is listed in `large` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all
+   active bricks, for the cells are in these. */
 #ifndef SPRINGLS__KERNEL_MODEL_CELL_LIST_H
 #define SPRINGLS__KERNEL_MODEL_CELL_LIST_H
 
@@ -44,13 +45,14 @@ SPRINGLS__VEC_MATHS uint32_t springls__places_within(SPRINGLS__GLOBAL const floa
     return bits;
 }
 
-/* A walk over the springls whose particle lies in a box of cells, row by row within each brick; then over the large ones. Of those
-   in cells it may be limited to particles near a place. */
+/* A walk over the springls whose particle lies in a box of cells, row by row within each brick; then over those in no cell, unless
+   these are outside active bricks and the box is not. Of those in cells it may be limited to particles near a place. */
 typedef struct springls__cell_walk {
     const springls__grid *g;
     const springls__cell_list *cells;
     int lo[3], hi[3], x, y, z;
-    int slot, first, last;                /* of the row: its brick, its cells in there; slot -1: of the large springls   */
+    int slot, first, last;                /* of the row: its brick, its cells in there; slot -1: of those in no cell     */
+    bool outside;                         /* the box has come upon a brick that is not active                            */
     SPRINGLS__GLOBAL const uint32_t *ids; /* springls of the row that are left: next, ..., end - 1                       */
     uint32_t next, end;
     uint32_t block, found;                /* the first of the eight springls looked at, and a bit for each that is left  */
@@ -71,6 +73,7 @@ SPRINGLS__INNER springls__cell_walk springls__cell_walk_begin(const springls__mo
     walk.y = walk.lo[1] &= -SPRINGLS__CELL;
     walk.z = walk.lo[2] &= -SPRINGLS__CELL;
     walk.slot = walk.first = walk.last = 0;
+    walk.outside = false;
     walk.ids = model->cells.ids;
     walk.next = walk.end = walk.block = walk.found = 0u;
     walk.near_to = lower;
@@ -89,12 +92,13 @@ SPRINGLS__INNER bool springls__cell_walk_row(springls__cell_walk *walk)
         walk->slot = -1;
         walk->ids = walk->cells->large;
         walk->next = 0;
-        walk->end = (uint32_t)walk->cells->large_count;
+        walk->end = walk->outside || walk->cells->some_large ? (uint32_t)walk->cells->large_count : 0u;
         return true;
     }
     last = springls__imin(walk->x | 7, walk->hi[0]);
     row = springls__cell_in_brick(0, walk->y, walk->z);
     walk->slot = springls__slot_at(g, walk->x, walk->y, walk->z);
+    walk->outside = walk->outside || walk->slot < SPRINGLS__FIRST_SLOT;
     walk->first = row + (walk->x & 7) / SPRINGLS__CELL;
     walk->last = row + (last & 7) / SPRINGLS__CELL;
     cell = g->cell + (size_t)walk->slot * SPRINGLS__CELLS;
@@ -144,7 +148,7 @@ SPRINGLS__MATHS int springls__cell_walk_next(springls__cell_walk *walk)
     return (int)walk->ids[at];
 }
 
-/* Begins a walk over the springls whose particle lies within r of x, and over all large ones, whose distance the caller tests. */
+/* Begins a walk over the springls whose particle lies within r of x, and over those in no cell, whose distance the caller tests. */
 SPRINGLS__MATHS springls__cell_walk springls__cell_walk_near(const springls__model *model, springls__v3 x, float r)
 {
     springls__cell_walk walk = springls__cell_walk_begin(model, springls__v3_make(x.x - r, x.y - r, x.z - r),
@@ -160,11 +164,13 @@ SPRINGLS__MATHS springls__cell_walk springls__cell_walk_around(const springls__m
     return springls__cell_walk_near(model, x, radius + model->cells.bounding_radius);
 }
 
-/* Keys of springls in no cell: large ones, and those whose brick is not active yet. */
+/* Keys of springls in no cell: large ones, and those whose particle lies outside all active bricks. */
 #define SPRINGLS__LARGE_KEY 0xffffffffu
-#define SPRINGLS__MISSING_KEY 0xfffffffeu
+#define SPRINGLS__OUTSIDE_KEY 0xfffffffeu
 
-/* Returns whether a springl of this bounding radius is in no cell. */
+SPRINGLS__MATHS bool springls__is_in_cell(uint32_t key) { return key < SPRINGLS__OUTSIDE_KEY; }
+
+/* Returns whether a springl of this bounding radius is too large for cells. */
 SPRINGLS__MATHS bool springls__is_large(float bounding_radius)
 {
     const float largest = 2.5f; /* voxels: twice that of a springl about to be split */
@@ -183,7 +189,7 @@ SPRINGLS__INNER void springls__cell_key_element(const springls__model *model, sp
     slot = springls__slot_at(g, at[0], at[1], at[2]);
     key = (uint32_t)slot * SPRINGLS__CELLS + (uint32_t)springls__cell_in_brick(at[0], at[1], at[2]) + 1u;
     if (springls__is_large(s->bounding_radius)) key = SPRINGLS__LARGE_KEY;
-    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__MISSING_KEY : key;
+    model->cells.key[i] = slot < SPRINGLS__FIRST_SLOT ? SPRINGLS__OUTSIDE_KEY : key;
 }
 
 SPRINGLS__MATHS void springls__count_in_cell(const springls__model *model, int i)
@@ -208,7 +214,7 @@ SPRINGLS__MATHS uint32_t springls__scan_cells(SPRINGLS__GLOBAL uint32_t *cell, u
 SPRINGLS__MATHS void springls__put_in_cell(const springls__model *model, int i)
 {
     uint32_t at;
-    if (model->cells.key[i] == SPRINGLS__LARGE_KEY) return;
+    if (!springls__is_in_cell(model->cells.key[i])) return;
     at = SPRINGLS__NEXT(model->grid.cell + model->cells.key[i]);
     model->cells.ids[at] = (uint32_t)i;
     springls__put_place(model, at, model->set.s[i].p);

@@ -89,12 +89,20 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
 /* The first edge of a springl whose neighbors have not been found: it was asleep. */
 #define SPRINGLS__NOT_FOUND (-2)
 
+/* Writes a row of a springl whose neighbors are not found: all of it, since rows are copied whole. */
+SPRINGLS__MATHS void springls__no_neighbors_yet(SPRINGLS__GLOBAL int *row)
+{
+    int m;
+    row[0] = SPRINGLS__NOT_FOUND;
+    for (m = 1; m < SPRINGLS__NEIGHBOR_ROW; m++) row[m] = -1;
+}
+
 /* Finds the neighbors of springl i unless it is asleep; with args.neighbors.missing, unless they have been found. */
 SPRINGLS__MATHS void springls__neighbors_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL int *row = model->cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
     if (args.neighbors.missing && row[0] != SPRINGLS__NOT_FOUND) return;
-    if (springls__is_asleep(model, i)) row[0] = SPRINGLS__NOT_FOUND;
+    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);
     else springls__find_neighbors(model, i, row);
 }
 

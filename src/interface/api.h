@@ -589,8 +589,8 @@ typedef struct springls_component {
     float correction;       /* voxels: its offset by params.volume_lock at the end of the last step                 */
 } springls_component;
 
-/* Lists the components by ascending ids, as they are after the last step. When the model has been set or changed since, they are
-   found first. Needs params.components or params.volume_lock: INVALID_ARGUMENT without. Completes a step in progress. The
+/* Lists the components of the present level set by ascending ids. They are found by this call when the level set has changed since
+   the last step; ids and events are the same whether or not anybody asks. Needs params.components or params.volume_lock: INVALID_ARGUMENT without. Completes a step in progress. The
    list belongs to the context, until the next call that changes the model. */
 SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count);
 
@@ -625,9 +625,10 @@ typedef struct springls_event {
     const springls_component *before, *after; /* the parts as they were before and after; birth, death: none, NULL  */
 } springls_event;
 
-/* Lists the events since the last step began, in order of time. Those of springls_combine, _offset, _remesh or a stage call are
-   listed too: they are found by this call, or when the next step begins. Conditions and ownership as for
-   springls_components. Parts of a few voxels are included: their volumes show which. */
+/* Lists the events of the last step and of the calls before and after it, in order of time: those of springls_combine, _offset,
+   _remesh or a stage call between two steps are listed until the second of these steps has ended, so that a caller who asks after
+   each step sees all of them. Conditions and ownership as for springls_components. Parts of a few voxels are included: their
+   volumes show which. */
 SPRINGLS_API springls_status springls_events(springls_context *ctx, const springls_event **events, int *count);
 
 /* ---- >>mesh_out:api ------------------------------------------------------------------------------------------- */

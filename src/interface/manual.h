@@ -392,8 +392,8 @@
 
    With components = 1 (or volume_lock = 1) the components of the model are followed: bodies, each connected inside the zero
    level, and cavities, each connected outside and enclosed by a body. springls_components lists them with volume, area and
-   centroid; springls_events lists what has happened to them since the last step began: births, splits, mergers and
-   deaths, with the components before and after and the place where they met or parted.
+   centroid; springls_events lists what has happened to them in the last step, and in calls since the step before: births, splits,
+   mergers and deaths, with the components before and after and the place where they met or parted.
 
      - Ids last. The largest part of a split keeps the id, and a merger has that of its largest part; other parts get new ids,
        which are never used again. A component that splits and merges in one step gets ids as if it had split a step before.

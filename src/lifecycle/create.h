@@ -206,6 +206,7 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
     ctx->model.params = *params;
     if (params->contact == SPRINGLS_CONTACT_MERGE) ctx->last_contact_body = 0;
+    if (!springls__components_enabled(ctx)) springls__clear_components(ctx);
     springls__wake_all(ctx);
     springls__constellation_changed(ctx); /* cells and neighbour lists depend on the old radii */
     springls__omega_constant(ctx, params->capture_range, params->capture_range);

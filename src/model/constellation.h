@@ -113,15 +113,14 @@ SPRINGLS__FN bool springls__has_lost_level_set(const springls_context *ctx)
     return ctx->model.grid.active_count == 0 && ctx->model.set.count > 0;
 }
 
-/* Notes that triangles have changed about their particles: the radii of the cell list, omega, components and the hierarchy of
-   triangles are out of date. */
+/* Notes that triangles have changed about their particles: the radii of the cell list, omega and the hierarchy of triangles are out
+   of date. */
 SPRINGLS__FN void springls__triangles_changed(springls_context *ctx)
 {
     ctx->at_rest = false;
     ctx->cells_fresh = false;
     ctx->omega_fresh = false;
     ctx->springl_surface_fresh = false;
-    ctx->components_fresh = ctx->labels_fresh = false;
 }
 
 /* Notes that the cell list is to be built anew, because particles or bricks have changed. */
@@ -138,7 +137,7 @@ SPRINGLS__FN void springls__constellation_moved(springls_context *ctx)
 SPRINGLS__FN void springls__constellation_changed(springls_context *ctx)
 {
     springls__constellation_moved(ctx);
-    ctx->neighbors_age = -1;
+    ctx->neighbors_uses = 0;
 }
 
 #endif

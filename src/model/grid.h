@@ -12,6 +12,7 @@
 SPRINGLS__FN void springls__swap_phi(springls_context *ctx)
 {
     springls__swap(ctx, SPRINGLS__ARRAY_PHI, SPRINGLS__ARRAY_PHI_NEXT);
+    springls__note_writes(ctx, SPRINGLS__BIT(PHI));
 }
 
 /* Sets all voxels of a slot. */

@@ -17,7 +17,7 @@ SPRINGLS__FN void springls__clear_model(springls_context *ctx)
     ctx->model.set.next_id = ctx->model.set.step = 0;
     ctx->attribute_count = 0;
     ctx->iteration = 0;
-    ctx->component_count = ctx->event_count = ctx->event_part_count = 0;
+    ctx->component_count = ctx->event_count = ctx->event_part_count = ctx->new_events = 0;
     ctx->last_component_id = ctx->last_contact_body = 0;
     ctx->components_found = ctx->volumes_locked = false;
     ctx->lag = ctx->lag_turned = 0.0f;

@@ -160,7 +160,6 @@ SPRINGLS__FN springls_status springls__table_change(springls_context *ctx, const
     if (status == SPRINGLS_OK) {
         springls__take_table(g, to);
         springls__copy_entries(&from, from.top, g, g->top, sizeof *g->top, bricks);
-        ctx->labels_fresh = false; /* they have numbers of entries */
     }
     springls__buffer_free(ctx, &old);
     return status;

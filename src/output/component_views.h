@@ -9,15 +9,14 @@
 #include "../stages/events.h"
 #include "query.h"
 
-/* Completes a step in progress, and finds the components of a model that has changed since: reading changes nothing that comes
-   later. */
+/* Completes a step in progress, and finds the components of a model that has changed since: the next call that changes it would do the
+   same first. */
 SPRINGLS__FN springls_status springls__refresh_components(springls_context *ctx, const char *call)
 {
     if (!springls__components_enabled(ctx))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: params.components is 0", call);
     SPRINGLS__TRY(springls__begin_reading(ctx));
-    if (ctx->components_found && ctx->components_fresh) return SPRINGLS_OK;
-    return springls__report_device_failure(ctx, springls__update_components(ctx));
+    return springls__settle_components(ctx);
 }
 
 SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count)

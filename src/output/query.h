@@ -508,28 +508,15 @@ SPRINGLS__FN void springls__raycast_level_task(void *arg, int begin, int end)
 
 /* ---- the calls ---- */
 
-/* Returns true when all particles lie in active bricks: then the cell list can be built and the grid stays as it is. */
-SPRINGLS__FN bool springls__particles_are_in_bricks(const springls_context *ctx)
-{
-    const springls__grid *g = &ctx->model.grid;
-    int i;
-    for (i = 0; i < ctx->model.set.count; i++) {
-        int origin[3];
-        springls__origin_of_place(g, ctx->model.set.s[i].p, origin);
-        if (springls__slot_of_voxel(g, origin[0], origin[1], origin[2]) < SPRINGLS__FIRST_SLOT) return false;
-    }
-    return true;
-}
-
-/* Makes what queries of the zero level read current on the host. Springls are found in the cell list; in the hierarchy where the
-   list would change the grid, or working memory that a step in progress uses. */
+/* Makes what queries of the zero level read current on the host. Springls are found in the cell list; in the hierarchy where to
+   build the list would change working memory that a step in progress uses. */
 SPRINGLS__FN springls_status springls__prepare_level(springls_context *ctx, bool *cells)
 {
     SPRINGLS__TRY(springls__read_level_set(ctx));
     SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID)
                                            | SPRINGLS__BIT(GENERATION) | SPRINGLS__BIT(EDGE) | SPRINGLS__BIT(TOP)
                                            | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK)));
-    *cells = ctx->cells_fresh || (!ctx->step.active && springls__particles_are_in_bricks(ctx));
+    *cells = ctx->cells_fresh || !ctx->step.active;
     if (!*cells) {
         SPRINGLS__TRY(springls__use_host(ctx, false));
         return springls__springl_surface_refresh(ctx);

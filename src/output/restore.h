@@ -39,9 +39,8 @@ SPRINGLS__FN springls_status springls__snapshot_reserve(springls_context *ctx, c
     size_t n = (size_t)s->original, kept = (size_t)original->count;
     int i;
     SPRINGLS__TRY(springls__constellation_reserve(ctx, springls__imax(s->springls, ctx->model.set.count)));
-    if (s->neighbors_age >= 0)
-        SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)s->springls + 1,
-                                     ctx->neighbors_age >= 0 ? (size_t)ctx->model.set.count : 0));
+    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_NEIGHBORS, (size_t)s->springls + 1,
+                                 ctx->neighbors_uses > 0 ? (size_t)ctx->model.set.count : 0));
     SPRINGLS__TRY(springls__grid_reserve(ctx, springls__imax(SPRINGLS__FIRST_SLOT + s->bricks, ctx->model.grid.slot_count)));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_TOP, springls__entries_of(&tables[0]),
                                  springls__entry_count(&ctx->model.grid)));
@@ -118,6 +117,23 @@ SPRINGLS__FN void springls__get_array(springls_context *ctx, const springls__sna
     else memset(memory, 0, bytes);
 }
 
+/* Reads the neighbor lists; of an older block, rows as they were in memory. */
+SPRINGLS__FN void springls__get_neighbors(springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout,
+                                          const char *block)
+{
+    springls__coder counts = springls__reader(block + layout->at[SPRINGLS__SECTION_NEIGHBOR_COUNTS]);
+    springls__coder edges = springls__reader(block + layout->at[SPRINGLS__SECTION_NEIGHBOR_EDGES]);
+    springls__coder rows = springls__reader(block + layout->at[SPRINGLS__SECTION_NEIGHBORS]);
+    const bool listed = layout->at[SPRINGLS__SECTION_NEIGHBOR_COUNTS] != 0, old = layout->at[SPRINGLS__SECTION_NEIGHBORS] != 0;
+    int i;
+    for (i = 0; i < s->springls; i++) {
+        int *row = ctx->model.cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
+        if (listed) springls__code_neighbors(&counts, &edges, row);
+        else if (old) springls__code(&rows, row, SPRINGLS__NEIGHBOR_ROW, sizeof *row);
+        if (!listed && old && row[0] == SPRINGLS__NOT_FOUND) springls__no_neighbors_yet(row);
+    }
+}
+
 /* Replaces the attributes by those of the snapshot. */
 SPRINGLS__FN void springls__get_attributes(springls_context *ctx, const springls__snapshot_state *s,
                                            const springls__layout *layout, const char *block)
@@ -162,8 +178,9 @@ SPRINGLS__FN void springls__snapshot_take(springls_context *ctx, const springls_
     springls__coder c = springls__reader(block + layout->at[SPRINGLS__SECTION_OF(S)]);
     int i;
     for (i = 0; i < s->springls; i++) springls__code_springl(&c, &ctx->model.set.s[i]);
-    for (i = SPRINGLS__SECTION_SET; i <= SPRINGLS__SECTION_NEIGHBORS; i++)
+    for (i = SPRINGLS__SECTION_SET; i < SPRINGLS__SECTION_NEIGHBORS; i++)
         if (springls__section_of(i)->width) springls__get_array(ctx, s, layout, block, i);
+    springls__get_neighbors(ctx, s, layout, block);
     springls__get_components(ctx, s, layout, block);
     springls__get_grid(&ctx->model.grid, table, layout, SPRINGLS__SECTION_INSIDE, block, s->bricks);
     springls__fresh_slots(ctx, block + layout->at[SPRINGLS__SECTION_BRICKS],
@@ -190,17 +207,18 @@ SPRINGLS__FN void springls__original_take(springls_context *ctx, const springls_
 }
 
 /* Replaces the numbers of the model, except parameters and attributes, by those of the snapshot. */
-SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__snapshot_state *s)
+SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__snapshot_state *s, const springls__layout *layout)
 {
     const int window[3] = { s->window_x, s->window_y, s->window_z };
     const int original_window[3] = { s->original_window_x, s->original_window_y, s->original_window_z };
     springls__place_window(ctx, &ctx->window, window);
     springls__place_window(ctx, &ctx->original_window, original_window);
-    springls__constellation_changed(ctx); /* before components_fresh and neighbors_age, which it clears */
+    springls__constellation_changed(ctx); /* before the numbers that it clears */
 #define SPRINGLS__RESTORE(name, member) ctx->member = s->name;
     SPRINGLS__SNAPSHOT_COPIES(SPRINGLS__RESTORE)
 #undef SPRINGLS__RESTORE
-    ctx->neighbors_age = s->neighbors_age;
+    if (layout->at[SPRINGLS__SECTION_NEIGHBORS]) ctx->neighbors_uses = springls__imax(0, s->params.resample_period - s->neighbors_age);
+    ctx->components_version = s->components_fresh ? ctx->phi_version : 0;
     ctx->neighbors_missing = true;
     ctx->model.grid.some_asleep = 0;
     ctx->away = FLT_MAX;
@@ -224,7 +242,7 @@ SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void 
     springls__model_constants(ctx);
     springls__snapshot_take(ctx, &s, &tables[0], &layout, (const char *)block);
     if (s.kind == SPRINGLS_SNAPSHOT_KIND_ALL) springls__original_take(ctx, &s, &tables[1], &layout, (const char *)block);
-    springls__numbers_take(ctx, &s);
+    springls__numbers_take(ctx, &s, &layout);
     return SPRINGLS_OK;
 }
 

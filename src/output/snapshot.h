@@ -81,13 +81,24 @@ SPRINGLS__FN void springls__snapshot_attributes(const springls_context *ctx, spr
     }
 }
 
+/* Returns how many neighbors all vertices have, in lists that are still in use. */
+SPRINGLS__FN int64_t springls__neighbors_listed(const springls_context *ctx)
+{
+    int64_t n = 0;
+    int i, m;
+    if (ctx->neighbors_uses == 0) return 0;
+    for (i = 0; i < ctx->model.set.count; i++)
+        for (m = 0; m < 3; m++) n += springls__neighbor_count(ctx->model.cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW, m);
+    return n;
+}
+
 /* Lists the numbers that a snapshot copies from the context and back: X(name in the snapshot, member of the context). Times are no
    part of a state. */
 #define SPRINGLS__SNAPSHOT_COPIES(X)                                                                                             \
     X(time, time) X(iteration, iteration) X(lag, lag) X(lag_turned, lag_turned) X(opposed, opposed)                              \
     X(springls, model.set.count) X(at_edges, model.set.at_edges) X(next_id, model.set.next_id) X(step, model.set.step)           \
-    X(components, component_count) X(events, event_count) X(event_parts, event_part_count)                                       \
-    X(components_found, components_found) X(components_fresh, components_fresh) X(volumes_locked, volumes_locked)                \
+    X(neighbors_uses, neighbors_uses) X(components, component_count) X(events, event_count) X(event_parts, event_part_count)     \
+    X(new_events, new_events) X(components_found, components_found) X(volumes_locked, volumes_locked)                            \
     X(last_component_id, last_component_id) X(last_contact_body, last_contact_body)                                              \
     X(steps, stats.steps) X(added, stats.added) X(split, stats.split) X(removed, stats.removed) X(reshaped, stats.reshaped)      \
     X(refused, stats.refused) X(left, stats.left) X(volume_correction, stats.volume_correction)                                  \
@@ -103,7 +114,7 @@ SPRINGLS__FN void springls__snapshot_fill(springls_context *ctx, springls_snapsh
     s->kind = (int32_t)kind;
     s->reference_stamp = kind == SPRINGLS_SNAPSHOT_KIND_FRAME ? springls__reference_stamp(ctx) : 0;
     s->params = ctx->model.params;
-    s->neighbors_age = springls__imax(ctx->neighbors_age, -1);
+    s->neighbors = springls__neighbors_listed(ctx);
     s->bricks = ctx->model.grid.active_count;
     s->reference_bricks = springls__active_bricks(&ctx->model.reference);
     s->original = ctx->original.count;
@@ -136,6 +147,17 @@ SPRINGLS__FN void springls__put_grid(char *out, const springls__layout *layout, 
     }
 }
 
+/* Writes the neighbor lists. */
+SPRINGLS__FN void springls__put_neighbors(const springls_context *ctx, const springls__layout *layout, char *out)
+{
+    springls__coder counts = springls__writer(out + layout->at[SPRINGLS__SECTION_NEIGHBOR_COUNTS]);
+    springls__coder edges = springls__writer(out + layout->at[SPRINGLS__SECTION_NEIGHBOR_EDGES]);
+    int i;
+    if (!layout->at[SPRINGLS__SECTION_NEIGHBOR_COUNTS]) return;
+    for (i = 0; i < ctx->model.set.count; i++)
+        springls__code_neighbors(&counts, &edges, ctx->model.cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW);
+}
+
 /* Writes a section of records, or an attribute. */
 SPRINGLS__FN void springls__put_records(springls_context *ctx, const springls__snapshot_state *s, int section, springls__coder *c)
 {
@@ -149,7 +171,7 @@ SPRINGLS__FN void springls__put_records(springls_context *ctx, const springls__s
         return;
     }
     switch (section) {
-    case SPRINGLS__SECTION_NUMBERS: springls__put_named(c, springls__snapshot_numbers, SPRINGLS__NUMBERS, s); break;
+    case SPRINGLS__SECTION_NUMBERS: springls__put_named(c, springls__snapshot_numbers, SPRINGLS__NUMBERS_WRITTEN, s); break;
     case SPRINGLS__SECTION_PARAMS: springls__put_named(c, springls__snapshot_params, SPRINGLS__PARAMS_NAMED, &s->params); break;
     case SPRINGLS__SECTION_GRID:
         for (i = 0; i < 3; i++) size[i] = ctx->model.grid.size[i];
@@ -182,7 +204,6 @@ SPRINGLS__FN void *springls__section_memory(springls_context *ctx, int section)
     if (section >= SPRINGLS__SECTION_SET && section < SPRINGLS__SECTION_NEIGHBORS)
         return ctx->memory[section - SPRINGLS__SECTION_SET].data;
     switch (section) {
-    case SPRINGLS__SECTION_NEIGHBORS: return ctx->model.cells.neighbors;
     case SPRINGLS__SECTION_ORIGINAL: return ctx->original.points;
     case SPRINGLS__SECTION_SOURCE: return ctx->original.source_memory.data;
     default: return NULL; /* of a grid */
@@ -238,6 +259,7 @@ SPRINGLS__FN void springls__snapshot_write(springls_context *ctx, const springls
         springls__put_section_head(layout, section, out);
         springls__put_section(ctx, s, layout, section, out);
     }
+    springls__put_neighbors(ctx, layout, out);
     springls__put_grid(out, layout, SPRINGLS__SECTION_INSIDE, &ctx->model.grid);
     if (s->kind == SPRINGLS_SNAPSHOT_KIND_ALL)
         springls__put_grid(out, layout, SPRINGLS__SECTION_REFERENCE_INSIDE, &ctx->model.reference);
@@ -255,6 +277,10 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
     if (kind != SPRINGLS_SNAPSHOT_KIND_ALL && kind != SPRINGLS_SNAPSHOT_KIND_FRAME)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot: there is no kind %d: it may be 0 or 1", (int)kind);
     SPRINGLS__TRY(springls__finish_step(ctx));
+    if (springls__components_outdated(ctx)) {
+        SPRINGLS__TRY(springls__read_level_set(ctx));
+        SPRINGLS__TRY(springls__settle_components(ctx));
+    }
     springls__end_reading(ctx);
     SPRINGLS__TRY(springls__use_host(ctx, false));
     springls__snapshot_fill(ctx, kind, &state);

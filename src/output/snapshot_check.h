@@ -131,16 +131,18 @@ SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
     if (s->springls < 0 || s->springls > INT32_MAX / 3 - 1) return false;
     if (s->at_edges < 0 || s->at_edges > INT32_MAX / 3 - 1) return false; /* some may have been removed since they were counted */
     if (s->iteration < 0 || s->iteration > furthest || s->steps < 0 || s->steps > furthest) return false;
-    if (s->neighbors_age < -1 || s->neighbors_age > furthest) return false;
-    if (s->components < 0 || s->events < 0 || s->event_parts < 0) return false;
+    if (s->neighbors_age < -1 || s->neighbors_age > furthest || s->neighbors_uses < 0) return false;
+    if (s->neighbors < 0 || s->neighbors > (s->neighbors_uses ? (int64_t)s->springls * SPRINGLS__NEIGHBOR_ROW : 0)) return false;
+    if (s->components < 0 || s->events < 0 || s->event_parts < 0 || s->new_events < 0 || s->new_events > s->events) return false;
     if (s->original < 0 || s->bricks < 0 || s->reference_bricks < 0) return false;
     if (s->inside_runs < 0 || s->reference_inside_runs < 0) return false;
     if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return false;
-    if (!springls__flag_good(s->has_source) || !springls__flag_good(s->components_found)) return false;
+    if (!springls__flag_good(s->has_source) || !springls__flag_good(s->components_found)
+        || !springls__flag_good(s->components_fresh)) return false;
     if (!(s->lag >= 0.0f) || !(s->lag_turned >= 0.0f) || !springls__flag_good(s->opposed)) return false;
     if (!springls__offset_good(s->window_x, s->window_y, s->window_z)
         || !springls__offset_good(s->original_window_x, s->original_window_y, s->original_window_z)) return false;
-    if (!springls__flag_good(s->components_fresh) || !springls__flag_good(s->volumes_locked)) return false;
+    if (!springls__flag_good(s->volumes_locked)) return false;
     if (!springls__all_finite((const char *)&s->volume_correction, 4)
         || !springls__all_finite((const char *)&s->largest_displacement, 4)
         || !springls__all_finite((const char *)&s->moving_share, 4)) return false;
@@ -213,6 +215,34 @@ SPRINGLS__FN bool springls__event_parts_good(const springls__snapshot_state *s, 
     return !c.bad;
 }
 
+/* Returns whether the neighbor lists have as many edges as their counts, of springls that there are. */
+SPRINGLS__FN bool springls__neighbors_good(const springls__snapshot_state *s, const springls__layout *layout, const char *block)
+{
+    const uint8_t *count = (const uint8_t *)block + layout->at[SPRINGLS__SECTION_NEIGHBOR_COUNTS];
+    int64_t edges = 0;
+    int i, m;
+    for (i = 0; i < s->springls; i++)
+        for (m = 0; m < 3; m++, count++)
+            if (*count <= SPRINGLS__MAX_NEIGHBORS) edges += *count;
+            else if (m > 0 || *count != SPRINGLS__COUNT_NOT_FOUND) return false;
+    return edges == s->neighbors
+        && springls__all_between(block + layout->at[SPRINGLS__SECTION_NEIGHBOR_EDGES], (uint64_t)edges * sizeof(int32_t), 0,
+                                 3 * s->springls - 1);
+}
+
+/* Returns whether an older block's rows of neighbors name springls that there are. Where none were found yet, the rest of a row may be
+   anything: older versions left it as it was in memory. */
+SPRINGLS__FN bool springls__neighbor_rows_good(const springls__snapshot_state *s, const char *data)
+{
+    const size_t row = SPRINGLS__NEIGHBOR_ROW;
+    int i;
+    for (i = 0; i < s->springls; i++)
+        if (springls__int_at(data, row * (size_t)i) != SPRINGLS__NOT_FOUND
+            && !springls__all_between(data + row * (size_t)i * sizeof(int32_t), row * sizeof(int32_t), -1, 3 * s->springls - 1))
+            return false;
+    return true;
+}
+
 /* Returns whether a section has valid elements. */
 SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls__snapshot_state *s,
                                          const springls__layout *layout, const char *block, int section)
@@ -233,9 +263,11 @@ SPRINGLS__FN bool springls__section_good(const springls__grid *g, const springls
     case SPRINGLS__SECTION_REFERENCE_INSIDE:
     case SPRINGLS__SECTION_BRICKS:
     case SPRINGLS__SECTION_REFERENCE_BRICKS: /* checked together by springls__bricks_good */
+    case SPRINGLS__SECTION_NEIGHBOR_EDGES: /* checked with their counts */
     case SPRINGLS__SECTION_BRICK_CALM:
     case SPRINGLS__SECTION_CALM: return true;
-    case SPRINGLS__SECTION_NEIGHBORS: return springls__all_between(data, bytes, SPRINGLS__NOT_FOUND, 3 * s->springls - 1);
+    case SPRINGLS__SECTION_NEIGHBORS: return springls__neighbor_rows_good(s, data);
+    case SPRINGLS__SECTION_NEIGHBOR_COUNTS: return springls__neighbors_good(s, layout, block);
     case SPRINGLS__SECTION_COMPONENTS: return springls__components_good(g, s, data);
     case SPRINGLS__SECTION_EVENTS: return springls__events_good(s, data);
     case SPRINGLS__SECTION_EVENT_PARTS: return springls__event_parts_good(s, data);
@@ -352,6 +384,7 @@ SPRINGLS__FN springls_status springls__snapshot_numbers_read(springls_context *c
     double to_world[12];
     memset(s, 0, sizeof *s);
     s->params = springls_default_params();
+    s->components_fresh = 1; /* of all blocks but some old ones */
     if (bytes[SPRINGLS__SECTION_GRID] != SPRINGLS__GRID_BYTES || bytes[SPRINGLS__SECTION_NUMBERS] % SPRINGLS__NAMED_BYTES
         || bytes[SPRINGLS__SECTION_PARAMS] % SPRINGLS__NAMED_BYTES)
         return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "restore: the block is damaged");

@@ -9,6 +9,7 @@
 #include "../model/parameter_sets.h"
 #include "../runtime/arrays.h"
 #include "../stages/events.h"
+#include "../../kernels_embed/model/neighbors.h"
 
 enum { SPRINGLS__SNAPSHOT_VERSION = 1 };
 
@@ -220,13 +221,40 @@ SPRINGLS__FN void springls__code_attribute(springls__coder *c, springls__attribu
     springls__code_choice(c, &entry->merge, last);
 }
 
+/* How many neighbors a vertex has, in the first vertex of a springl whose neighbors are not found yet. */
+enum { SPRINGLS__COUNT_NOT_FOUND = 255 };
+
+/* Returns how many neighbors vertex m has in a row of the neighbor lists. */
+SPRINGLS__FN int springls__neighbor_count(const int *row, int m)
+{
+    int n = 0;
+    while (n < SPRINGLS__MAX_NEIGHBORS && row[SPRINGLS__MAX_NEIGHBORS * m + n] >= 0) n++;
+    return n;
+}
+
+/* Codes the row of a springl: how many neighbors each vertex has, and their edges. */
+SPRINGLS__FN void springls__code_neighbors(springls__coder *counts, springls__coder *edges, int *row)
+{
+    const bool missing = counts->out && row[0] == SPRINGLS__NOT_FOUND;
+    int m, k;
+    if (counts->in) springls__no_neighbors_yet(row);
+    for (m = 0; m < 3; m++) {
+        uint8_t count = (uint8_t)(missing && m == 0 ? SPRINGLS__COUNT_NOT_FOUND : counts->out ? springls__neighbor_count(row, m) : 0);
+        SPRINGLS__CODE(counts, count);
+        if (count == SPRINGLS__COUNT_NOT_FOUND) count = 0;
+        else if (m == 0 && count == 0) row[0] = -1;
+        for (k = 0; k < count; k++) SPRINGLS__CODE(edges, row[SPRINGLS__MAX_NEIGHBORS * m + k]);
+    }
+}
+
 /* ---- named numbers: a reader finds them by name, and those that a block does not have are 0 ---- */
 
 /* Lists the numbers of a model and the sizes of its arrays: X(type of 4 or 8 bytes, name of at most 23 characters). */
 #define SPRINGLS__SNAPSHOT_NUMBERS(X)                                                                                            \
     X(int32_t, kind) X(double, time) X(uint64_t, reference_stamp) X(int32_t, iteration) X(uint32_t, step) X(uint32_t, next_id)   \
-    X(int32_t, springls) X(int32_t, at_edges) X(int32_t, neighbors_age) X(int32_t, bricks) X(int32_t, attributes)                \
-    X(int32_t, components) X(int32_t, events) X(int32_t, event_parts) X(int32_t, components_found) X(int32_t, components_fresh)  \
+    X(int32_t, springls) X(int32_t, at_edges) X(int32_t, neighbors_uses) X(int64_t, neighbors) X(int32_t, bricks)                \
+    X(int32_t, attributes) X(int32_t, components) X(int32_t, events) X(int32_t, event_parts) X(int32_t, new_events)              \
+    X(int32_t, components_found)                                                                                                 \
     X(int32_t, volumes_locked) X(uint32_t, last_component_id) X(uint32_t, last_contact_body)                                     \
     X(int32_t, reference_bricks) X(int32_t, original) X(int32_t, given) X(int32_t, has_source)                                   \
     X(int32_t, steps) X(int64_t, added) X(int64_t, split) X(int64_t, removed) X(int64_t, reshaped) X(int64_t, refused)           \
@@ -236,10 +264,13 @@ SPRINGLS__FN void springls__code_attribute(springls__coder *c, springls__attribu
     X(int32_t, original_window_x) X(int32_t, original_window_y) X(int32_t, original_window_z)                                    \
     X(int32_t, inside_runs) X(int32_t, reference_inside_runs)
 
+/* Lists the numbers that only older blocks have. */
+#define SPRINGLS__OLD_NUMBERS(X) X(int32_t, neighbors_age) X(int32_t, components_fresh)
+
 /* Holds the numbers of a model. */
 typedef struct springls__snapshot_state {
 #define SPRINGLS__NUMBER_MEMBER(type, name) type name;
-    SPRINGLS__SNAPSHOT_NUMBERS(SPRINGLS__NUMBER_MEMBER)
+    SPRINGLS__SNAPSHOT_NUMBERS(SPRINGLS__NUMBER_MEMBER) SPRINGLS__OLD_NUMBERS(SPRINGLS__NUMBER_MEMBER)
 #undef SPRINGLS__NUMBER_MEMBER
     springls_params params;
     springls__attribute_entry attribute[SPRINGLS_MAX_ATTRIBUTES];
@@ -250,7 +281,7 @@ typedef struct springls__named { const char *name; size_t offset, bytes; } sprin
 
 static const springls__named springls__snapshot_numbers[] = {
 #define SPRINGLS__NUMBER_ROW(type, name) { #name, offsetof(springls__snapshot_state, name), sizeof(type) },
-    SPRINGLS__SNAPSHOT_NUMBERS(SPRINGLS__NUMBER_ROW)
+    SPRINGLS__SNAPSHOT_NUMBERS(SPRINGLS__NUMBER_ROW) SPRINGLS__OLD_NUMBERS(SPRINGLS__NUMBER_ROW)
 #undef SPRINGLS__NUMBER_ROW
 };
 static const springls__named springls__snapshot_params[] = {
@@ -258,10 +289,13 @@ static const springls__named springls__snapshot_params[] = {
     SPRINGLS__PARAMS(SPRINGLS__PARAM_ROW, SPRINGLS__PARAM_ROW)
 #undef SPRINGLS__PARAM_ROW
 };
+#define SPRINGLS__ONE_NUMBER(type, name) + 1
 enum {
-    SPRINGLS__NUMBERS = sizeof springls__snapshot_numbers / sizeof springls__snapshot_numbers[0],
+    SPRINGLS__NUMBERS_WRITTEN = 0 SPRINGLS__SNAPSHOT_NUMBERS(SPRINGLS__ONE_NUMBER),
+    SPRINGLS__NUMBERS = SPRINGLS__NUMBERS_WRITTEN SPRINGLS__OLD_NUMBERS(SPRINGLS__ONE_NUMBER), /* which come last */
     SPRINGLS__PARAMS_NAMED = sizeof springls__snapshot_params / sizeof springls__snapshot_params[0]
 };
+#undef SPRINGLS__ONE_NUMBER
 
 SPRINGLS__FN void springls__put_named(springls__coder *c, const springls__named *list, size_t count, const void *from)
 {
@@ -317,7 +351,9 @@ typedef enum springls__section {
     SPRINGLS__SECTION_PARAMS,
     SPRINGLS__SECTION_GRID,
     SPRINGLS__SECTION_SET,         /* one section for each array of the constellation */
-    SPRINGLS__SECTION_NEIGHBORS = SPRINGLS__SECTION_SET + SPRINGLS__SPRINGL_ARRAY_COUNT,
+    SPRINGLS__SECTION_NEIGHBORS = SPRINGLS__SECTION_SET + SPRINGLS__SPRINGL_ARRAY_COUNT, /* of older blocks: rows as in memory */
+    SPRINGLS__SECTION_NEIGHBOR_COUNTS, /* how many neighbors each vertex has */
+    SPRINGLS__SECTION_NEIGHBOR_EDGES,
     SPRINGLS__SECTION_SIDES,       /* of older blocks: a bit for each brick of the domain: 1 is constant and inside */
     SPRINGLS__SECTION_INSIDE,      /* runs of these bricks                            */
     SPRINGLS__SECTION_BRICKS,      /* the numbers of the bricks with voxels           */
@@ -374,7 +410,9 @@ static const springls__section_info springls__section_list[] = {
     { SPRINGLS__SECTION_OF(BIRTH), "BRTH", 4, SPRINGLS__SECTION_USED },
     { SPRINGLS__SECTION_OF(PHI_AT), "PHIP", 4, SPRINGLS__SECTION_USED },
     { SPRINGLS__SECTION_OF(SYNCED_POSITION), "SYNC", 4, SPRINGLS__SECTION_USED },
-    { SPRINGLS__SECTION_NEIGHBORS, "NEAR", 4, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_NEIGHBORS, "NEAR", 4, SPRINGLS__SECTION_ONLY_READ },
+    { SPRINGLS__SECTION_NEIGHBOR_COUNTS, "NCNT", 0, SPRINGLS__SECTION_USED },
+    { SPRINGLS__SECTION_NEIGHBOR_EDGES, "NEDG", 0, SPRINGLS__SECTION_USED },
     { SPRINGLS__SECTION_SIDES, "SIDE", 1, SPRINGLS__SECTION_ONLY_READ },
     { SPRINGLS__SECTION_INSIDE, "INSD", 4, SPRINGLS__SECTION_USED },
     { SPRINGLS__SECTION_BRICKS, "BRIK", 4, SPRINGLS__SECTION_USED },
@@ -436,10 +474,12 @@ SPRINGLS__FN uint64_t springls__section_bytes(const springls__grid *g, const spr
     if (section >= SPRINGLS__SECTION_SET && section < SPRINGLS__SECTION_NEIGHBORS)
         return count * springls__element_size((springls__array)(section - SPRINGLS__SECTION_SET));
     switch (section) {
-    case SPRINGLS__SECTION_NUMBERS: return (uint64_t)SPRINGLS__NUMBERS * SPRINGLS__NAMED_BYTES;
+    case SPRINGLS__SECTION_NUMBERS: return (uint64_t)SPRINGLS__NUMBERS_WRITTEN * SPRINGLS__NAMED_BYTES;
     case SPRINGLS__SECTION_PARAMS: return (uint64_t)SPRINGLS__PARAMS_NAMED * SPRINGLS__NAMED_BYTES;
     case SPRINGLS__SECTION_GRID: return SPRINGLS__GRID_BYTES;
     case SPRINGLS__SECTION_NEIGHBORS: return s->neighbors_age >= 0 ? count * SPRINGLS__NEIGHBOR_ROW * sizeof(int32_t) : 0;
+    case SPRINGLS__SECTION_NEIGHBOR_COUNTS: return s->neighbors_uses > 0 ? 3 * count : 0;
+    case SPRINGLS__SECTION_NEIGHBOR_EDGES: return (uint64_t)s->neighbors * sizeof(int32_t);
     case SPRINGLS__SECTION_SIDES: return springls__side_bytes(g);
     case SPRINGLS__SECTION_INSIDE: return (uint64_t)s->inside_runs * 2 * sizeof(int32_t);
     case SPRINGLS__SECTION_BRICKS: return (uint64_t)s->bricks * sizeof(int32_t);

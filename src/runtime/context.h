@@ -117,6 +117,7 @@ struct springls_backend {
     springls_status (*read_counts)(springls_context *ctx); /* waits; ends with springls__take_counts */
     springls_status (*constellation_compact)(springls_context *ctx);
     springls_status (*cell_list_build)(springls_context *ctx);
+    springls_status (*add_outside_bricks)(springls_context *ctx);
     springls_status (*cell_list_cover_around)(springls_context *ctx);
     springls_status (*band_move)(springls_context *ctx); /* its second half: band_mask is known */
     springls_status (*brick_lists_build)(springls_context *ctx, float margin);
@@ -250,13 +251,14 @@ struct springls_context {
     springls__buffer next_component_memory; /* the next ones while they are found; springls_components lends it  */
     springls__buffer label_rank, label_voxel, label_node, label_id_memory; /* of voxels (label_components.h)     */
     springls__buffer event_memory, event_part_memory;         /* since the last step began (events.h)            */
-    int component_count, labelled_bricks, label_first_brick, label_count, event_count, event_part_count;
+    int component_count, label_first_brick, label_count, event_count, event_part_count;
+    int new_events;                 /* how many events, the last ones, have been found since the last step              */
     uint32_t last_component_id;
     uint32_t last_contact_body;     /* largest of the bodies that stay two; 0: they are not found yet                        */
     bool components_found;  /* they have been found since the model was set                                      */
     bool volumes_locked;    /* the volumes that they are to keep have been measured                              */
     bool neighbors_missing; /* some springls slept when the lists were built, and have none                      */
-    int neighbors_age;      /* relaxations since the lists were built; negative: there are none for these springls */
+    int neighbors_uses;     /* relaxations that may still use the lists; 0: they are to be built                 */
     springls_backend *backend; /* NULL: scalar                                                                   */
     springls_status backend_status; /* why the backend has been left, until the outermost call reports it       */
     bool lost;              /* the model could not be copied from the device: all work stops until the report    */
@@ -281,7 +283,9 @@ struct springls_context {
     bool at_rest;           /* all bricks are asleep, and no springl has moved since that was found             */
     bool cells_fresh, omega_fresh, springl_surface_fresh; /* false after anything that moves springls or their triangles */
     bool particles_listed;  /* the cell list has all particles where they are; triangles may have changed since           */
-    bool components_fresh, labels_fresh; /* the components, the labels of voxels are those of phi                */
+    int particles_outside;  /* how many in the cell list lie outside active bricks                               */
+    uint64_t phi_version;   /* counts what may have changed the level set (residency.h)                          */
+    uint64_t components_version, labels_version; /* the version that components, and labels of voxels, were found from; 0: none */
     size_t memory_used;
     char error[256];
 };

@@ -7,6 +7,17 @@
 #include "arrays.h"
 #include "errors.h"
 
+/* What a level set consists of. */
+#define SPRINGLS__LEVEL_SET_BITS                                                                                                 \
+    (SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PLANE) | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK))
+
+/* Notes that arrays are being written: what was found from the level set is out of date when one of its arrays is. All that kernels
+   and host code write comes through here, so nobody has to remember it. */
+SPRINGLS__FN void springls__note_writes(springls_context *ctx, uint64_t writes)
+{
+    if (writes & SPRINGLS__LEVEL_SET_BITS) ctx->phi_version++;
+}
+
 /* Returns how many elements of an array are in use. */
 SPRINGLS__FN size_t springls__used(const springls_context *ctx, springls__array array)
 {
@@ -76,6 +87,7 @@ SPRINGLS__FN bool springls__repeat_on_host(springls_context *ctx, springls_statu
 SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t reads, uint64_t writes)
 {
     int array;
+    springls__note_writes(ctx, writes);
     if (ctx->lost) return ctx->backend_status;
     if (!ctx->backend) return SPRINGLS_OK;
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
@@ -92,6 +104,7 @@ SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t r
 SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t writes)
 {
     int array;
+    springls__note_writes(ctx, writes);
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
         springls__buffer *buffer = &ctx->memory[array];
         if (buffer->device_bytes < buffer->bytes) {
@@ -122,6 +135,7 @@ SPRINGLS__FN void springls__discard_device_copies(springls_context *ctx)
 {
     int array;
     ctx->on_device = false;
+    springls__note_writes(ctx, SPRINGLS__ALL_BITS);
     for (array = 0; array < SPRINGLS__ARRAY_COUNT; array++) {
         ctx->memory[array].host_stale = false;
         ctx->memory[array].device_stale = ctx->memory[array].device != NULL;

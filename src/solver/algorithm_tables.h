@@ -43,12 +43,6 @@ SPRINGLS__FN bool springls__follows_components(const springls_context *ctx)
     return springls__components_enabled(ctx) && !springls__locks_volume(ctx);
 }
 
-/* Returns true when components are to be found before the step: they never were, or the model has changed since. */
-SPRINGLS__FN bool springls__components_outdated(const springls_context *ctx)
-{
-    return springls__components_enabled(ctx) && !springls__lock_is_new(ctx) && !ctx->components_fresh;
-}
-
 /* Returns true when contract will use phi as it was before the springls moved. */
 SPRINGLS__FN bool springls__needs_phi_before(const springls_context *ctx)
 {
@@ -200,7 +194,6 @@ SPRINGLS__FN springls_status springls__substep_begin(springls_context *ctx)
         springls__clear_target_volumes(ctx);
         ctx->stats.volume_correction = 0.0f;
     }
-    if (!springls__components_enabled(ctx)) springls__clear_components(ctx);
     SPRINGLS__TRY(springls__motion_begin(ctx, &step->forces, (float)ctx->time, dt));
     ctx->motion.max_displacement = step->time_left > 0.0f ? step->longest_displacement * 1.0001f : 0.0f;
     ctx->motion.stop_at_topology = step->desc.stop_at_topology;
@@ -382,8 +375,8 @@ SPRINGLS__FN springls_status springls__plan_step(springls_context *ctx)
     SPRINGLS__DO_IF(springls__must_catch_up, springls__rouse_moved),                         \
     SPRINGLS__STAGE_IF(springls__must_catch_up, PROJECT, springls__carry_level_set),         \
     SPRINGLS__DO_IF(springls__contact_bodies_are_new, springls__find_contact_bodies),        \
-    SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock),           \
-    SPRINGLS__STAGE_IF(springls__components_outdated, COMPONENTS, springls__update_components)
+    SPRINGLS__STAGE_IF(springls__components_outdated, COMPONENTS, springls__update_components), \
+    SPRINGLS__STAGE_IF(springls__lock_is_new, VOLUME_LOCK, springls__volume_lock)
 #define SPRINGLS__MOVE                                                                       \
     SPRINGLS__STAGE(ADVECT, springls__advect),                                               \
     SPRINGLS__DO_IF(springls__window_follows, springls__follow_model),                       \

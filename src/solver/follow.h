@@ -71,7 +71,8 @@ SPRINGLS__FN void springls__end_reading(springls_context *ctx)
 #undef SPRINGLS__GET_SAVED
     springls__copy_saved(ctx, (char *)saved->memory.data, true); /* as many elements as these numbers have in use */
     ctx->at_rest = false;
-    ctx->omega_fresh = ctx->labels_fresh = false;
+    ctx->omega_fresh = false;
+    springls__note_writes(ctx, SPRINGLS__SAVED_BITS);
     springls__discard_cell_list(ctx);
     saved->in_use = false;
 }

@@ -63,11 +63,20 @@ SPRINGLS__FN springls_status springls__begin_reading(springls_context *ctx)
     return springls__read_level_set(ctx);
 }
 
-/* Ends the step in progress, if any, and makes phi follow for a call that changes the model. */
+/* Finds the components where they are outdated. Calls that read them, and calls that change phi, begin with this: so components get
+   the ids that they would have got if somebody had read them before. */
+SPRINGLS__FN springls_status springls__settle_components(springls_context *ctx)
+{
+    if (!springls__components_outdated(ctx)) return SPRINGLS_OK;
+    return springls__report_device_failure(ctx, springls__update_components(ctx));
+}
+
+/* Ends the step in progress, if any, and makes phi follow, and components settle, for a call that changes the model. */
 SPRINGLS__FN springls_status springls__begin_change(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__finish_step(ctx));
-    return springls__change_level_set(ctx);
+    SPRINGLS__TRY(springls__change_level_set(ctx));
+    return springls__settle_components(ctx);
 }
 
 SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const springls_step_desc *step)
@@ -86,7 +95,7 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
     springls__abandon_step(ctx);
     springls__end_reading(ctx);
-    springls__clear_events(ctx);
+    springls__drop_past_events(ctx);
     memset(&ctx->step, 0, sizeof ctx->step);
     ctx->step.desc = *step;
     if (step->forces) ctx->step.forces = *step->forces;

@@ -10,7 +10,7 @@
 #include "../runtime/launch.h"
 #include "../runtime/residency.h"
 #include "../runtime/resumable.h"
-#include "../model/cell_list.h"
+#include "../model/cell_bricks.h"
 #include "../model/constellation.h"
 #include "../model/host_access.h"
 #include "../model/transform.h"
@@ -84,7 +84,7 @@ SPRINGLS__FN springls_status springls__list_region(springls__motion *motion)
     const springls__springl *s = ctx->model.set.s;
     springls__v3 lower = motion->rule.region_lower, upper = motion->rule.region_upper;
     int i;
-    if (ctx->at_rest) SPRINGLS__TRY(springls__cell_list_build(ctx));
+    if (ctx->at_rest) SPRINGLS__TRY(springls__cell_list_cover(ctx));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, region_springls, ctx->model.set.count));
     motion->listed = springls__region_springls(&ctx->model);
     motion->count = 0;

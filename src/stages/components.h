@@ -57,7 +57,7 @@ SPRINGLS__FN bool springls__components_enabled(const springls_context *ctx)
 SPRINGLS__FN void springls__clear_components(springls_context *ctx)
 {
     ctx->component_count = 0;
-    ctx->components_found = ctx->components_fresh = false;
+    ctx->components_found = false;
 }
 
 /* Clears the volumes that components are to keep: the next step measures them. */
@@ -296,7 +296,8 @@ SPRINGLS__FN void springls__store_components(springls_context *ctx, const spring
     ctx->component_memory = ctx->next_component_memory;
     ctx->next_component_memory = memory;
     ctx->component_count = graph->labels.count;
-    ctx->components_found = ctx->components_fresh = true;
+    ctx->components_found = true;
+    ctx->components_version = ctx->phi_version;
 }
 
 /* ---- labels and ids ---- */
@@ -314,17 +315,16 @@ SPRINGLS__FN springls_status springls__components_to_host(springls_context *ctx,
 /* Labels the voxels, unless their labels are fresh, and finds the id of every label. */
 SPRINGLS__FN springls_status springls__label_ids(springls_context *ctx, springls__labels *l)
 {
-    const springls__grid *g = &ctx->model.grid;
     uint32_t *id;
     int i;
-    if (ctx->labels_fresh && ctx->labelled_bricks == g->active_count) *l = springls__kept_labels(ctx);
+    if (ctx->labels_version == ctx->phi_version) *l = springls__kept_labels(ctx);
     else SPRINGLS__TRY(springls__label_voxels(ctx, l));
     SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->label_id_memory, (size_t)l->count + 1, sizeof *id, 0));
     id = (uint32_t *)ctx->label_id_memory.data;
     memset(id, 0, (size_t)l->count * sizeof *id);
     for (i = 0; i < ctx->component_count; i++) {
         const springls__component *c = &springls__component_list(ctx)[i];
-        int32_t label = springls__component_of_voxel(g, l, c->deepest[0], c->deepest[1], c->deepest[2]);
+        int32_t label = springls__component_of_voxel(&ctx->model.grid, l, c->deepest[0], c->deepest[1], c->deepest[2]);
         if (label >= 0) id[label] = c->view.id;
     }
     return SPRINGLS_OK;

@@ -4,7 +4,7 @@
 #define SPRINGLS__STAGES_CONTACT_BODIES_H
 
 #include "../runtime/launch.h"
-#include "../model/cell_list.h"
+#include "../model/cell_bricks.h"
 #include "../model/constellation.h"
 #include "components.h"
 
@@ -37,7 +37,7 @@ SPRINGLS__FN springls_status springls__find_overlap(springls_context *ctx)
     springls__arguments args;
     if (ctx->model.params.contact != SPRINGLS_CONTACT_SEPARATE) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__displacement_since_phi(ctx, &args.overlap.max_displacement));
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(springls__cell_list_cover(ctx));
     springls__run(ctx, SPRINGLS__KERNEL_overlap, ctx->model.set.count, &args);
     return SPRINGLS_OK;
 }

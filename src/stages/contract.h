@@ -5,7 +5,7 @@
 #include "../runtime/arrays.h"
 #include "../runtime/launch.h"
 #include "../runtime/resumable.h"
-#include "../model/cell_list.h"
+#include "../model/cell_bricks.h"
 #include "../model/constellation.h"
 #include "inherit.h"
 #include "sleep.h"
@@ -24,7 +24,7 @@ SPRINGLS__FN springls_status springls__find_poor(springls_context *ctx)
     const springls_params *params = &ctx->model.params;
     springls__arguments args;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, ctx->model.set.count));
-    if (params->keep_thin) SPRINGLS__TRY(springls__cell_list_build(ctx));
+    if (params->keep_thin) SPRINGLS__TRY(springls__cell_list_cover(ctx));
     args.contract.min_angle_cosine = springls__cospi(params->min_angle / 180.0f);
     args.contract.max_angle_cosine = springls__cospi(params->max_angle / 180.0f);
     springls__loop(ctx, SPRINGLS__KERNEL_contract, ctx->model.set.count, &args);
@@ -37,14 +37,14 @@ SPRINGLS__FN void springls__triangles_reshaped(springls_context *ctx)
     springls__count_later(ctx, SPRINGLS__COUNT_RESHAPED, SPRINGLS__ROLE_ARRAY(contract_action), ctx->model.set.count,
                           SPRINGLS__RESHAPE);
     springls__triangles_changed(ctx);
-    ctx->neighbors_age = -1;
+    ctx->neighbors_uses = 0;
 }
 
 /* Makes springls undecided that may be merged, for rounds of merging. */
 SPRINGLS__FN springls_status springls__merge_begin(springls_context *ctx)
 {
     const int count = ctx->model.set.count;
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(springls__cell_list_cover(ctx));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, next_contract_action, count));
     springls__run(ctx, SPRINGLS__KERNEL_merge_begin, count, NULL);
     return SPRINGLS_OK;

@@ -96,7 +96,21 @@ SPRINGLS__FN bool springls__find_seam(springls__seam *seam, springls__v3 *middle
 /* ---- the list ---- */
 
 /* Clears the list of events. */
-SPRINGLS__FN void springls__clear_events(springls_context *ctx) { ctx->event_count = ctx->event_part_count = 0; }
+/* Drops the events of the last step, before another begins. Those that calls since then have made stay: the next step's list has
+   them, whether or not somebody has read them before. */
+SPRINGLS__FN void springls__drop_past_events(springls_context *ctx)
+{
+    springls_event *event = (springls_event *)ctx->event_memory.data;
+    springls_component *part = (springls_component *)ctx->event_part_memory.data;
+    const int past = ctx->event_count - ctx->new_events;
+    int i, parts = 0;
+    for (i = 0; i < past; i++) parts += event[i].before_count + event[i].after_count;
+    ctx->event_count -= past;
+    ctx->event_part_count -= parts;
+    ctx->new_events = 0;
+    if (ctx->event_count > 0) memmove(event, event + past, (size_t)ctx->event_count * sizeof *event);
+    if (ctx->event_part_count > 0) memmove(part, part + parts, (size_t)ctx->event_part_count * sizeof *part);
+}
 
 /* Appends an event without parts. */
 SPRINGLS__FN springls_event *springls__add_event(springls_context *ctx, springls_event_kind kind, bool cavity)
@@ -211,6 +225,7 @@ SPRINGLS__FN springls_status springls__list_events(springls_context *ctx, const 
                                         sizeof(springls_component), (size_t)parts * sizeof(springls_component)));
     for (i = 0; i < graph->previous_count && status == SPRINGLS_OK; i++) status = springls__list_split_or_death(ctx, graph, i);
     for (i = 0; i < graph->labels.count && status == SPRINGLS_OK; i++) status = springls__list_merger_or_birth(ctx, graph, i);
+    if (status == SPRINGLS_OK && !ctx->step.active) ctx->new_events += ctx->event_count - events;
     if (status == SPRINGLS_OK) return SPRINGLS_OK;
     ctx->event_count = events;
     ctx->event_part_count = parts;
@@ -243,6 +258,12 @@ SPRINGLS__FN springls_status springls__update_components(springls_context *ctx)
     SPRINGLS__TRY(springls__components_to_host(ctx, SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)));
     SPRINGLS__TRY(springls__identify_components(ctx, &graph));
     return springls__commit_components(ctx, &graph);
+}
+
+/* Returns true when components are followed, and are not those of the present phi. */
+SPRINGLS__FN bool springls__components_outdated(const springls_context *ctx)
+{
+    return springls__components_enabled(ctx) && (!ctx->components_found || ctx->components_version != ctx->phi_version);
 }
 
 #endif

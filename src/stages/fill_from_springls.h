@@ -6,7 +6,7 @@
 #include "../runtime/arrays.h"
 #include "../runtime/launch.h"
 #include "../runtime/resumable.h"
-#include "../model/cell_list.h"
+#include "../model/cell_bricks.h"
 #include "../model/constellation.h"
 #include "sleep.h"
 
@@ -14,7 +14,7 @@
 SPRINGLS__FN springls_status springls__find_seeds(springls_context *ctx)
 {
     int count = ctx->model.set.count;
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(springls__cell_list_cover(ctx));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seeds, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, seed_action, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, next_seed_action, count));

@@ -7,7 +7,7 @@
 #include "../runtime/launch.h"
 #include "../runtime/resumable.h"
 #include "../runtime/stage_clock.h"
-#include "../model/cell_list.h"
+#include "../model/cell_bricks.h"
 #include "../model/constellation.h"
 #include "fill_from_springls.h"
 #include "inherit.h"
@@ -18,7 +18,7 @@ SPRINGLS__FN springls_status springls__find_exposed(springls_context *ctx, float
 {
     springls__arguments args;
     int bricks;
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(springls__cell_list_cover(ctx));
     bricks = ctx->model.grid.active_count;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, exposed, (size_t)bricks * SPRINGLS__CUBES));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, exposed_count, bricks));

@@ -8,7 +8,7 @@
 #include "../runtime/arrays.h"
 #include "../runtime/launch.h"
 #include "../runtime/resumable.h"
-#include "../model/cell_list.h"
+#include "../model/cell_bricks.h"
 
 enum {
     SPRINGLS__EDGES_NORMALS,
@@ -26,7 +26,7 @@ SPRINGLS__FN springls_status springls__sort_sides(springls_context *ctx, bool se
     springls__arguments args;
     switch (ctx->work.phase) {
     case SPRINGLS__EDGES_NORMALS:
-        SPRINGLS__TRY(springls__cell_list_build(ctx));
+        SPRINGLS__TRY(springls__cell_list_cover(ctx));
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, side_normal, count));
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, edge_candidate, count));
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, was_at_edge, count));

@@ -462,7 +462,7 @@ SPRINGLS__FN springls_status springls__label_voxels(springls_context *ctx, sprin
     const springls__grid *g = &ctx->model.grid;
     const int entries = (int)springls__entry_count(g);
     int i;
-    ctx->labels_fresh = false;
+    ctx->labels_version = 0; /* until all are found */
     if ((int64_t)g->active_count * SPRINGLS__BRICK_VOXELS + entries + 1 > INT32_MAX)
         return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "components: the surface is too large");
     SPRINGLS__TRY(springls__label_bricks(ctx, l));
@@ -473,8 +473,7 @@ SPRINGLS__FN springls_status springls__label_voxels(springls_context *ctx, sprin
     springls__visit_triangles(g, l, springls__join_triangle);
     springls__number_components(g, l);
     ctx->label_count = l->count;
-    ctx->labelled_bricks = g->active_count;
-    ctx->labels_fresh = true;
+    ctx->labels_version = ctx->phi_version;
     return SPRINGLS_OK;
 }
 

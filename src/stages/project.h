@@ -7,7 +7,7 @@
 #include "../runtime/arrays.h"
 #include "../runtime/launch.h"
 #include "../runtime/resumable.h"
-#include "../model/cell_list.h"
+#include "../model/cell_bricks.h"
 #include "../model/constellation.h"
 #include "../model/grid.h"
 #include "contact_bodies.h"
@@ -85,7 +85,7 @@ SPRINGLS__FN springls_status springls__tidy(springls_context *ctx, springls__sta
     switch (ctx->work.phase) {
     case SPRINGLS__TIDY_FIND:
         if (!springls__removes_specks(ctx)) break;
-        SPRINGLS__TRY(springls__cell_list_build(ctx));
+        SPRINGLS__TRY(springls__cell_list_cover(ctx));
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, has_joint_candidates, ctx->model.grid.active_count));
         springls__loop(ctx, SPRINGLS__KERNEL_find_joint_candidates, ctx->model.grid.active_count, NULL);
         return springls__next_phase(ctx, SPRINGLS__TIDY_JOIN);

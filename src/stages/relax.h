@@ -5,7 +5,7 @@
 #include "../runtime/arrays.h"
 #include "../runtime/launch.h"
 #include "../runtime/resumable.h"
-#include "../model/cell_list.h"
+#include "../model/cell_bricks.h"
 #include "../model/constellation.h"
 #include "../model/neighbors.h"
 
@@ -13,6 +13,7 @@ enum {
     SPRINGLS__RELAX_BEGIN,
     SPRINGLS__RELAX_SHORTENED,
     SPRINGLS__RELAX_FIND_NEIGHBORS,
+    SPRINGLS__RELAX_NEIGHBORS_FOUND,
     SPRINGLS__RELAX_ITERATE,
     SPRINGLS__RELAX_ITERATED,
     SPRINGLS__RELAX_COVER,
@@ -46,6 +47,9 @@ SPRINGLS__FN springls_status springls__relax_and(springls_context *ctx, bool cov
         return springls__next_phase(ctx, SPRINGLS__RELAX_FIND_NEIGHBORS);
     case SPRINGLS__RELAX_FIND_NEIGHBORS:
         SPRINGLS__TRY(springls__neighbors_build(ctx));
+        return springls__next_phase(ctx, SPRINGLS__RELAX_NEIGHBORS_FOUND);
+    case SPRINGLS__RELAX_NEIGHBORS_FOUND:
+        springls__neighbors_found(ctx);
         return springls__next_phase(ctx, SPRINGLS__RELAX_ITERATE);
     case SPRINGLS__RELAX_ITERATE:
         if (ctx->work.repetition == params->relax_iterations)
@@ -84,7 +88,7 @@ enum { SPRINGLS__ORIENT_TURN, SPRINGLS__ORIENT_TURNED };
 SPRINGLS__FN springls_status springls__orient(springls_context *ctx)
 {
     if (ctx->work.phase == SPRINGLS__ORIENT_TURN) {
-        if (ctx->model.params.contact == SPRINGLS_CONTACT_SEPARATE) SPRINGLS__TRY(springls__cell_list_build(ctx));
+        if (ctx->model.params.contact == SPRINGLS_CONTACT_SEPARATE) SPRINGLS__TRY(springls__cell_list_cover(ctx));
         springls__loop(ctx, SPRINGLS__KERNEL_orient, ctx->model.set.count, NULL);
         return springls__next_phase(ctx, SPRINGLS__ORIENT_TURNED);
     }

@@ -5,7 +5,7 @@
 #include "../runtime/arrays.h"
 #include "../runtime/launch.h"
 #include "../runtime/resumable.h"
-#include "../model/cell_list.h"
+#include "../model/cell_bricks.h"
 #include "../model/constellation.h"
 #include "inherit.h"
 #include "sleep.h"
@@ -16,7 +16,7 @@ SPRINGLS__FN springls_status springls__count_splits(springls_context *ctx)
 {
     int count = ctx->model.set.count, room = springls__imax(ctx->desc.max_springls - count, 0), wanted = 0;
     SPRINGLS__TRY(springls__scan_later(ctx, SPRINGLS__COUNT_SPLITS, SPRINGLS__ROLE_ARRAY(split_number), count));
-    if (ctx->on_device) SPRINGLS__TRY(springls__cell_list_build(ctx));
+    if (ctx->on_device) SPRINGLS__TRY(springls__cell_list_cover(ctx));
     SPRINGLS__TRY(springls__scan_found(ctx, SPRINGLS__COUNT_SPLITS, &wanted));
     ctx->work.added = springls__imin(wanted, room);
     ctx->stats.refused += wanted - ctx->work.added;
@@ -40,7 +40,7 @@ SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
         if (ctx->work.added == 0) return SPRINGLS_OK;
         args.insert.count = ctx->work.added;
         SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, split_halves, 2 * (size_t)ctx->work.added));
-        SPRINGLS__TRY(springls__cell_list_build(ctx));
+        SPRINGLS__TRY(springls__cell_list_cover(ctx));
         SPRINGLS__TRY(springls__constellation_reserve(ctx, count + ctx->work.added));
         SPRINGLS__TRY(springls__attributes_before_split(ctx, ctx->work.added));
         springls__loop(ctx, SPRINGLS__KERNEL_split, count, &args);

@@ -86,7 +86,7 @@ SPRINGLS__FN springls_status springls__move_window(springls_context *ctx, const 
     springls__move_bricks(&ctx->model.grid, bricks);
     springls__move_places(ctx, voxels);
     springls__place_window(ctx, &ctx->window, offset);
-    ctx->springl_surface_fresh = ctx->labels_fresh = false;
+    ctx->springl_surface_fresh = false;
     springls__discard_cell_list(ctx);
     return SPRINGLS_OK;
 }

@@ -19,8 +19,8 @@ static double springl_distance(const fixture_springl *s, d3 x)
     return d3_triangle_distance(t, x);
 }
 
-/* A walk around a box meets every springl within the radius, and none twice. */
-TEST walks_miss_nothing(int huge)
+/* A walk around a box meets every springl within the radius, and none twice; with `covered`, all of their bricks are active. */
+TEST walks_miss_nothing(int huge, int covered)
 {
     springls_context *ctx = fixture_context(24, NULL);
     fixture_springl *all;
@@ -29,7 +29,8 @@ TEST walks_miss_nothing(int huge)
     make_soup(ctx, 900, huge);
     count = springls_count(ctx);
     all = fixture_copy(ctx);
-    ASSERT_OK(fixture_stage(ctx, springls__cell_list_build));
+    ASSERT_OK(fixture_stage(ctx, covered ? springls__cell_list_cover : springls__cell_list_build));
+    ASSERT_EQ(covered, ctx->particles_outside == 0);
     for (round = 0; round < 300; round++) {
         springls__v3 x = fixture_point(-4.0f, 27.0f);
         float radius = fixture_between(0.05f, 3.0f);
@@ -56,7 +57,7 @@ TEST near_walks_meet_what_is_near(int huge)
     int round, i, met, expected;
     fixture_seed(22);
     make_soup(ctx, 900, huge);
-    ASSERT_OK(fixture_stage(ctx, springls__cell_list_build));
+    ASSERT_OK(fixture_stage(ctx, springls__cell_list_cover));
     for (round = 0; round < 300; round++) {
         springls__v3 x = fixture_point(-4.0f, 27.0f);
         float radius = fixture_between(0.05f, 6.0f);
@@ -86,7 +87,7 @@ TEST changed_triangles_keep_the_list(int huge)
     int round, i, n;
     fixture_seed(23);
     make_soup(ctx, 300, 0);
-    ASSERT_OK(fixture_stage(ctx, springls__cell_list_build));
+    ASSERT_OK(fixture_stage(ctx, springls__cell_list_cover));
     for (round = 0; round < 10; round++) {
         uint32_t *ids;
         float radius;
@@ -101,13 +102,13 @@ TEST changed_triangles_keep_the_list(int huge)
         }
         springls__triangles_changed(ctx);
         ASSERT_EQ(ctx->backend == NULL, ctx->particles_listed);
-        ASSERT_OK(fixture_stage(ctx, springls__cell_list_build));
+        ASSERT_OK(fixture_stage(ctx, springls__cell_list_cover));
         radius = ctx->model.cells.bounding_radius;
         large = ctx->model.cells.large_count;
         ids = (uint32_t *)malloc((size_t)n * sizeof *ids);
         memcpy(ids, ctx->model.cells.ids, (size_t)(n - large) * sizeof *ids);
         springls__constellation_moved(ctx);
-        ASSERT_OK(fixture_stage(ctx, springls__cell_list_build));
+        ASSERT_OK(fixture_stage(ctx, springls__cell_list_cover));
         ASSERT_EQ(large, ctx->model.cells.large_count);
         ASSERT_EQ(radius, ctx->model.cells.bounding_radius);
         ASSERT_EQ(0, memcmp(ids, ctx->model.cells.ids, (size_t)(n - large) * sizeof *ids));
@@ -232,7 +233,7 @@ TEST cells_are_ordered(void)
     int x, i, before, cell[3];
     fixture_seed(23);
     fixture_random_soup(ctx, 4000, 0.0f, 23.0f, 0.8f);
-    ASSERT_OK(fixture_stage(ctx, springls__cell_list_build));
+    ASSERT_OK(fixture_stage(ctx, springls__cell_list_cover));
     for (x = 0; x < 12 * 12 * 12; x++) {
         springls__v3 middle =
             springls__v3_make((float)(2 * (x % 12) + 1), (float)(2 * (x / 12 % 12) + 1), (float)(2 * (x / 144) + 1));
@@ -350,8 +351,10 @@ TEST tiles_hold_the_margin(void)
 
 SUITE(cells)
 {
-    RUN_TESTp(walks_miss_nothing, 0);
-    RUN_TESTp(walks_miss_nothing, 1);
+    RUN_TESTp(walks_miss_nothing, 0, 0);
+    RUN_TESTp(walks_miss_nothing, 0, 1);
+    RUN_TESTp(walks_miss_nothing, 1, 0);
+    RUN_TESTp(walks_miss_nothing, 1, 1);
     RUN_TESTp(near_walks_meet_what_is_near, 0);
     RUN_TESTp(near_walks_meet_what_is_near, 1);
     RUN_TESTp(changed_triangles_keep_the_list, 0);

@@ -120,7 +120,7 @@ TEST sphere_is_found(void)
     springls_context *ctx = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 9.0f);
     d3 center = d3_make(15.5, 15.5, 15.5);
     int i;
-    ASSERT_OK(fixture_stage(ctx, springls__cell_list_build));
+    ASSERT_OK(fixture_stage(ctx, springls__cell_list_cover));
     fixture_seed(85);
     for (i = 0; i < 500; i++) {
         springls__v3 n = fixture_direction(), x;

@@ -254,7 +254,7 @@ TEST impossible_numbers_are_refused(int frame)
     ASSERT_OK(take(s.ctx, kind, &b));
     bytes = (char *)b.bytes;
     end = SPRINGLS__HEAD_BYTES + 2 * SPRINGLS__SECTION_HEAD_BYTES
-        + (SPRINGLS__NUMBERS + SPRINGLS__PARAMS_NAMED) * SPRINGLS__NAMED_BYTES;
+        + (SPRINGLS__NUMBERS_WRITTEN + SPRINGLS__PARAMS_NAMED) * SPRINGLS__NAMED_BYTES;
     for (i = SPRINGLS__HEAD_BYTES; i + 4 <= b.size; i += i < end + 400 ? 4 : 4 * (b.size / 4 / 300)) {
         if (i > 64 && i < end && i % 16 < 8 && i % 20) continue; /* most of the names */
         for (w = 0; w < (i < end ? 7u : 4u); w++) {

@@ -105,7 +105,7 @@ TEST new_springls_take_their_neighbours_average(void)
     fixture_seed(72);
     for (i = 0; i < fresh; i++)
         fixture_here(ctx)->set.a[i] = springls__add(springls__v3_make(5.0f, 6.0f, 7.0f), fixture_point(-0.5f, 0.5f));
-    ASSERT_OK(fixture_stage(ctx, springls__cell_list_build));
+    ASSERT_OK(fixture_stage(ctx, springls__cell_list_cover));
     for (i = 0; i < fresh; i++) { /* within R: some vertex or the particle is that close to the other's triangle */
         fixture_springl s = fixture_get(ctx, i), f = fixture_get(ctx, fresh);
         double d = DBL_MAX;
@@ -141,7 +141,7 @@ TEST the_range_grows(void)
     fixture_add(ctx, springls__v3_make(12.0f, 5.0f, 5.0f), springls__v3_make(13.0f, 5.0f, 5.0f),
                 springls__v3_make(12.0f, 6.0f, 5.0f));
     ctx->model.set.a[0] = springls__v3_make(1.0f, 2.0f, 3.0f);
-    ASSERT_OK(fixture_stage(ctx, springls__cell_list_build));
+    ASSERT_OK(fixture_stage(ctx, springls__cell_list_cover));
     a = springls__correspondence_of_neighbors(&ctx->model, ctx->model.set.s[1], 1, &beside);
     ASSERT_EQ(0, beside);
     ASSERT_EQ(1.0f, a.x);
