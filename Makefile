@@ -2,7 +2,7 @@
 #
 #   CC=clang CXX=clang++   other compilers        OPT=-O1   optimisation        CFLAGS=...   more flags
 #   NATIVE=1               tune for this machine  V=1       print the commands
-#   OPENMP=0 / OPENMP=1    threads by OpenMP: examples and benchmarks have them unless 0, tests only when 1
+#   OPENMP=1               the library's loops by OpenMP instead of its own threads, for comparison
 #   PARTS=1                tests read src/springls_parts.h, so that compiler messages name the part
 #   SPRINGLS_DATA=folder   an optional collection of test data; without it the tests that want it are skipped
 #   PREFIX, DESTDIR        for install
@@ -20,7 +20,8 @@ EXACT         = -ffp-contract=off -fno-math-errno
 STRICT        = -std=c99 $(WARNINGS) -Werror $(EXACT)
 MACHINE       = $(if $(filter 1,$(NATIVE)),-march=native)
 EXAMPLE_FLAGS = -std=c99 $(WARNINGS) $(EXAMPLE_STRICT) $(EXACT) $(or $(OPT),-O3) $(MACHINE) \
-                $(if $(filter 0,$(OPENMP)),,-fopenmp) $(NIFTI) $(CFLAGS)
+                $(THREADS) $(NIFTI) $(CFLAGS)
+THREADS       = -DSPRINGLS_THREADS -pthread $(if $(filter 1,$(OPENMP)),-fopenmp)
 # Debian's NIfTI headers want their own folder in the search path.
 NIFTI         = -isystem /usr/include/nifti
 
@@ -30,10 +31,8 @@ DEVICE_TEXT  := kernels_embed/device/entry_points.cl
 ifdef SPRINGLS_DATA
   export SPRINGLS_DATA
 endif
-# Threads that wait in a busy loop take the processor from those that work, wherever the machine has something else to do.
-export OMP_WAIT_POLICY ?= passive
 
-.PHONY: help deps measurements deps-examples deps-display deps-test deps-opencl deps-bench check examples demo test test-all test-rest test-build test-run fresh bench paper ablation motions morph-pairs accuracy long coverage cover-lines \
+.PHONY: help deps measurements deps-examples deps-display deps-test deps-opencl deps-bench check examples demo test test-all test-rest test-build test-run fresh bench busy paper ablation motions morph-pairs accuracy long coverage cover-lines \
         segmentation registration imaging install uninstall format clean \
         docs docs-check asan tsan msan valgrind deps-valgrind oclgrind deps-oclgrind fuzz deps-fuzz compile-matrix deps-matrix portability deps-portability deps-python web web-test deps-web deps-web-test packages deps-packages deps-engines FORCE
 .DELETE_ON_ERROR:
@@ -77,8 +76,8 @@ check: build/embed check-folders   ## is springls.h what the parts produce? are 
 	@build/print_kernels > build/kernels.cl
 	@tests/portability/kernels.sh build/kernels.cl
 
-SETTINGS = $(CC) $(CXX) $(OPT) $(NATIVE) $(OPENMP) $(CFLAGS)
-# What a folder was built with. A change of it, say CC=clang or OPENMP=0, builds everything there again.
+SETTINGS = $(CC) $(CXX) $(OPT) $(NATIVE) $(THREADS) $(CFLAGS)
+# What a folder was built with. A change of it, say CC=clang or OPENMP=1, builds everything there again.
 .PRECIOUS: %/settings
 %/settings: FORCE
 	@mkdir -p $(@D)

@@ -138,6 +138,7 @@
      >>kernel_source        src/output/kernel_source.h
      >>remodel              src/tools/remodel.h
      >>combine              src/tools/combine.h
+     >>threads              src/runtime/threads.h
 */
 /* springls_parts.h - the parts of springls.h: what a user reads, and the parts that no other part includes. They include the
    rest, each what it uses. `make springls.h` puts them together. */
@@ -176,7 +177,7 @@
      #include "springls.h"
 
    in exactly one C or C++ file; include springls.h without the macro everywhere else. Link the C maths library (-lm).
-   Compile the implementation with -O3, and with -fopenmp for threads.
+   Compile the implementation with -O3; for threads with -DSPRINGLS_THREADS -pthread, and give contexts a pool: THREADS.
 
    STEP BY STEP
 
@@ -204,6 +205,8 @@
                               Define it alike in every file that includes the header
      SPRINGLS_ASSERT(c)       checks the library itself; the default is assert of <assert.h>. Wrong arguments return a status
                               and never reach it
+     SPRINGLS_THREADS         adds a pool of threads, springls_threads_create: POSIX threads (-pthread), or those of Windows. In
+                              the file with SPRINGLS_IMPLEMENTATION; without it the pool's functions give no threads
      SPRINGLS_NO_OPENCL       leaves out the program text of the kernels, half of the object at -O2: springls_kernel_source
                               gives no lines, and springls_cl.h cannot be included
      SPRINGLS_NO_SIMD         compiles the hot loops as plain C too. Without it GCC and clang use vectors of 4 floats, of 8 where
@@ -609,9 +612,29 @@
 
    One thread uses a context at a time; different contexts are independent; there is no global state. Inside a call, work is
    divided into ranges that go to desc.tasks.parallel_for, or to OpenMP when compiled with it, or run in the calling thread.
-   Force callbacks run on several threads at once, with different batches: they must not write to shared state. GCC's OpenMP
-   threads wait in a busy loop, which can cost ten times the work where other programs run: set OMP_WAIT_POLICY=passive in
-   the environment.
+   Force callbacks run on several threads at once, with different batches: they must not write to shared state. Results have the
+   same bits for any number of threads.
+
+   A host that has a job system gives it as parallel_for. For others the library has a pool, where the implementation is
+   compiled with SPRINGLS_THREADS:
+
+     springls_threads *threads = springls_threads_create(0);  one a processor
+     desc.tasks = springls_threads_tasks(threads);
+     ...
+     springls_threads_destroy(threads);                       after the contexts
+
+     - The caller works too, and waits only for pieces of work that others have begun. A thread that gets no processor
+       delays nothing, so a pool may have as many threads as there are processors on a machine with other work.
+     - Between loops its threads sleep. Nothing is taken from the processors before a loop is run.
+     - One pool serves any number of contexts, and loops that run at the same time in several threads of the host. Each is
+       run by its caller, and by those of the pool that have nothing else to do.
+     - A task may run a loop of the same pool, a force callback for example: its thread runs it, and those that sleep help.
+     - Of count threads as many exist as the system has started: springls_threads_count.
+     - Destroy it when no loop runs. A process that was forked has no threads of its parent's: make a pool there.
+
+   OpenMP is for programs that have it anyway. The threads of GCC's OpenMP wait in busy loops, for the next loop and for the last
+   of them at the end of each: where other programs run, that can cost many times the work. Set OMP_WAIT_POLICY=passive in the
+   environment before such a program starts, or use the pool.
 
    FRAMES
 
@@ -758,6 +781,10 @@
   #define springls_status_string SPRINGLS__NAME(springls_status_string)
   #define springls_version SPRINGLS__NAME(springls_version)
   #define springls_version_string SPRINGLS__NAME(springls_version_string)
+  #define springls_threads_create SPRINGLS__NAME(springls_threads_create)
+  #define springls_threads_destroy SPRINGLS__NAME(springls_threads_destroy)
+  #define springls_threads_count SPRINGLS__NAME(springls_threads_count)
+  #define springls_threads_tasks SPRINGLS__NAME(springls_threads_tasks)
   #define springls_default_params SPRINGLS__NAME(springls_default_params)
   #define springls_paper_params SPRINGLS__NAME(springls_paper_params)
   #define springls_default_desc SPRINGLS__NAME(springls_default_desc)
@@ -933,6 +960,27 @@ typedef struct springls_tasks {
     void *user;
 } springls_tasks;
 
+/* Holds threads for springls_tasks, where the implementation was compiled with SPRINGLS_THREADS (manual, THREADS). */
+typedef struct springls_threads springls_threads;
+
+/* Creates a pool in which `count` threads work, the one that calls parallel_for among them: it starts count - 1, at most 255.
+   count 0 or less: one a processor of the machine. When the system refuses to start a thread, the pool has those before it.
+   NULL: compiled without SPRINGLS_THREADS, or no memory. Its memory comes from calloc. */
+SPRINGLS_API springls_threads *springls_threads_create(int count);
+
+/* Ends the threads and frees the pool; NULL is allowed. No loop of it may run any more, and contexts that have it can only be
+   destroyed. */
+SPRINGLS_API void springls_threads_destroy(springls_threads *threads);
+
+/* Returns how many threads work in a loop of the pool, its caller among them: fewer than springls_threads_create was given where
+   the system has refused some. NULL: 1. */
+SPRINGLS_API int springls_threads_count(const springls_threads *threads);
+
+/* Returns the pool as springls_desc.tasks takes it, which borrows it; zeros for NULL. Any number of contexts may have the same
+   pool, and any threads of the caller's may run loops on it at the same time, of contexts or through parallel_for. A task may run
+   a loop of the same pool. A task has to return: no longjmp and no exception. */
+SPRINGLS_API springls_tasks springls_threads_tasks(springls_threads *threads);
+
 /* Receives log lines. level: 1 error, 2 warning, 3 information. message is one line, valid during the call. NULL: no
    log. */
 typedef struct springls_logger {
@@ -949,8 +997,8 @@ typedef struct springls_progress {
 } springls_progress;
 
 /* Traces stages. `stage` is called before (begin = 1, seconds = 0) and after (begin = 0, seconds = the time taken) every
-   stage; its number is a springls_stage. `now` returns a time in seconds; NULL: OpenMP's wall clock when compiled with it,
-   else the C library's clock(), which counts the processor time of all threads. */
+   stage; its number is a springls_stage. `now` returns a time in seconds; NULL: the wall clock when compiled with OpenMP or
+   SPRINGLS_THREADS, else the C library's clock(), which counts the processor time of all threads. */
 typedef struct springls_trace {
     void (*stage)(void *user, int stage, int begin, double seconds);
     double (*now)(void *user);
@@ -12282,12 +12330,31 @@ SPRINGLS__FN bool springls__checks_traded_round(const springls_context *ctx, int
 #endif
 #include <time.h>
 
-/* Returns the time in seconds: by the caller's clock, else OpenMP's, else processor time. */
+/* Returns the wall clock in seconds: POSIX's, of which strict C hides the one that nobody sets. On Windows clock() is one. */
+#if defined(SPRINGLS_THREADS) && !defined(_WIN32)
+#include <sys/time.h>
+SPRINGLS__FN double springls__wall_seconds(void)
+{
+#if defined(CLOCK_MONOTONIC)
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+#else
+    struct timeval now;
+    gettimeofday(&now, NULL);
+    return (double)now.tv_sec + 1e-6 * (double)now.tv_usec;
+#endif
+}
+#endif
+
+/* Returns the time in seconds: by the caller's clock, else the wall clock, else processor time. */
 SPRINGLS__FN double springls__now(const springls_context *ctx)
 {
     if (ctx->desc.trace.now) return (ctx->desc.trace.now)(ctx->desc.trace.user);
 #if defined(_OPENMP)
     return omp_get_wtime();
+#elif defined(SPRINGLS_THREADS) && !defined(_WIN32)
+    return springls__wall_seconds();
 #else
     return (double)clock() / (double)CLOCKS_PER_SEC;
 #endif
@@ -26613,7 +26680,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 964 \"springls.h\"\n",
+    "#line 1012 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -26721,7 +26788,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 1988 \"springls.h\"\n",
+    "#line 2036 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -26814,7 +26881,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2082 \"springls.h\"\n",
+    "#line 2130 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -26836,7 +26903,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2105 \"springls.h\"\n",
+    "#line 2153 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26851,7 +26918,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2121 \"springls.h\"\n",
+    "#line 2169 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -26975,7 +27042,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2245 \"springls.h\"\n",
+    "#line 2293 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -27045,7 +27112,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2316 \"springls.h\"\n",
+    "#line 2364 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -27265,7 +27332,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2537 \"springls.h\"\n",
+    "#line 2585 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27280,7 +27347,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2552 \"springls.h\"\n",
+    "#line 2600 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -27404,14 +27471,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2676 \"springls.h\"\n",
+    "#line 2724 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2684 \"springls.h\"\n",
+    "#line 2732 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -27510,7 +27577,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 2784 \"springls.h\"\n",
+    "#line 2832 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -27605,7 +27672,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 2880 \"springls.h\"\n",
+    "#line 2928 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -27617,7 +27684,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2892 \"springls.h\"\n",
+    "#line 2940 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27632,7 +27699,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2908 \"springls.h\"\n",
+    "#line 2956 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -27676,7 +27743,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 2952 \"springls.h\"\n",
+    "#line 3000 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27691,7 +27758,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2967 \"springls.h\"\n",
+    "#line 3015 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -27735,7 +27802,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3011 \"springls.h\"\n",
+    "#line 3059 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -27814,7 +27881,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3090 \"springls.h\"\n",
+    "#line 3138 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27829,7 +27896,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3106 \"springls.h\"\n",
+    "#line 3154 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -27896,7 +27963,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3173 \"springls.h\"\n",
+    "#line 3221 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27911,7 +27978,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3188 \"springls.h\"\n",
+    "#line 3236 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -27978,7 +28045,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3256 \"springls.h\"\n",
+    "#line 3304 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -28358,7 +28425,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3637 \"springls.h\"\n",
+    "#line 3685 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -29061,7 +29128,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4341 \"springls.h\"\n",
+    "#line 4389 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -29328,7 +29395,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4609 \"springls.h\"\n",
+    "#line 4657 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -29530,7 +29597,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 4812 \"springls.h\"\n",
+    "#line 4860 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -29647,7 +29714,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 4930 \"springls.h\"\n",
+    "#line 4978 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -29797,7 +29864,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5080 \"springls.h\"\n",
+    "#line 5128 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29812,7 +29879,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5096 \"springls.h\"\n",
+    "#line 5144 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -30160,7 +30227,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5444 \"springls.h\"\n",
+    "#line 5492 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30175,7 +30242,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5459 \"springls.h\"\n",
+    "#line 5507 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -30523,7 +30590,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5807 \"springls.h\"\n",
+    "#line 5855 \"springls.h\"\n",
     "\n",
     "/* Displaces springl i by the forces of the rule, into moved_springls. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -30540,7 +30607,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 6431 \"springls.h\"\n",
+    "#line 6479 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -30566,7 +30633,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6458 \"springls.h\"\n",
+    "#line 6506 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -30655,7 +30722,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6548 \"springls.h\"\n",
+    "#line 6596 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -30795,7 +30862,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6689 \"springls.h\"\n",
+    "#line 6737 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -30897,7 +30964,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6792 \"springls.h\"\n",
+    "#line 6840 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -31129,7 +31196,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7025 \"springls.h\"\n",
+    "#line 7073 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -31159,7 +31226,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7055 \"springls.h\"\n",
+    "#line 7103 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31174,7 +31241,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7071 \"springls.h\"\n",
+    "#line 7119 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -31343,7 +31410,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7240 \"springls.h\"\n",
+    "#line 7288 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31358,7 +31425,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7255 \"springls.h\"\n",
+    "#line 7303 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -31527,7 +31594,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7424 \"springls.h\"\n",
+    "#line 7472 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -31581,7 +31648,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7479 \"springls.h\"\n",
+    "#line 7527 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -31607,7 +31674,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7505 \"springls.h\"\n",
+    "#line 7553 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31622,7 +31689,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7521 \"springls.h\"\n",
+    "#line 7569 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -31705,7 +31772,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7604 \"springls.h\"\n",
+    "#line 7652 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31720,7 +31787,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7619 \"springls.h\"\n",
+    "#line 7667 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -31803,7 +31870,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7702 \"springls.h\"\n",
+    "#line 7750 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -31877,7 +31944,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7777 \"springls.h\"\n",
+    "#line 7825 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -32430,7 +32497,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8331 \"springls.h\"\n",
+    "#line 8379 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -32526,7 +32593,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8428 \"springls.h\"\n",
+    "#line 8476 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -32647,7 +32714,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8550 \"springls.h\"\n",
+    "#line 8598 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -32917,7 +32984,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8821 \"springls.h\"\n",
+    "#line 8869 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -32993,7 +33060,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8898 \"springls.h\"\n",
+    "#line 8946 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -33135,7 +33202,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9041 \"springls.h\"\n",
+    "#line 9089 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -33324,7 +33391,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9231 \"springls.h\"\n",
+    "#line 9279 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -33450,7 +33517,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9358 \"springls.h\"\n",
+    "#line 9406 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -33483,7 +33550,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (others == 0) return 0;\n",
     "    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;\n",
     "}\n",
-    "#line 9392 \"springls.h\"\n",
+    "#line 9440 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -34027,7 +34094,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9937 \"springls.h\"\n",
+    "#line 9985 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -34177,7 +34244,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10088 \"springls.h\"\n",
+    "#line 10136 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -34281,7 +34348,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10193 \"springls.h\"\n",
+    "#line 10241 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -34378,7 +34445,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10291 \"springls.h\"\n",
+    "#line 10339 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -34916,7 +34983,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10830 \"springls.h\"\n",
+    "#line 10878 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -34994,7 +35061,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10909 \"springls.h\"\n",
+    "#line 10957 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -35243,7 +35310,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11159 \"springls.h\"\n",
+    "#line 11207 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -35276,7 +35343,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11193 \"springls.h\"\n",
+    "#line 11241 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -35301,14 +35368,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11219 \"springls.h\"\n",
+    "#line 11267 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11226 \"springls.h\"\n",
+    "#line 11274 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35323,7 +35390,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11242 \"springls.h\"\n",
+    "#line 11290 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35453,7 +35520,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11372 \"springls.h\"\n",
+    "#line 11420 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35468,7 +35535,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11387 \"springls.h\"\n",
+    "#line 11435 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35598,7 +35665,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11518 \"springls.h\"\n",
+    "#line 11566 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -35889,7 +35956,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11810 \"springls.h\"\n",
+    "#line 11858 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -35990,7 +36057,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 35994 \"springls.h\"\n",
+    "#line 36061 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -37558,6 +37625,316 @@ SPRINGLS_API springls_status springls_remesh(springls_context *ctx)
 
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC pop_options
+#endif
+
+/* The last, because it includes the system's headers: nothing of the library meets what they define. */
+
+/* ======== >>threads  (src/runtime/threads.h) =================================================================== */
+/* threads.h - a pool of threads behind springls_tasks, where SPRINGLS_THREADS is defined.
+
+   A loop is cut into chunks, which an atomic counter gives away one by one. Whoever runs a loop takes chunks itself until none
+   is left, and then waits only for those that others are in:
+
+     caller    |==0==|==1==|==3==|==4==|..........|   returns when chunk 5 is done
+     thread 1         (wakes) |==2==|=====5=====|
+     thread 2         (gets no processor)             nobody waits for it: it has begun nothing
+
+   So on a machine with other work a loop takes about as long as its caller alone would. A pool that divides loops beforehand,
+   or whose threads meet at the end of each, waits there for every thread's turn. Between loops threads sleep in the operating
+   system. */
+
+#if defined(SPRINGLS_THREADS)
+
+/* ---- what the operating system has: a lock, conditions, threads, an atomic counter ---- */
+
+#if defined(_WIN32)
+
+#include <windows.h>
+#include <process.h>
+
+typedef SRWLOCK springls__mutex;
+typedef CONDITION_VARIABLE springls__condition;
+typedef HANDLE springls__thread;
+
+#define SPRINGLS__THREAD_MAIN(name, arg) static unsigned __stdcall name(void *arg)
+
+SPRINGLS__FN bool springls__mutex_create(springls__mutex *mutex) { InitializeSRWLock(mutex); return true; }
+SPRINGLS__FN void springls__mutex_destroy(springls__mutex *mutex) { (void)mutex; }
+SPRINGLS__FN void springls__mutex_lock(springls__mutex *mutex) { AcquireSRWLockExclusive(mutex); }
+SPRINGLS__FN void springls__mutex_unlock(springls__mutex *mutex) { ReleaseSRWLockExclusive(mutex); }
+
+SPRINGLS__FN bool springls__condition_create(springls__condition *condition)
+{
+    InitializeConditionVariable(condition);
+    return true;
+}
+SPRINGLS__FN void springls__condition_destroy(springls__condition *condition) { (void)condition; }
+SPRINGLS__FN void springls__condition_signal(springls__condition *condition) { WakeConditionVariable(condition); }
+SPRINGLS__FN void springls__condition_broadcast(springls__condition *condition) { WakeAllConditionVariable(condition); }
+SPRINGLS__FN void springls__condition_wait(springls__condition *condition, springls__mutex *mutex)
+{
+    SleepConditionVariableSRW(condition, mutex, INFINITE, 0);
+}
+
+SPRINGLS__FN bool springls__thread_start(springls__thread *thread, unsigned(__stdcall *start)(void *), void *arg)
+{
+    *thread = (HANDLE)_beginthreadex(NULL, 0, start, arg, 0, NULL);
+    return *thread != NULL;
+}
+SPRINGLS__FN void springls__thread_join(springls__thread thread)
+{
+    WaitForSingleObject(thread, INFINITE);
+    CloseHandle(thread);
+}
+
+SPRINGLS__FN long springls__processors(void)
+{
+    SYSTEM_INFO info;
+    GetSystemInfo(&info);
+    return (long)info.dwNumberOfProcessors;
+}
+
+#else
+
+#include <pthread.h>
+#include <unistd.h>
+
+typedef pthread_mutex_t springls__mutex;
+typedef pthread_cond_t springls__condition;
+typedef pthread_t springls__thread;
+
+#define SPRINGLS__THREAD_MAIN(name, arg) static void *name(void *arg)
+
+SPRINGLS__FN bool springls__mutex_create(springls__mutex *mutex) { return pthread_mutex_init(mutex, NULL) == 0; }
+SPRINGLS__FN void springls__mutex_destroy(springls__mutex *mutex) { pthread_mutex_destroy(mutex); }
+SPRINGLS__FN void springls__mutex_lock(springls__mutex *mutex) { pthread_mutex_lock(mutex); }
+SPRINGLS__FN void springls__mutex_unlock(springls__mutex *mutex) { pthread_mutex_unlock(mutex); }
+
+SPRINGLS__FN bool springls__condition_create(springls__condition *condition) { return pthread_cond_init(condition, NULL) == 0; }
+SPRINGLS__FN void springls__condition_destroy(springls__condition *condition) { pthread_cond_destroy(condition); }
+SPRINGLS__FN void springls__condition_signal(springls__condition *condition) { pthread_cond_signal(condition); }
+SPRINGLS__FN void springls__condition_broadcast(springls__condition *condition) { pthread_cond_broadcast(condition); }
+SPRINGLS__FN void springls__condition_wait(springls__condition *condition, springls__mutex *mutex)
+{
+    pthread_cond_wait(condition, mutex);
+}
+
+SPRINGLS__FN bool springls__thread_start(springls__thread *thread, void *(*start)(void *), void *arg)
+{
+    return pthread_create(thread, NULL, start, arg) == 0;
+}
+SPRINGLS__FN void springls__thread_join(springls__thread thread) { pthread_join(thread, NULL); }
+
+SPRINGLS__FN long springls__processors(void) { return sysconf(_SC_NPROCESSORS_ONLN); }
+
+#endif
+
+/* Adds 1 and returns what was there. What a chunk reads and writes is ordered by the pool's lock. */
+SPRINGLS__FN long springls__take_number(long *counter)
+{
+#if defined(__GNUC__)
+    return __atomic_fetch_add(counter, 1, __ATOMIC_RELAXED);
+#else
+    return InterlockedIncrement(counter) - 1;
+#endif
+}
+
+/* ---- loops ---- */
+
+enum {
+    SPRINGLS__MOST_THREADS = 256,
+    SPRINGLS__CHUNKS_A_THREAD = 64 /* so many at most: a larger number only makes the counter's traffic more */
+};
+
+/* A loop that is run, on its caller's stack. `taken` is shared without the lock, `helpers` and `awaited` under it. */
+typedef struct springls__pool_loop {
+    struct springls__pool_loop *next;
+    springls_task task;
+    void *arg;
+    int count, chunk, chunks;
+    long taken;   /* chunks that have been given away, or refused                                                   */
+    int helpers;  /* threads of the pool that are in one of its chunks                                              */
+    bool awaited; /* its caller sleeps until there are none                                                         */
+} springls__pool_loop;
+
+struct springls_threads {
+    springls__mutex lock;
+    springls__condition begun;  /* there is a loop, or the end                                                      */
+    springls__condition helped; /* a loop that is awaited has no helpers                                            */
+    springls__pool_loop *loops;      /* those that may have chunks left, the newest first                                */
+    springls__thread threads[SPRINGLS__MOST_THREADS];
+    int count;  /* of `threads` */
+    int asleep; /* of these     */
+    bool ending;
+};
+
+/* Returns a chunk that nobody has begun, or -1. */
+SPRINGLS__FN int springls__take_chunk(springls__pool_loop *loop)
+{
+    long chunk = springls__take_number(&loop->taken);
+    return chunk < loop->chunks ? (int)chunk : -1;
+}
+
+/* Runs this chunk, and others until none is left. */
+SPRINGLS__FN void springls__run_chunks(springls__pool_loop *loop, int chunk)
+{
+    for (; chunk >= 0; chunk = springls__take_chunk(loop)) {
+        int begin = chunk * loop->chunk, left = loop->count - begin;
+        (loop->task)(loop->arg, begin, begin + springls__imin(left, loop->chunk));
+    }
+}
+
+/* Takes a chunk of the newest loop that has one, and forgets the loops that have none. *chunk is -1 when there is no loop.
+   Under the lock. */
+SPRINGLS__FN springls__pool_loop *springls__join_loop(springls_threads *pool, int *chunk)
+{
+    *chunk = -1;
+    while (pool->loops && (*chunk = springls__take_chunk(pool->loops)) < 0) pool->loops = pool->loops->next;
+    return pool->loops;
+}
+
+SPRINGLS__FN void springls__help(springls_threads *pool, springls__pool_loop *loop, int chunk)
+{
+    loop->helpers++;
+    springls__mutex_unlock(&pool->lock);
+    springls__run_chunks(loop, chunk);
+    springls__mutex_lock(&pool->lock);
+    if (--loop->helpers == 0 && loop->awaited) springls__condition_broadcast(&pool->helped);
+}
+
+SPRINGLS__THREAD_MAIN(springls__thread_main, user)
+{
+    springls_threads *pool = (springls_threads *)user;
+    springls__mutex_lock(&pool->lock);
+    while (!pool->ending) {
+        int chunk;
+        springls__pool_loop *loop = springls__join_loop(pool, &chunk);
+        if (loop) {
+            springls__help(pool, loop, chunk);
+        } else {
+            pool->asleep++;
+            springls__condition_wait(&pool->begun, &pool->lock);
+            pool->asleep--;
+        }
+    }
+    springls__mutex_unlock(&pool->lock);
+    return 0;
+}
+
+/* Offers a loop to the threads that sleep. */
+SPRINGLS__FN void springls__offer_loop(springls_threads *pool, springls__pool_loop *loop)
+{
+    int wanted;
+    springls__mutex_lock(&pool->lock);
+    loop->next = pool->loops;
+    pool->loops = loop;
+    wanted = springls__imin(pool->asleep, loop->chunks - 1);
+    springls__mutex_unlock(&pool->lock);
+    while (wanted-- > 0) springls__condition_signal(&pool->begun);
+}
+
+/* Takes back a loop that has no chunks left, and sleeps until nobody is in one. */
+SPRINGLS__FN void springls__end_loop(springls_threads *pool, springls__pool_loop *loop)
+{
+    springls__pool_loop **link = &pool->loops;
+    springls__mutex_lock(&pool->lock);
+    while (*link && *link != loop) link = &(*link)->next;
+    if (*link) *link = loop->next;
+    loop->awaited = true;
+    while (loop->helpers > 0) springls__condition_wait(&pool->helped, &pool->lock);
+    springls__mutex_unlock(&pool->lock);
+}
+
+SPRINGLS__FN void springls__threads_for(void *user, int count, int grain, springls_task task, void *arg)
+{
+    springls_threads *pool = (springls_threads *)user;
+    springls__pool_loop loop;
+    int most = SPRINGLS__CHUNKS_A_THREAD * (pool->count + 1);
+    if (count <= 0) return;
+    memset(&loop, 0, sizeof loop);
+    loop.task = task;
+    loop.arg = arg;
+    loop.count = count;
+    loop.chunk = springls__imax(springls__imax(grain, 1), count / most + 1);
+    loop.chunks = (count - 1) / loop.chunk + 1;
+    if (loop.chunks == 1 || pool->count == 0) {
+        task(arg, 0, count);
+        return;
+    }
+    springls__offer_loop(pool, &loop);
+    springls__run_chunks(&loop, springls__take_chunk(&loop));
+    springls__end_loop(pool, &loop);
+}
+
+/* ---- life ---- */
+
+/* Returns true when the pool has what its threads meet by; leaves nothing otherwise. */
+SPRINGLS__FN bool springls__create_meeting(springls_threads *pool)
+{
+    if (!springls__mutex_create(&pool->lock)) return false;
+    if (springls__condition_create(&pool->begun)) {
+        if (springls__condition_create(&pool->helped)) return true;
+        springls__condition_destroy(&pool->begun);
+    }
+    springls__mutex_destroy(&pool->lock);
+    return false;
+}
+
+SPRINGLS_API springls_threads *springls_threads_create(int count)
+{
+    springls_threads *pool = (springls_threads *)calloc(1, sizeof *pool);
+    long wanted = count > 0 ? count : springls__processors();
+    if (wanted > SPRINGLS__MOST_THREADS) wanted = SPRINGLS__MOST_THREADS;
+    if (!pool) return NULL;
+    if (!springls__create_meeting(pool)) {
+        free(pool);
+        return NULL;
+    }
+    springls__mutex_lock(&pool->lock); /* a thread that has started sees the number of all */
+    while (pool->count + 1 < wanted && springls__thread_start(&pool->threads[pool->count], springls__thread_main, pool))
+        pool->count++;
+    springls__mutex_unlock(&pool->lock);
+    return pool;
+}
+
+SPRINGLS_API void springls_threads_destroy(springls_threads *threads)
+{
+    int i;
+    if (!threads) return;
+    springls__mutex_lock(&threads->lock);
+    threads->ending = true;
+    springls__mutex_unlock(&threads->lock);
+    springls__condition_broadcast(&threads->begun);
+    for (i = 0; i < threads->count; i++) springls__thread_join(threads->threads[i]);
+    springls__condition_destroy(&threads->helped);
+    springls__condition_destroy(&threads->begun);
+    springls__mutex_destroy(&threads->lock);
+    free(threads);
+}
+
+SPRINGLS_API int springls_threads_count(const springls_threads *threads) { return threads ? threads->count + 1 : 1; }
+
+SPRINGLS_API springls_tasks springls_threads_tasks(springls_threads *threads)
+{
+    springls_tasks tasks;
+    tasks.parallel_for = threads ? springls__threads_for : NULL;
+    tasks.user = threads;
+    return tasks;
+}
+
+#else
+
+SPRINGLS_API springls_threads *springls_threads_create(int count) { return (void)count, (springls_threads *)NULL; }
+SPRINGLS_API void springls_threads_destroy(springls_threads *threads) { (void)threads; }
+SPRINGLS_API int springls_threads_count(const springls_threads *threads) { return (void)threads, 1; }
+
+SPRINGLS_API springls_tasks springls_threads_tasks(springls_threads *threads)
+{
+    springls_tasks tasks = { NULL, NULL };
+    (void)threads;
+    return tasks;
+}
+
 #endif
 
 #endif

@@ -5,6 +5,7 @@
  * texture coordinates with a seam. */
 #include "base/json.h"
 #include "base/progress.h"
+#include "base/threads.h"
 #include "springls/benchmark.h"
 #include "springls/run_options.h"
 #include "springls_cl.h"
@@ -729,7 +730,7 @@ int main(int argc, char **argv)
         json_object_begin(&json, NULL);
         json_string(&json, "params", options.common.params);
         json_string(&json, "backend", run_backend_name(backend));
-        json_integer(&json, "threads", run_threads());
+        json_integer(&json, "threads", threads_count());
         json_array_begin(&json, "flows");
     }
     status = run_all(&options, &params, backend, &json);

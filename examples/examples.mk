@@ -75,14 +75,14 @@ $(foreach p,$(filter-out engine_embed,$(EXAMPLES)),$(eval $(call program_rule,$(
 # C++17, as engines are written.
 engine_embed: build/engine_embed
 build/engine_embed: examples/engine_embed.cpp build/examples/settings | springls.h set-up
-	$(SAY)$(CXX) $(filter-out -std=c99,$(EXAMPLE_FLAGS)) -std=c++17 -I. -MMD -MP -MF build/examples/engine_embed.d -o $@ $< -lm -pthread
+	$(SAY)$(CXX) $(filter-out -std=c99,$(EXAMPLE_FLAGS)) -std=c++17 -I. -MMD -MP -MF build/examples/engine_embed.d -o $@ $< -lm
 
 # Engines bring libraries along that nothing else wants.
 OGRE_FLAGS = $(shell pkg-config --cflags OGRE 2> /dev/null | sed s/-I/-isystem/) -DOGRE_PLUGINS='"$(shell pkg-config --variable=plugindir OGRE 2> /dev/null)"'
 engines: deps-engines   ## the library inside an engine, OGRE: build/ogre (--picture FILE.png; wants a display)
 	@$(MAKE) --no-print-directory build/ogre
 build/ogre: examples/engines/ogre.cpp build/examples/settings | springls.h
-	$(SAY)$(CXX) $(filter-out -std=c99,$(EXAMPLE_FLAGS)) -std=c++17 -I. $(OGRE_FLAGS) -MMD -MP -MF build/examples/ogre.d -o $@ $< -lOgreMain -lm -pthread
+	$(SAY)$(CXX) $(filter-out -std=c99,$(EXAMPLE_FLAGS)) -std=c++17 -I. $(OGRE_FLAGS) -MMD -MP -MF build/examples/ogre.d -o $@ $< -lOgreMain -lm
 
 # The module of Python and its examples. It reads the declarations of springls.h, which lies beside it.
 PYTHON_FILES = springls.h springls.py segment.py track.py

@@ -20,10 +20,12 @@ int main(void)
     springls_forces forces = springls_default_forces();
     springls_step_desc step = springls_default_step_desc();
     springls_sphere ball = {{32, 44, 32}, 12}; /* center, radius */
+    springls_threads *threads = springls_threads_create(0); /* one a processor */
     springls_context *model;
     springls_measures m;
 
     desc.grid.size[0] = desc.grid.size[1] = desc.grid.size[2] = 64;
+    desc.tasks = springls_threads_tasks(threads);
     forces.velocity = vortex;
     step.forces = &forces;
     step.dt = 0.02f;
@@ -36,5 +38,6 @@ int main(void)
         if (springls_step(model, &step) != SPRINGLS_OK) return puts(springls_last_error(model)), 1;
     }
     springls_destroy(model);
+    springls_threads_destroy(threads);
     return 0;
 }

@@ -5,6 +5,7 @@
  * where the masses have gone, and a step without forces makes the level set follow, which parts when the neck is too thin. */
 #include "base/json.h"
 #include "base/progress.h"
+#include "base/threads.h"
 #include "base/vec3.h"
 #include "springls/model_pictures.h"
 #include "springls/run_options.h"
@@ -352,7 +353,7 @@ static bool report(const struct run *run, springls_backend *backend)
     json_integer(&json, "grid", run->common.grid);
     json_string(&json, "params", run->common.params);
     json_string(&json, "backend", run_backend_name(backend));
-    json_integer(&json, "threads", run_threads());
+    json_integer(&json, "threads", threads_count());
     json_integer(&json, "frames", run->bar.frame);
     json_integer(&json, "tear_frame", run->bar.tear_frame);
     json_integer(&json, "components_initial", run->start.components);

@@ -41,6 +41,9 @@
 #pragma GCC pop_options
 #endif
 
+/* The last, because it includes the system's headers: nothing of the library meets what they define. */
+#include "runtime/threads.h"
+
 #endif
 #endif
 #endif

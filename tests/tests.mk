@@ -1,10 +1,10 @@
 # ---- tests ----
 
 # Tests of a sanitizer and tests of the parts live in folders of their own, beside the plain ones. Tests have OpenCL where its
-# headers are; threads by OpenMP only when OPENMP=1. The library is what runs for long, and without SIMD -O2 makes it three times as
-# fast as -O1; tests themselves are compiled quickly.
+# headers are. The library is what runs for long, and without SIMD -O2 makes it three times as fast as -O1; tests themselves are
+# compiled quickly.
 TEST_DIR     := build/test$(addprefix -,$(VARIANT))$(if $(filter 1,$(PARTS)),-parts)
-TEST_FLAGS    = $(STRICT) $(or $(OPT),-O1) $(MACHINE) $(if $(filter 1,$(OPENMP)),-fopenmp) $(if $(filter 1,$(PARTS)),-DSPRINGLS_PARTS) \
+TEST_FLAGS    = $(STRICT) $(or $(OPT),-O1) $(MACHINE) $(THREADS) $(if $(filter 1,$(PARTS)),-DSPRINGLS_PARTS) \
                 $(if $(filter 1,$(WITH_OPENCL) $(WITH_LIBRARIES)),-DSPRINGLS_TEST_OPENCL) -I. -Itests -MMD -MP -MF $@.d $(SANITIZE) $(CFLAGS)
 TEST_LIBS     = -lm -pthread
 $(TEST_DIR)/settings $(TEST_DIR)-no-simd/settings: SETTINGS += $(WITH_LIBRARIES) $(WITH_OPENCL)
@@ -153,7 +153,7 @@ endef
 $(TEST_DIR)/examples/test_python: tests/examples/test_python.py $(wildcard examples/python/*.py) $(TEST_DIR)/settings | springls.h
 	@mkdir -p $(@D)/python
 	@cp springls.h examples/python/*.py $< $(@D)/python
-	$(SAY)$(CC) $(STRICT) -O1 -fPIC -shared -DSPRINGLS_IMPLEMENTATION -x c -o $(@D)/python/libspringls.so springls.h -lm
+	$(SAY)$(CC) $(STRICT) -O1 -fPIC -shared $(THREADS) -DSPRINGLS_IMPLEMENTATION -x c -o $(@D)/python/libspringls.so springls.h -lm
 	$(call python_program,$(@D)/python/test_python.py)
 
 # The module and segment beside scikit-image and scipy.

@@ -8,6 +8,7 @@
 #include "atlas/atlas.h"
 
 #include "base/vec3.h"
+#include "springls/run_options.h"
 #include "springls/segment_model.h"
 
 #include <math.h>
@@ -50,6 +51,7 @@ static bool create_model(const struct shape_mesh *mesh, int cells, const springl
         desc.grid.origin[k] = (double)lo[k] - margin;
     }
     desc.params = &whole;
+    desc.tasks = run_tasks();
     desc.backend = backend;
     const springls_status status = springls_create(&desc, ctx);
     return status == SPRINGLS_OK || atlas_fail("model: %s", springls_status_string(status));

@@ -11,6 +11,7 @@
 
 #include "base/json.h"
 #include "base/progress.h"
+#include "base/threads.h"
 #include "springls/run_options.h"
 
 #include <dirent.h>
@@ -288,7 +289,7 @@ static void print_table(const struct trial *trial, const struct table *table)
         mean += table->seconds[s] / table->count;
         longest = fmax(longest, table->seconds[s]);
     }
-    printf("%d subjects, %.1f s each by votes, at most %.1f s, %d threads\n", table->count, mean, longest, run_threads());
+    printf("%d subjects, %.1f s each by votes, at most %.1f s, %d threads\n", table->count, mean, longest, threads_count());
 }
 
 static bool report(const struct trial *trial, const struct table *table, const char *path)

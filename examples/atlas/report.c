@@ -3,6 +3,7 @@
 
 #include "base/json.h"
 #include "base/progress.h"
+#include "base/threads.h"
 #include "pictures/plot.h"
 #include "shapes/shape_pictures.h"
 #include "springls/run_options.h"
@@ -113,7 +114,7 @@ static bool report(const struct atlas_build *build, const char *path)
     json_number(&json, "seconds_correspond", build->correspond_seconds);
     json_number(&json, "seconds", build->seconds);
     json_string(&json, "backend", run_backend_name(build->backend));
-    json_integer(&json, "threads", run_threads());
+    json_integer(&json, "threads", threads_count());
     json_number(&json, "peak_rss_mib", peak_rss_mib());
     json_object_end(&json);
     return json_close(&json) || cli_write_failed("atlas", path);

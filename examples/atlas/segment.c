@@ -165,6 +165,7 @@ static bool start_springls(struct atlas_segment *run, const struct push *field)
     const struct volume *cubes = &field->pressure;
     desc.grid = segment_model_grid(cubes->dims, cubes->spacing, cubes->origin, cubes->direction[0]);
     desc.params = &run->params;
+    desc.tasks = run_tasks();
     desc.backend = run->backend = run_backend("atlas segment", &run->settings.common);
     if (springls_create(&desc, &run->ctx) != SPRINGLS_OK) {
         return atlas_fail("no model of this size");
@@ -302,6 +303,7 @@ static bool fused_surface(const struct push *field, struct shape_mesh *mesh)
     memset(&desc, 0, sizeof desc);
     const struct volume *cubes = &field->pressure;
     desc.grid = segment_model_grid(cubes->dims, cubes->spacing, cubes->origin, cubes->direction[0]);
+    desc.tasks = run_tasks();
     bool good = springls_create(&desc, &ctx) == SPRINGLS_OK || atlas_fail("no grid of this size");
     if (good) {
         good = atlas_check(ctx, springls_set_threshold(ctx, cubes->data, 0.0f, 2.0f), "fusion")
@@ -361,6 +363,7 @@ static bool fill_mask(const struct volume *grid, const springls_params *params, 
     memset(&desc, 0, sizeof desc);
     desc.grid = segment_model_grid(grid->dims, grid->spacing, grid->origin, grid->direction[0]);
     desc.params = params;
+    desc.tasks = run_tasks();
     const size_t row = (size_t)grid->dims[0];
     float *points = malloc(3 * row * sizeof *points);
     bool good =

@@ -3,6 +3,7 @@
 
 #include "base/json.h"
 #include "base/progress.h"
+#include "base/threads.h"
 #include "imaging/segment_image.h"
 #include "imaging/slices.h"
 #include "shapes/shape_pictures.h"
@@ -89,7 +90,7 @@ static bool report(const struct atlas_segment *run, const char *path)
     }
     json_number(&json, "seconds", run->seconds);
     json_string(&json, "backend", run_backend_name(run->backend));
-    json_integer(&json, "threads", run_threads());
+    json_integer(&json, "threads", threads_count());
     json_number(&json, "peak_rss_mib", peak_rss_mib());
     json_object_end(&json);
     return json_close(&json) || cli_write_failed("atlas", path);

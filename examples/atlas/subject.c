@@ -254,6 +254,7 @@ static bool level_surface(const struct volume *labels, const float *values, floa
     memset(&surface, 0, sizeof surface);
     memset(&desc, 0, sizeof desc);
     desc.grid = segment_model_grid(labels->dims, labels->spacing, labels->origin, labels->direction[0]);
+    desc.tasks = run_tasks();
     const bool made = springls_create(&desc, &ctx) == SPRINGLS_OK;
     const bool good = (made || atlas_fail("%s: grids of this size are not supported", name))
                    && atlas_check(ctx, springls_set_threshold(ctx, values, level, 2.0f), name)

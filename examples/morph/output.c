@@ -3,6 +3,7 @@
 
 #include "base/json.h"
 #include "base/progress.h"
+#include "base/threads.h"
 #include "base/vec3.h"
 #include "morph/apng.h"
 #include "pictures/raycast.h"
@@ -197,7 +198,7 @@ static void report_settings(struct json_writer *json, const struct morph *morph)
     json_number(json, "voxel", morph->grid.spacing[0]);
     json_string(json, "params", set->common.params);
     json_string(json, "backend", run_backend_name(morph->backend));
-    json_integer(json, "threads", run_threads());
+    json_integer(json, "threads", threads_count());
     json_integer(json, "iterations", set->iterations);
     json_number(json, "pace_voxels", (double)set->pace);
     json_integer(json, "blend_frames", set->blend);

@@ -39,6 +39,7 @@ def _declarations():
 
 _ffi.cdef(_declarations())
 _lib = _ffi.dlopen(os.environ.get('SPRINGLS_LIBRARY', os.path.join(_HERE, 'libspringls.so')))
+_threads = _lib.springls_threads_create(0)   # of all models, until the process ends; they sleep when no model works
 
 
 class Error(RuntimeError):
@@ -121,8 +122,8 @@ class Model:
 
     size: three numbers of voxels. spacing, origin: world units, one number or three. direction: 3x3, its columns are the axes
     of the grid. affine: 4x4 as nibabel has it, instead of these three. follow: the grid is a window that moves with the model
-    (`window_offset`). params: springls.params(...); other keywords change members of it. As many threads as OpenMP is given work
-    on it, and change no bit of the results.
+    (`window_offset`). params: springls.params(...); other keywords change members of it. One thread a processor works on
+    it, all models have the same ones, and they change no bit of the results.
 
     >>> Model((32, 32, 32), spacing=0.5, keep_edges=0).count
     0
@@ -143,6 +144,7 @@ class Model:
         chosen = _ffi.new('springls_params *', params or _lib.springls_default_params())
         _fill(chosen, members)
         desc.params = chosen
+        desc.tasks = _lib.springls_threads_tasks(_threads)
         reasons = []
 
         @_ffi.callback('void(void *, int, const char *)')

@@ -3,6 +3,7 @@
 
 #include "base/json.h"
 #include "base/progress.h"
+#include "base/threads.h"
 #include "imaging/slices.h"
 #include "springls/run_options.h"
 
@@ -121,7 +122,7 @@ bool register_report(const struct run *run, const char *path)
         json_pair(&json, "points_before_mm", run->points_before);
         json_pair(&json, "points_after_mm", run->points_after);
     }
-    json_integer(&json, "threads", run_threads());
+    json_integer(&json, "threads", threads_count());
     json_number(&json, "seconds", run->seconds);
     json_number(&json, "peak_rss_mib", peak_rss_mib());
     json_object_end(&json);

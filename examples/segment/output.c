@@ -3,6 +3,7 @@
 
 #include "base/json.h"
 #include "base/progress.h"
+#include "base/threads.h"
 #include "imaging/segment_image.h"
 #include "imaging/slices.h"
 #include "springls/run_options.h"
@@ -241,7 +242,7 @@ bool segment_report(const struct segment *run, const char *path)
     json_number(&json, "speed", set->speed);
     json_string(&json, "params", set->common.params);
     json_string(&json, "backend", run_backend_name(run->backend));
-    json_integer(&json, "threads", run_threads());
+    json_integer(&json, "threads", threads_count());
     json_number(&json, "peak_rss_mib", peak_rss_mib());
     if (set->object_count == 1) {
         report_object(run, &run->results[0], &json);

@@ -3,6 +3,7 @@
 
 #include "base/json.h"
 #include "base/progress.h"
+#include "base/threads.h"
 #include "imaging/slices.h"
 #include "pictures/plot.h"
 #include "shapes/shape_pictures.h"
@@ -415,7 +416,7 @@ bool track_report(const struct track *track, const char *path)
     json_number(&json, "voxel_mm", (double)track->grid.spacing[0]);
     json_integer(&json, "springls", track->mesh.triangle_count);
     json_string(&json, "backend", run_backend_name(track->backend));
-    json_integer(&json, "threads", run_threads());
+    json_integer(&json, "threads", threads_count());
     json_number(&json, "seconds", track->seconds);
     json_number(&json, "peak_rss_mib", peak_rss_mib());
     if (set->large_steps) {

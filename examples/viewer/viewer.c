@@ -7,6 +7,7 @@
  *   viewer --bench                                          # frame times of the tool push, as JSON
  *
  * Keys and buttons: --help, or H in the window. */
+#include "base/threads.h"
 #include "springls/run_options.h"
 #include "springls_cl.h"
 #include "viewer/bench.h"
@@ -113,8 +114,9 @@ int main(int argc, char **argv)
     memset(&desc, 0, sizeof desc);
     desc.grid.size[0] = set.common.grid > 0 || set.bench ? set.common.grid : 96;
     desc.params = &params;
+    desc.tasks = run_tasks();
     desc.backend = run_backend("viewer", &set.common);
-    status = set.bench ? viewer_bench(&desc, set.common.json, run_backend_name(desc.backend), run_threads()) : run(&set, &desc);
+    status = set.bench ? viewer_bench(&desc, set.common.json, run_backend_name(desc.backend), threads_count()) : run(&set, &desc);
     springls_cl_destroy(desc.backend);
     return status;
 }

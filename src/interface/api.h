@@ -103,6 +103,27 @@ typedef struct springls_tasks {
     void *user;
 } springls_tasks;
 
+/* Holds threads for springls_tasks, where the implementation was compiled with SPRINGLS_THREADS (manual, THREADS). */
+typedef struct springls_threads springls_threads;
+
+/* Creates a pool in which `count` threads work, the one that calls parallel_for among them: it starts count - 1, at most 255.
+   count 0 or less: one a processor of the machine. When the system refuses to start a thread, the pool has those before it.
+   NULL: compiled without SPRINGLS_THREADS, or no memory. Its memory comes from calloc. */
+SPRINGLS_API springls_threads *springls_threads_create(int count);
+
+/* Ends the threads and frees the pool; NULL is allowed. No loop of it may run any more, and contexts that have it can only be
+   destroyed. */
+SPRINGLS_API void springls_threads_destroy(springls_threads *threads);
+
+/* Returns how many threads work in a loop of the pool, its caller among them: fewer than springls_threads_create was given where
+   the system has refused some. NULL: 1. */
+SPRINGLS_API int springls_threads_count(const springls_threads *threads);
+
+/* Returns the pool as springls_desc.tasks takes it, which borrows it; zeros for NULL. Any number of contexts may have the same
+   pool, and any threads of the caller's may run loops on it at the same time, of contexts or through parallel_for. A task may run
+   a loop of the same pool. A task has to return: no longjmp and no exception. */
+SPRINGLS_API springls_tasks springls_threads_tasks(springls_threads *threads);
+
 /* Receives log lines. level: 1 error, 2 warning, 3 information. message is one line, valid during the call. NULL: no
    log. */
 typedef struct springls_logger {
@@ -119,8 +140,8 @@ typedef struct springls_progress {
 } springls_progress;
 
 /* Traces stages. `stage` is called before (begin = 1, seconds = 0) and after (begin = 0, seconds = the time taken) every
-   stage; its number is a springls_stage. `now` returns a time in seconds; NULL: OpenMP's wall clock when compiled with it,
-   else the C library's clock(), which counts the processor time of all threads. */
+   stage; its number is a springls_stage. `now` returns a time in seconds; NULL: the wall clock when compiled with OpenMP or
+   SPRINGLS_THREADS, else the C library's clock(), which counts the processor time of all threads. */
 typedef struct springls_trace {
     void (*stage)(void *user, int stage, int begin, double seconds);
     double (*now)(void *user);

@@ -33,7 +33,7 @@
      #include "springls.h"
 
    in exactly one C or C++ file; include springls.h without the macro everywhere else. Link the C maths library (-lm).
-   Compile the implementation with -O3, and with -fopenmp for threads.
+   Compile the implementation with -O3; for threads with -DSPRINGLS_THREADS -pthread, and give contexts a pool: THREADS.
 
 
    STEP BY STEP
@@ -63,6 +63,8 @@
                               Define it alike in every file that includes the header
      SPRINGLS_ASSERT(c)       checks the library itself; the default is assert of <assert.h>. Wrong arguments return a status
                               and never reach it
+     SPRINGLS_THREADS         adds a pool of threads, springls_threads_create: POSIX threads (-pthread), or those of Windows. In
+                              the file with SPRINGLS_IMPLEMENTATION; without it the pool's functions give no threads
      SPRINGLS_NO_OPENCL       leaves out the program text of the kernels, half of the object at -O2: springls_kernel_source
                               gives no lines, and springls_cl.h cannot be included
      SPRINGLS_NO_SIMD         compiles the hot loops as plain C too. Without it GCC and clang use vectors of 4 floats, of 8 where
@@ -484,9 +486,29 @@
 
    One thread uses a context at a time; different contexts are independent; there is no global state. Inside a call, work is
    divided into ranges that go to desc.tasks.parallel_for, or to OpenMP when compiled with it, or run in the calling thread.
-   Force callbacks run on several threads at once, with different batches: they must not write to shared state. GCC's OpenMP
-   threads wait in a busy loop, which can cost ten times the work where other programs run: set OMP_WAIT_POLICY=passive in
-   the environment.
+   Force callbacks run on several threads at once, with different batches: they must not write to shared state. Results have the
+   same bits for any number of threads.
+
+   A host that has a job system gives it as parallel_for. For others the library has a pool, where the implementation is
+   compiled with SPRINGLS_THREADS:
+
+     springls_threads *threads = springls_threads_create(0);  one a processor
+     desc.tasks = springls_threads_tasks(threads);
+     ...
+     springls_threads_destroy(threads);                       after the contexts
+
+     - The caller works too, and waits only for pieces of work that others have begun. A thread that gets no processor
+       delays nothing, so a pool may have as many threads as there are processors on a machine with other work.
+     - Between loops its threads sleep. Nothing is taken from the processors before a loop is run.
+     - One pool serves any number of contexts, and loops that run at the same time in several threads of the host. Each is
+       run by its caller, and by those of the pool that have nothing else to do.
+     - A task may run a loop of the same pool, a force callback for example: its thread runs it, and those that sleep help.
+     - Of count threads as many exist as the system has started: springls_threads_count.
+     - Destroy it when no loop runs. A process that was forked has no threads of its parent's: make a pool there.
+
+   OpenMP is for programs that have it anyway. The threads of GCC's OpenMP wait in busy loops, for the next loop and for the last
+   of them at the end of each: where other programs run, that can cost many times the work. Set OMP_WAIT_POLICY=passive in the
+   environment before such a program starts, or use the pool.
 
 
    FRAMES

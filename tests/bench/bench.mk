@@ -46,7 +46,7 @@ BENCH_FILES := frames memory queries turns prepare vtk_to_nifti
 $(foreach p,$(BENCH_FILES),$(eval $(call bench_file_rule,$(p))))
 
 build/bench/openvdb_advection: tests/bench/openvdb_advection.cc $(call folder_archives,base) build/bench/settings | springls.h
-	$(SAY)$(CXX) -std=c++17 -O3 $(EXACT) $(MACHINE) -fopenmp $(BENCH_FLAGS) -MMD -MP -MF $@.d -o $@ $(filter %.cc %.a,$^) \
+	$(SAY)$(CXX) -std=c++17 -O3 $(EXACT) $(MACHINE) $(THREADS) $(BENCH_FLAGS) -MMD -MP -MF $@.d -o $@ $(filter %.cc %.a,$^) \
 	  -Wl,--copy-dt-needed-entries $(call folder_libs,base) -lopenvdb -ltbb
 
 BENCH_PROGRAMS := $(addprefix build/,leveque zalesak morph segment) $(addprefix build/bench/,bench memory frames queries openvdb_advection)
@@ -60,6 +60,13 @@ measurements: deps-examples   ## build every program that measures
 bench: deps-bench   ## beside OpenVDB: time, errors, memory, threads, OpenCL, compile time, frames, segment, queries (GRID=128; FULL=1; ONLY=opencl, =frames, =queries)
 	@$(MAKE) --no-print-directory $(BENCH_PROGRAMS)
 	@CC="$(CC)" HEAD_SCAN='$(HEAD_SCAN)' HEAD_LEVEL='$(HEAD_LEVEL)' build/bench/bench
+
+build/bench/leveque_openmp: examples/leveque.c $(call folder_sources,$(leveque_USES)) build/bench/settings | springls.h
+	$(SAY)$(CC) $(EXAMPLE_FLAGS) -fopenmp -I. -Iexamples -Iexamples/common -o $@ $(filter %.c,$^) $(call folder_libs,$(leveque_USES))
+
+busy: deps-examples   ## LeVeque's test beside LOADS=8 busy loops, by the pool of threads and by OpenMP (GRID=64 ROUNDS=5; LOADS=0; SPIN=0)
+	@$(MAKE) --no-print-directory build/leveque build/bench/leveque_openmp
+	@tests/bench/busy.sh
 
 paper: deps-examples   ## docs/results.md: the paper's tables and figures, theirs and ours (PAPER=help; PAPER="table3 fig14"; FULL=1; KEEP=1; JOBS=1)
 	@$(MAKE) --no-print-directory $(if $(filter help page,$(PAPER)),build/bench/paper,$(PAPER_PROGRAMS))

@@ -13,13 +13,11 @@
 
 #include "examples/common/base/json.h"
 #include "examples/common/base/progress.h"
+#include "examples/common/springls/run_options.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <time.h>
-#if defined(_OPENMP)
-#include <omp.h>
-#endif
 
 enum { SETTLE = 20, REST = 50, CUTS = 60, MOST = 1 << 17, FLOW_STEPS = 100 };
 
@@ -218,13 +216,11 @@ int main(int argc, char **argv)
         fprintf(stderr, "usage: frames GRID THREADS [FRAMES]\n");
         return 2;
     }
-#if defined(_OPENMP)
-    omp_set_num_threads(threads);
-#endif
+    run_start_threads(threads);
     const float size = (float)grid, middle = 0.5f * size, radius = 0.25f * size;
     springls_sphere ball = {{middle, middle, middle}, radius};
     struct brush brush = {{middle, middle, middle}, 0.08f * size, {0.0f, 0.0f, 0.0f}};
-    springls_desc desc = {.grid = {.size = {grid, grid, grid}}};
+    springls_desc desc = {.grid = {.size = {grid, grid, grid}}, .tasks = run_tasks()};
     springls_forces forces = {.velocity = push, .user = &brush};
     springls_step_desc one = {.forces = &forces, .dt = 1.0f, .max_displacement = 2.0f};
     springls_context *ctx;

@@ -6,6 +6,8 @@
 
 #include "examples/common/base/bvh.h"
 #include "examples/common/base/progress.h"
+#include "examples/common/base/threads.h"
+#include "examples/common/springls/run_options.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -501,18 +503,30 @@ static void run_case(struct motion_case *c, int order)
     free(course.on_edge);
 }
 
+struct all_runs {
+    struct motion_case *cases;
+    struct progress progress;
+    int orders, done;
+};
+
+static void run_cases(void *arg, int begin, int end)
+{
+    struct all_runs *all = arg;
+    for (int i = begin; i < end; ++i) {
+        run_case(&all->cases[i / all->orders], i % all->orders);
+        threads_lock();
+        progress_update(&all->progress, (size_t)++all->done, NULL);
+        threads_unlock();
+    }
+}
+
 void motion_run_all(struct motion_case *cases, int count, int orders)
 {
-    struct progress progress;
-    int done = 0;
-    progress_begin(&progress, "runs", (size_t)(count * orders), false);
-#pragma omp parallel for schedule(dynamic, 1)
-    for (int i = 0; i < count * orders; ++i) {
-        run_case(&cases[i / orders], i % orders);
-#pragma omp critical
-        progress_update(&progress, (size_t)++done, NULL);
-    }
-    progress_end(&progress);
+    struct all_runs all = {.cases = cases, .orders = orders};
+    run_start_threads(0);
+    progress_begin(&all.progress, "runs", (size_t)(count * orders), false);
+    threads_for(count * orders, 1, run_cases, &all);
+    progress_end(&all.progress);
 }
 
 /* ---- results ---- */

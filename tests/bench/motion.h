@@ -64,7 +64,7 @@ struct motion_case {
     char failures[MOTION_ORDERS][300];                  /* "": none */
 };
 
-/* Runs each case in the first `orders` orders, on as many threads as OpenMP gives, one a run. */
+/* Runs each case in the first `orders` orders, on one thread a processor, one a run. */
 void motion_run_all(struct motion_case *cases, int count, int orders);
 
 struct motion_spread {

@@ -5,12 +5,10 @@
 
 #include "examples/common/base/json.h"
 #include "examples/common/base/progress.h"
+#include "examples/common/springls/run_options.h"
 
 #include <math.h>
 #include <stdlib.h>
-#if defined(_OPENMP)
-#include <omp.h>
-#endif
 
 enum { FRAMES = 10, SETTLE = 5, SURFACES = 2, KINDS = 3 };
 
@@ -144,13 +142,11 @@ int main(int argc, char **argv)
         fprintf(stderr, "usage: queries GRID [RAYS]\n");
         return 2;
     }
-#if defined(_OPENMP)
-    omp_set_num_threads(1);
-#endif
+    run_start_threads(1);
     const float size = (float)grid, middle = 0.5f * size;
     springls_sphere ball = {{middle, middle, middle}, 0.25f * size};
     springls_rotation_flow flow = {{middle, middle, middle}, {1.0f, 2.0f, 3.0f}, 2.0f / size};
-    springls_desc desc = {.grid = {.size = {grid, grid, grid}}};
+    springls_desc desc = {.grid = {.size = {grid, grid, grid}}, .tasks = run_tasks()};
     springls_forces forces = {.velocity = springls_velocity_rotation, .user = &flow};
     springls_step_desc step = {.forces = &forces, .dt = 1.0f, .max_displacement = 2.0f};
     bool memory = true;

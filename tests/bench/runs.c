@@ -167,7 +167,6 @@ static void become(const struct run *run, const struct run_options *options)
     if (out < 0 || log < 0 || dup2(out, 1) < 0 || dup2(log, 2) < 0) {
         _exit(126);
     }
-    setenv("OMP_WAIT_POLICY", "passive", 0); /* spinning threads slow down a machine that has other work */
     execvp(argv[0], argv);
     fprintf(stderr, "cannot start %s: %s\n", argv[0], strerror(errno));
     _exit(127);

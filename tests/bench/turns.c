@@ -4,13 +4,11 @@
 
 #include "examples/common/base/json.h"
 #include "examples/common/base/progress.h"
+#include "examples/common/springls/run_options.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#ifdef _OPENMP
-#include <omp.h>
-#endif
 
 enum { STEPS = 628, MAX_TURNS = 100 };
 
@@ -58,14 +56,11 @@ int main(int argc, char **argv)
         fprintf(stderr, "usage: turns GRID TURNS paper|default THREADS\n");
         return 2;
     }
-#ifdef _OPENMP
-    if (atoi(argv[4]) > 0) {
-        omp_set_num_threads(atoi(argv[4]));
-    }
-#endif
+    run_start_threads(atoi(argv[4]));
     memset(&desc, 0, sizeof desc);
     desc.grid.size[0] = desc.grid.size[1] = desc.grid.size[2] = grid;
     desc.params = &params;
+    desc.tasks = run_tasks();
     memset(&forces, 0, sizeof forces);
     forces.velocity = springls_velocity_rotation;
     forces.user = &flow;

@@ -101,6 +101,10 @@ without_kernels() {
         nothing "$(strings $w/o.o | grep "__kernel void")" "of the kernels' text is in the object" &&
         fails $1 -std=c99 -DSPRINGLS_NO_OPENCL -DWITH_OPENCL -I. -fsyntax-only $here/implement.c
 }
+with_a_pool() { "$@" $warnings -O1 -o $w/threads $here/threads.c -lm -pthread && $w/threads; }
+with_a_pool_on_windows() {
+    "$@" $warnings -O1 -static -o $w/threads.exe $here/threads.c -lm && { ! command -v wine > /dev/null || WINEDEBUG=-all wine $w/threads.exe 2> /dev/null; }
+}
 minimal_is_silent() { $1 -x c++ -Wall -Wextra -Wpedantic -I. -fsyntax-only examples/minimal.c > $w/said 2>&1 && nothing "$(cat $w/said)" "from minimal.c"; }
 # What models have become at the end of their lives, in this build.
 lives() { "$@" -std=c99 -ffp-contract=off -I. -Itests -o $w/hashes $here/hashes.c tests/library.c -lm -pthread && $w/hashes > $out/lives.${w##*/}; }
@@ -121,8 +125,8 @@ parts_compile() { $1 -std=c99 $warnings -DSPRINGLS_PARTS -fsyntax-only tests/lib
 
 # The implementation as Microsoft's compiler has it: _MSC_VER, no __GNUC__, long of 32 bits; msvc/ declares what springls.h uses of
 # the C library. clang knows extensions of GCC there too, so they are looked for in the text
-for_msvc() {  # COMPILER LANGUAGE STANDARD
-    local compile="$1 -x $2 $3 --target=x86_64-pc-windows-msvc -fms-compatibility -fms-compatibility-version=19.30 -nostdlibinc"
+for_msvc() {  # COMPILER LANGUAGE STANDARD FLAGS
+    local compile="$1 -x $2 $3 ${4-} --target=x86_64-pc-windows-msvc -fms-compatibility -fms-compatibility-version=19.30 -nostdlibinc"
     compile="$compile -isystem $here/msvc $warnings"
     $compile -fsyntax-only $here/implement.c &&
         nothing "$($compile -DSPRINGLS_NO_OPENCL -E -P $here/implement.c | grep -oE '__attribute__|__builtin_[a-z_]+|__typeof__|__extension__' |
@@ -147,6 +151,8 @@ for cc in gcc clang; do
             check "$cc $std $with: other headers' names stay free" compiles $compile $with -fno-builtin $here/clean_names.c
         done
         check "$cc $std: private copy, mostly unused" compiles $compile $opencl $here/static.c
+        check "$cc $std: private copy with threads, mostly unused" compiles $compile $opencl -DSPRINGLS_THREADS $here/static.c
+        check "$cc $std: a pool of threads" with_a_pool $compile
         check "$cc $std: goes on without OpenCL" without_opencl "$compile"
     done
     # Compilers warn of more the more they optimise, and of other things.
@@ -177,9 +183,15 @@ for cc in gcc clang; do
     case $languages in *c++*) check "$cc: C and C++ link with one another" c_and_cxx $cc $cxx ;; esac
 done
 if command -v clang > /dev/null; then
-    for std in c99 c11; do check "clang for Windows as MSVC, -std=$std: implementation" for_msvc clang c -std=$std; done
-    check "clang for Windows as MSVC, -std=c++17: implementation" for_msvc clang c++ -std=c++17
+    for with in "" -DSPRINGLS_THREADS; do
+        for std in c99 c11; do check "clang for Windows as MSVC, -std=$std $with: implementation" for_msvc clang c -std=$std $with; done
+        check "clang for Windows as MSVC, -std=c++17 $with: implementation" for_msvc clang c++ -std=c++17 $with
+    done
 fi
+if command -v x86_64-w64-mingw32-gcc > /dev/null; then
+    check "mingw: a pool of threads" with_a_pool_on_windows x86_64-w64-mingw32-gcc -std=c99
+    check "mingw, C++: a pool of threads" with_a_pool_on_windows x86_64-w64-mingw32-g++ -x c++ -std=c++11
+else echo "mingw: not here, its checks are left out"; fi
 wait
 check "all builds leave the same bits" same_lives
 wait

@@ -1,6 +1,7 @@
 #include "springls/benchmark.h"
 
 #include "base/progress.h"
+#include "base/threads.h"
 #include "springls/run_options.h"
 
 #include <math.h>
@@ -285,7 +286,7 @@ static int measure_end(struct run *run)
     r->volume_error_percent = 100.0 * (end.volume / b->shape_volume - 1.0);
     r->components = end.components;
     r->euler = end.euler;
-    r->threads = run_threads();
+    r->threads = threads_count();
     return CLI_CONTINUE;
 }
 

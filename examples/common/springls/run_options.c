@@ -3,6 +3,7 @@
 #include "springls/run_options.h"
 
 #include "base/progress.h"
+#include "base/threads.h"
 
 #include <errno.h>
 #include <float.h>
@@ -202,6 +203,36 @@ int run_check_output(const char *program, const char *path)
     return CLI_CONTINUE;
 }
 
+static springls_threads *pool; /* of the program, until it ends */
+
+static void end_threads(void)
+{
+    threads_use(NULL, NULL, 1);
+    springls_threads_destroy(pool);
+    pool = NULL;
+}
+
+springls_tasks run_tasks(void)
+{
+    return springls_threads_tasks(pool);
+}
+
+void run_start_threads(int count)
+{
+    static bool ends = false;
+    end_threads();
+#ifdef _OPENMP /* make OPENMP=1, for comparison: the library's loops are OpenMP's */
+    if (count > 0) {
+        omp_set_num_threads(count);
+    }
+    threads_use(NULL, NULL, omp_get_max_threads());
+#else
+    pool = springls_threads_create(count);
+    threads_use(run_tasks().parallel_for, pool, springls_threads_count(pool));
+#endif
+    ends = ends || atexit(end_threads) == 0;
+}
+
 int run_options(const char *program, const struct cli_common *common, const char *set, springls_params *params)
 {
     *params = strcmp(common->params, "paper") == 0 ? springls_paper_params() : springls_default_params();
@@ -209,28 +240,11 @@ int run_options(const char *program, const struct cli_common *common, const char
     if (status != CLI_CONTINUE) {
         return status;
     }
-#ifdef _OPENMP
-    if (common->threads > 0) {
-        omp_set_num_threads(common->threads);
-    }
-#else
-    if (common->threads > 1) {
-        return cli_fail(program, CLI_EXIT_FAILURE, "--threads %d: built without threads (OpenMP)", common->threads);
-    }
-#endif
+    run_start_threads(common->threads);
     /* Before the run, so that a mistake is found early; the folder first, since the report may go into it. */
     const int has_folder = common->out ? run_make_folder(program, common->out) : CLI_CONTINUE;
     const bool to_file = common->json && strcmp(common->json, "-") != 0;
     return has_folder == CLI_CONTINUE && to_file ? run_check_output(program, common->json) : has_folder;
-}
-
-int run_threads(void)
-{
-#ifdef _OPENMP
-    return omp_get_max_threads();
-#else
-    return 1;
-#endif
 }
 
 const char *run_path(const char *folder, const char *name, char *path, size_t size)
@@ -271,7 +285,7 @@ static void keep_message(void *user, int level, const char *message)
     snprintf(user, 256, "%s", message);
 }
 
-/* Returns the wall clock in seconds, also without OpenMP. */
+/* Returns the wall clock in seconds. */
 static double run_clock(void *user)
 {
     (void)user;
@@ -282,6 +296,7 @@ int run_create(const char *program, springls_desc *desc, springls_context **ctx)
 {
     char message[256] = "no reason given";
     desc->trace.now = desc->trace.now ? desc->trace.now : run_clock;
+    desc->tasks = run_tasks();
     springls_desc noting = *desc;
     noting.logger.log = keep_message;
     noting.logger.user = message;

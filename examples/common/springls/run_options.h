@@ -11,8 +11,8 @@
 /* Help text of the option --set, for every program that passes it to run_options. */
 #define RUN_OPTIONS_SET_HELP "change parameters: name=value[,name=value...], names as in springls_params"
 
-/* Sets params to the set named by --params, then the members in `set` ("name=value,name=value"; NULL = none). Also sets the
- * number of threads, makes the folder of --out, and refuses what --out and --json cannot write. Returns CLI_CONTINUE, or the exit
+/* Sets params to the set named by --params, then the members in `set` ("name=value,name=value"; NULL = none). Also starts
+ * the threads, makes the folder of --out, and refuses what --out and --json cannot write. Returns CLI_CONTINUE, or the exit
  * status after one line on stderr. */
 int run_options(const char *program, const struct cli_common *common, const char *set, springls_params *params);
 
@@ -26,7 +26,12 @@ const char *run_member_at(size_t offset);
 /* Returns a hash of the names and values of all members that are not 0: a member that is added and stays off changes nothing. */
 uint32_t run_params_hash(const springls_params *params);
 
-int run_threads(void); /* present number of threads of parallel loops */
+/* Makes the threads of base/threads.h a pool of so many, in place of the one before; 0: one a processor. No model that has the one
+ * before may be used again. */
+void run_start_threads(int count);
+
+/* Returns these threads for springls_desc.tasks. */
+springls_tasks run_tasks(void);
 
 /* Makes a folder and those that it lies in, as far as they are missing. Returns CLI_CONTINUE, or the exit status after one line
  * on stderr. */
@@ -49,8 +54,8 @@ const char *run_backend_name(const springls_backend *backend);
 /* Returns true when `status` is good; else prints one line on stderr that begins with program and `doing`. */
 bool run_check(const char *program, const springls_context *ctx, springls_status status, const char *doing);
 
-/* Calls springls_create, with wall-clock timing unless desc->trace has a clock, and prints the reason of a failure on stderr. Returns CLI_CONTINUE, or the exit
- * status. */
+/* Calls springls_create, with the threads of the program, and wall-clock timing unless desc->trace has a clock. Prints the reason of
+ * a failure on stderr. Returns CLI_CONTINUE, or the exit status. */
 int run_create(const char *program, springls_desc *desc, springls_context **ctx);
 
 #endif

@@ -5,6 +5,7 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+void *calloc(size_t count, size_t size);
 void *malloc(size_t size);
 void free(void *memory);
 void qsort(void *base, size_t count, size_t size, int (*compare)(const void *, const void *));
