@@ -192,7 +192,8 @@ struct run {
     float *vertices;
     struct model_frame pictures[5];
     int pictures_taken, springls_at_start;
-    springls_measures start, end;
+    int parted_frame; /* since when the body has more components than at the start; NEVER: it has not */
+    springls_measures start, end; /* end: of the last frame */
     double solver_start;
     double seconds;
 };
@@ -272,21 +273,32 @@ static springls_status tell_events(struct run *run)
     return status;
 }
 
+/* Measures the body, and notes since when it is in parts: a thread thinner than a voxel may part and join again. */
+static springls_status look_at_body(struct run *run)
+{
+    const springls_status status = springls_measure(run->ctx, &run->end);
+    if (run->end.components <= run->start.components) {
+        run->parted_frame = NEVER;
+    } else if (run->parted_frame == NEVER) {
+        run->parted_frame = run->bar.frame;
+    }
+    return status;
+}
+
 static bool take_picture(struct run *run)
 {
     char caption[48];
-    springls_measures m;
+    const int parts = run->end.components;
     if (!run->common.out) {
         return true;
     }
-    if (springls_measure(run->ctx, &m) != SPRINGLS_OK) {
-        return false;
-    }
-    snprintf(caption, sizeof caption, "frame %d: %d component%s", run->bar.frame, m.components, m.components == 1 ? "" : "s");
+    snprintf(caption, sizeof caption, "frame %d: %s%d component%s", run->bar.frame,
+             run->bar.frame == run->bar.tear_frame ? "spring tears, " : "", parts, parts == 1 ? "" : "s");
     return model_frame_take(run->ctx, caption, &run->pictures[run->pictures_taken++]);
 }
 
-/* Returns true in the frames that are drawn: while the bar is whole, when it gives way, and after it has torn. */
+/* Returns true in the frames that are drawn: while the bar is whole, when it gives way, when a spring tears, when the body parts, and
+ * at the end. */
 static bool is_drawn(const struct run *run)
 {
     const struct bar *bar = &run->bar;
@@ -298,7 +310,7 @@ static bool is_drawn(const struct run *run)
     case 0: return true;
     case 1: return weak;
     case 2: return bar->tear_frame != NEVER;
-    case 3: return bar->frame >= bar->tear_frame + 6;
+    case 3: return run->parted_frame != NEVER;
     default: return run->pictures_taken == 4 && bar->frame >= bar->tear_frame + run->frames;
     }
 }
@@ -312,6 +324,8 @@ static springls_status run_frames(struct run *run)
     springls_status status = springls_set_implicit(run->ctx, bar_shape, bar);
     status = status == SPRINGLS_OK ? find_masses(run) : status;
     status = status == SPRINGLS_OK ? springls_measure(run->ctx, &run->start) : status;
+    run->end = run->start;
+    run->parted_frame = NEVER;
     run->springls_at_start = springls_count(run->ctx);
     run->solver_start = bar_volume(bar);
     progress_begin(&progress, "drawing out", (size_t)run->frames, !cli_may_print(&run->common));
@@ -324,13 +338,25 @@ static springls_status run_frames(struct run *run)
         bar_advance(bar);
         status = drive(run);
         status = status == SPRINGLS_OK && run->tells_events ? tell_events(run) : status;
+        status = status == SPRINGLS_OK ? look_at_body(run) : status;
         progress_update(&progress, bar->tear_frame == NEVER ? 0 : (size_t)(bar->frame - bar->tear_frame), NULL);
     }
     progress_end(&progress);
     if (status == SPRINGLS_OK && is_drawn(run) && !take_picture(run)) {
         status = SPRINGLS_OUT_OF_MEMORY;
     }
-    return status == SPRINGLS_OK ? springls_measure(run->ctx, &run->end) : status;
+    return status;
+}
+
+/* Writes the line of the report on a terminal. */
+static void tell_result(const struct run *run, double change, int springls)
+{
+    char parted[48] = "the body is whole";
+    if (run->parted_frame != NEVER) {
+        snprintf(parted, sizeof parted, "the body parts in frame %d", run->parted_frame);
+    }
+    printf("grid %d: a spring tears in frame %d, %s; %d components after %d, volume %+.2f %%, %d springls\n", run->common.grid,
+           run->bar.tear_frame, parted, run->end.components, run->bar.frame, change, springls);
 }
 
 static bool report(const struct run *run, springls_backend *backend)
@@ -339,8 +365,7 @@ static bool report(const struct run *run, springls_backend *backend)
     const springls_stats stats = springls_get_stats(run->ctx);
     const double change = 100.0 * (run->end.volume / run->start.volume - 1.0);
     if (cli_may_print(&run->common)) {
-        printf("grid %d: torn in frame %d, %d components after %d, volume %+.2f %%, %d springls\n", run->common.grid,
-               run->bar.tear_frame, run->end.components, run->bar.frame, change, stats.springls);
+        tell_result(run, change, stats.springls);
     }
     if (!run->common.json) {
         return true;
@@ -356,6 +381,7 @@ static bool report(const struct run *run, springls_backend *backend)
     json_integer(&json, "threads", threads_count());
     json_integer(&json, "frames", run->bar.frame);
     json_integer(&json, "tear_frame", run->bar.tear_frame);
+    json_integer(&json, "parted_frame", run->parted_frame);
     json_integer(&json, "components_initial", run->start.components);
     json_integer(&json, "components", run->end.components);
     if (run->tells_events) {
@@ -377,7 +403,7 @@ static bool report(const struct run *run, springls_backend *backend)
 
 static bool write_pictures(const struct run *run)
 {
-    const struct model_view view = {.direction = {0.3f, -1.0f, 0.35f}, .up = {0.0f, 0.0f, 1.0f}, .width = 420, .height = 240,
+    const struct model_view view = {.direction = {0.3f, -1.0f, 0.35f}, .up = {0.0f, 0.0f, 1.0f}, .width = 320, .height = 180,
                                     .by_correspondence = true};
     char path[512];
     return !run->common.out

@@ -133,6 +133,14 @@ static bool write_mesh(const char *folder, const char *name, const struct shape_
     return mesh_write_ply(path, &ply, error) || atlas_fail("%s", error);
 }
 
+/* Computes the mean shape, moved by twice the deviation of a mode; side: -1, 0 or 1. */
+static void mode_shape(const struct atlas *atlas, int mode, int side, int modes, float *shape)
+{
+    double weights[DRAWN_MODES] = {0.0};
+    weights[mode] = 2.0 * side;
+    shape_model_shape(&atlas->model, weights, modes, shape);
+}
+
 /* Draws rows of mean - 2 deviations, mean, mean + 2 deviations, colored by the outward displacement (paper, Fig. 20). */
 static bool draw_modes(const struct atlas_build *build, const char *folder)
 {
@@ -144,15 +152,17 @@ static bool draw_modes(const struct atlas_build *build, const char *folder)
     const char *list[3 * DRAWN_MODES];
     const size_t coordinates = 3 * (size_t)mean->vertex_count;
     float *shape = malloc(coordinates * sizeof *shape), *colors = malloc(coordinates * sizeof *colors);
-    const struct shape_view view = shape_view_make(mean, 340, 300);
+    struct shape_view view = shape_view_make(mean, 340, 300);
     bool good = (shape && colors) || atlas_no_memory();
+    for (int at = 0; good && at < 3 * modes; ++at) {
+        mode_shape(atlas, at / 3, at % 3 - 1, modes, shape);
+        shape_view_include(&view, shape, mean->vertex_count);
+    }
     for (int m = 0; good && m < modes; ++m) {
         const float full = (float)(3.0 * atlas->model.deviation[m] / sqrt((double)mean->vertex_count));
         for (int side = -1; good && side <= 1; ++side) {
             const int at = 3 * m + side + 1;
-            double weights[DRAWN_MODES] = {0.0};
-            weights[m] = 2.0 * side;
-            shape_model_shape(&atlas->model, weights, modes, shape);
+            mode_shape(atlas, m, side, modes, shape);
             colors_by_offset(mean, shape, full, colors);
             snprintf(captions[at], sizeof captions[at], side == 0 ? "mean" : "mode %d, %+d deviations", m + 1, 2 * side);
             list[at] = captions[at];
@@ -172,11 +182,14 @@ static bool draw_subjects(const struct atlas_build *build, const char *folder)
 {
     const struct shape_mesh *mean = &build->atlas.mean;
     const int count = build->settings.count < DRAWN_SUBJECTS ? build->settings.count : DRAWN_SUBJECTS;
-    const struct shape_view view = shape_view_make(mean, 300, 270);
+    struct shape_view view = shape_view_make(mean, 300, 270);
     struct image pictures[DRAWN_SUBJECTS + 1] = {{0, 0, NULL}};
     const char *captions[DRAWN_SUBJECTS + 1];
     char path[1024];
     bool good = true;
+    for (int s = 0; s < count; ++s) {
+        shape_view_include(&view, build->shapes[s], mean->vertex_count);
+    }
     for (int s = 0; good && s <= count; ++s) {
         const char *name = s > 0 ? build->subjects[s - 1].name : "mean", *slash = strrchr(name, '/');
         captions[s] = slash ? slash + 1 : name;

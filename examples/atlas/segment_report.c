@@ -101,12 +101,16 @@ static bool report(const struct atlas_segment *run, const char *path)
 static bool draw_stages(const struct atlas_segment *run, const char *folder)
 {
     const struct shape_mesh *last = &run->stages[ATLAS_STAGES - 1];
-    const struct shape_view view = shape_view_make(last, 360, 320);
+    struct shape_view view = shape_view_make(last, 360, 320);
     struct image pictures[ATLAS_STAGES + 1] = {{0, 0, NULL}};
     const char *captions[ATLAS_STAGES + 1];
     char path[1024];
     const int count = ATLAS_STAGES + (run->truth.vertex_count > 0);
     bool good = true;
+    for (int s = 0; s < count; ++s) {
+        const struct shape_mesh *mesh = s < ATLAS_STAGES ? &run->stages[s] : &run->truth;
+        shape_view_include(&view, mesh->positions, mesh->vertex_count);
+    }
     for (int s = 0; good && s < count; ++s) {
         const struct shape_mesh *mesh = s < ATLAS_STAGES ? &run->stages[s] : &run->truth;
         const int *regions = s == ATLAS_STAGES || (run->fused && s == 2) ? NULL : s == ATLAS_STAGES - 1 ? run->regions : run->atlas.regions;

@@ -102,6 +102,8 @@ struct Options {
     bool alone = false;
 };
 
+constexpr float ball_center = 0.35f; // of the grid, in all directions
+
 // LeVeque's ball and flow (section 5.1), of which a picture has `steps` parts of 24.
 class Model {
 public:
@@ -109,7 +111,7 @@ public:
     {
         const float n = static_cast<float>(grid);
         const springls_chunks_desc with_correspondences = {0, true};
-        springls_sphere ball = {{0.35f * n, 0.35f * n, 0.35f * n}, 0.15f * n};
+        springls_sphere ball = {{ball_center * n, ball_center * n, ball_center * n}, 0.15f * n};
         for (int &side : desc.grid.size) side = grid;
         if (springls_create(&desc, &model) != SPRINGLS_OK) throw std::string(springls_create_error(&desc));
         forces.velocity = springls_velocity_deformation;
@@ -164,18 +166,23 @@ private:
 // ---- the scene ----
 
 struct Vertex {
-    float position[3], normal[3];
-    Ogre::RGBA colour;
+    float position[3], normal[3], checks[3]; // checks: the place in the texture
 };
 
-// Soft checks on the original surface, as wide as half of the ball's radius.
-Ogre::RGBA colour_at(const float *correspondence, float grid)
+constexpr float checks_wide = 0.1f; // two checks, of the grid: a third of the ball; its poles are in the middle of one
+
+// Makes a texture of 2^3 checks, which repeats: the squares are sharp, however far apart the vertices are.
+void make_checks(const std::string &name, const std::string &group)
 {
-    const float turn = Ogre::Math::PI / (0.075f * grid);
-    float wave = 1;
-    for (int k = 0; k < 3; ++k) wave *= Ogre::Math::Sin(turn * (correspondence[k] - 0.35f * grid + 0.0375f * grid));
-    const float share = Ogre::Math::Clamp(0.5f + 2 * wave, 0.0f, 1.0f);
-    return (share * Ogre::ColourValue(0.2f, 0.45f, 0.75f) + (1 - share) * Ogre::ColourValue(0.9f, 0.55f, 0.2f)).getAsBYTE();
+    constexpr int check = 32, side = 2 * check;
+    const auto texture =
+        Ogre::TextureManager::getSingleton().createManual(name, group, Ogre::TEX_TYPE_3D, side, side, side, 0, Ogre::PF_BYTE_RGB);
+    std::vector<unsigned char> texels;
+    for (int i = 0; i < side * side * side; ++i) {
+        const bool blue = (i / check + i / side / check + i / side / side / check) % 2 == 0;
+        for (const int value : {blue ? 51 : 230, blue ? 115 : 140, blue ? 191 : 51}) texels.push_back(static_cast<unsigned char>(value));
+    }
+    texture->getBuffer()->blitFromMemory(Ogre::PixelBox(side, side, side, Ogre::PF_BYTE_RGB, texels.data()));
 }
 
 Ogre::AxisAlignedBox write_vertices(const springls_chunk &chunk, float grid, Ogre::VertexData &data)
@@ -186,13 +193,14 @@ Ogre::AxisAlignedBox write_vertices(const springls_chunk &chunk, float grid, Ogr
     for (size_t i = 0; i < count; ++i) {
         std::copy_n(chunk.positions + 3 * i, 3, vertices[i].position);
         std::copy_n(chunk.normals + 3 * i, 3, vertices[i].normal);
-        vertices[i].colour = colour_at(chunk.correspondences + 3 * i, grid);
+        std::transform(chunk.correspondences + 3 * i, chunk.correspondences + 3 * i + 3, vertices[i].checks,
+                       [grid](float x) { return (x - ball_center * grid) / (checks_wide * grid) + 0.25f; });
         box.merge(Ogre::Vector3(vertices[i].position));
     }
     data.vertexCount = count;
     data.vertexDeclaration->addElement(0, offsetof(Vertex, position), Ogre::VET_FLOAT3, Ogre::VES_POSITION);
     data.vertexDeclaration->addElement(0, offsetof(Vertex, normal), Ogre::VET_FLOAT3, Ogre::VES_NORMAL);
-    data.vertexDeclaration->addElement(0, offsetof(Vertex, colour), Ogre::VET_UBYTE4_NORM, Ogre::VES_DIFFUSE);
+    data.vertexDeclaration->addElement(0, offsetof(Vertex, checks), Ogre::VET_FLOAT3, Ogre::VES_TEXTURE_COORDINATES);
     const auto buffer = Ogre::HardwareBufferManager::getSingleton().createVertexBuffer(sizeof(Vertex), count, Ogre::HBU_GPU_ONLY);
     buffer->writeData(0, count * sizeof(Vertex), vertices.data());
     data.vertexBufferBinding->setBinding(0, buffer);
@@ -214,7 +222,8 @@ public:
         : window(*root.createRenderWindow("springls", 640, 480, false)), manager(*root.createSceneManager()), size(grid)
     {
         const auto material = Ogre::MaterialManager::getSingleton().create("checks", group());
-        material->getTechnique(0)->getPass(0)->setVertexColourTracking(Ogre::TVC_AMBIENT | Ogre::TVC_DIFFUSE);
+        make_checks("checks", group());
+        material->getTechnique(0)->getPass(0)->createTextureUnitState("checks");
         material->setCullingMode(Ogre::CULL_NONE);
         material->setSpecular(0.3f, 0.3f, 0.3f, 1);
         material->setShininess(30);

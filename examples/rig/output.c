@@ -75,6 +75,17 @@ static bool draw_all(const struct rig *rig, struct drawing *d, float *posed, str
     return good;
 }
 
+/* Describes what a picture shows: the joints, or a pose of the animation. */
+static void caption_of(const struct rig *rig, int picture, int count, char text[64])
+{
+    const struct character *c = &rig->body.character;
+    if (picture == 0) {
+        snprintf(text, 64, "joints; left: red");
+    } else {
+        snprintf(text, 64, "%.2f s", c->animations[0].duration * (picture - 1) / (count - 1));
+    }
+}
+
 /* Writes the body with its weights as colors and its skeleton, left joints red; and poses of the animation. */
 static bool write_picture(const struct rig *rig, const char *path)
 {
@@ -85,12 +96,18 @@ static bool write_picture(const struct rig *rig, const char *path)
     struct drawing d = {
         .rig = rig, .width = rig->settings.size * 4 / 5, .height = rig->settings.size, .colors = colors};
     struct image pictures[1 + FILM], strip;
+    char captions[1 + FILM][64];
+    const char *list[1 + FILM];
     memset(pictures, 0, sizeof pictures);
     memset(&strip, 0, sizeof strip);
     bool good = (colors && posed) || rig_fail("not enough memory");
     for (size_t v = 0; good && v < vertices; ++v) { influences_color(&rig->influences[v], colors + 3 * v); }
+    for (int p = 0; p < count; ++p) {
+        caption_of(rig, p, count, captions[p]);
+        list[p] = captions[p];
+    }
     good = good && draw_all(rig, &d, posed, pictures, count)
-        && ((image_strip(pictures, NULL, count, count, color_rgb(1.0f, 1.0f, 1.0f), &strip)
+        && ((image_strip(pictures, list, count, count, color_rgb(1.0f, 1.0f, 1.0f), &strip)
              && image_write_png(&strip, path))
             || cli_write_failed("rig", path));
     for (int p = 0; p < count; ++p) { image_free(&pictures[p]); }

@@ -103,6 +103,7 @@ TEST the_body_tears(void)
     ASSERT_EQ(4, run.end.euler);
     ASSERT(run.events > 0);
     ASSERT(run.bar.tear_frame > 10);
+    ASSERT(run.parted_frame > 10 && run.parted_frame < run.bar.frame);
     ASSERT_IN_RANGE(1.0, run.end.volume / run.start.volume, 0.1);
     ASSERT(run.end.upper[0] - run.end.lower[0] > 1.1f * (run.start.upper[0] - run.start.lower[0]));
     ASSERT(springls_get_stats(run.ctx).added + springls_get_stats(run.ctx).split > 100);

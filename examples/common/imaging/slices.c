@@ -259,16 +259,27 @@ static bool make_planes(const struct slices_view *view, struct plane planes[3])
     return true;
 }
 
-/* Adds the title above the strip and the legend below. */
+enum { LEGEND_LINE = 24, LEGEND_TEXT = 8, LEGEND_GAP = 28 }; /* pixels: a contour's line, from it to its name, to the next line */
+static const float legend_size = 8.5f;
+
+static float legend_width(const struct slices_view *view)
+{
+    float width = -(float)LEGEND_GAP;
+    for (int c = 0; c < view->contour_count; ++c) {
+        if (view->contours[c].name) {
+            width += (float)(LEGEND_LINE + LEGEND_TEXT + LEGEND_GAP) + image_text_width(legend_size, view->contours[c].name);
+        }
+    }
+    return width;
+}
+
+/* Adds the title above the strip and below it, in the middle as both are of all three slices, the legend. */
 static bool add_words(const struct slices_view *view, const struct image *strip, struct color background,
                       struct image *result)
 {
     const struct color ink = {0.90f, 0.91f, 0.93f};
-    int named = 0;
-    for (int c = 0; c < view->contour_count; ++c) {
-        named += view->contours[c].name != NULL;
-    }
-    const int top = view->title ? 30 : 0, bottom = named ? 26 : 0;
+    const float legend = legend_width(view);
+    const int top = view->title ? 30 : 0, bottom = legend > 0.0f ? 26 : 0;
     if (!image_create(result, strip->width, strip->height + top + bottom, background)) {
         return false;
     }
@@ -276,13 +287,14 @@ static bool add_words(const struct slices_view *view, const struct image *strip,
     if (view->title) {
         image_text(result, 0.5f * (float)result->width, 26.0f, 11.0f, 0.5f, ink, view->title);
     }
-    float x = 16.0f;
+    float x = 0.5f * ((float)result->width - legend);
     const float y = (float)(result->height - 14);
     for (int c = 0; c < view->contour_count; ++c) {
         if (view->contours[c].name) {
-            image_line(result, x, y - 4.0f, x + 24.0f, y - 4.0f, 3.0f, view->contours[c].color);
-            image_text(result, x + 32.0f, y, 8.5f, 0.0f, ink, view->contours[c].name);
-            x += 60.0f + image_text_width(8.5f, view->contours[c].name);
+            image_line(result, x, y - 4.0f, x + (float)LEGEND_LINE, y - 4.0f, 3.0f, view->contours[c].color);
+            x += (float)(LEGEND_LINE + LEGEND_TEXT);
+            image_text(result, x, y, legend_size, 0.0f, ink, view->contours[c].name);
+            x += (float)LEGEND_GAP + image_text_width(legend_size, view->contours[c].name);
         }
     }
     return true;

@@ -1,4 +1,4 @@
-/* image_small.c - small PNG files: fewer pixels; a palette by median cut (Heckbert 1982), one byte a pixel. */
+/* image_small.c - small PNG files: fewer pixels; a palette by median cut (Heckbert 1982) and Lloyd's rounds, one byte a pixel. */
 #include "base/write_error.h"
 #include "pictures/image.h"
 #include "pictures/png_chunk.h"
@@ -7,7 +7,7 @@
 #include <string.h>
 #include <zlib.h>
 
-enum { PALETTE = 256, LEVELS = 64, CELLS = LEVELS * LEVELS * LEVELS }; /* colors are counted in cells of 6 bits a channel */
+enum { PALETTE = 256, ROUNDS = 8, LEVELS = 64, CELLS = LEVELS * LEVELS * LEVELS }; /* colors are counted in cells of 6 bits a channel */
 
 /* Colors of a picture by cell: how many pixels, and their sums. Boxes are ranges of `cells`, which holds the cells in use. */
 struct census {
@@ -128,23 +128,67 @@ static int make_boxes(struct census *census, int most, struct box boxes[PALETTE]
     return count;
 }
 
-/* Computes each box's mean color. */
-static void make_palette(struct census *census, const struct box *boxes, int count, unsigned char palette[3 * PALETTE])
+/* Gives the cells of each box its number. */
+static void number_boxes(struct census *census, const struct box *boxes, int count)
 {
     for (int b = 0; b < count; ++b) {
-        double sum[3] = {0.0, 0.0, 0.0}, pixels = 0.0;
         for (int i = boxes[b].from; i < boxes[b].to; ++i) {
-            const int cell = census->cells[i];
-            for (int c = 0; c < 3; ++c) {
-                sum[c] += census->sum[cell][c];
-            }
-            pixels += (double)census->count[cell];
-            census->index[cell] = (unsigned char)b;
+            census->index[census->cells[i]] = (unsigned char)b;
         }
+    }
+}
+
+/* Computes the mean color of the pixels of each number; a number that has none keeps its color. */
+static void compute_means(const struct census *census, int count, double palette[PALETTE][3])
+{
+    double sum[PALETTE][3] = {{0.0}}, pixels[PALETTE] = {0.0};
+    for (int i = 0; i < census->used; ++i) {
+        const int cell = census->cells[i], n = census->index[cell];
+        pixels[n] += (double)census->count[cell];
         for (int c = 0; c < 3; ++c) {
-            const double v = pixels > 0.0 ? sum[c] / pixels : 0.0;
-            palette[3 * b + c] = (unsigned char)(255.0 * (v > 0.0 ? (v < 1.0 ? v : 1.0) : 0.0) + 0.5);
+            sum[n][c] += census->sum[cell][c];
         }
+    }
+    for (int n = 0; n < count; ++n) {
+        for (int c = 0; c < 3 && pixels[n] > 0.0; ++c) {
+            palette[n][c] = sum[n][c] / pixels[n];
+        }
+    }
+}
+
+/* Gives each cell the number of the color that is nearest to its mean: that of its box may be far off, where a box that has few pixels
+ * of many colors was not worth dividing. */
+static void number_by_nearest(struct census *census, int count, double palette[PALETTE][3])
+{
+    for (int i = 0; i < census->used; ++i) {
+        const int cell = census->cells[i];
+        double nearest = 1e30;
+        for (int n = 0; n < count; ++n) {
+            double distance = 0.0;
+            for (int c = 0; c < 3; ++c) {
+                const double d = census->sum[cell][c] / (double)census->count[cell] - palette[n][c];
+                distance += d * d;
+            }
+            if (distance < nearest) {
+                nearest = distance;
+                census->index[cell] = (unsigned char)n;
+            }
+        }
+    }
+}
+
+/* Computes the palette from the boxes: their means, then means of what is nearest to each (Lloyd). */
+static void make_palette(struct census *census, const struct box *boxes, int count, unsigned char bytes[3 * PALETTE])
+{
+    double palette[PALETTE][3] = {{0.0}};
+    number_boxes(census, boxes, count);
+    for (int round = 0; round < ROUNDS; ++round) {
+        compute_means(census, count, palette);
+        number_by_nearest(census, count, palette);
+    }
+    for (int i = 0; i < 3 * count; ++i) {
+        const double v = palette[i / 3][i % 3];
+        bytes[i] = (unsigned char)(255.0 * (v > 0.0 ? (v < 1.0 ? v : 1.0) : 0.0) + 0.5);
     }
 }
 

@@ -147,6 +147,37 @@ void image_text_upward(struct image *image, float x, float y, float size, float 
     draw_text(image, x, y, size, anchor, color, text, 0.0f, -1.0f);
 }
 
+/* Returns the middle of the columns in which a picture differs from a color: 0 at its left side, 1 at its right one. */
+static float middle_of_content(const struct image *image, struct color background)
+{
+    const float color[3] = {background.r, background.g, background.b};
+    int first = image->width, last = -1;
+    for (int i = 0; i < image->width * image->height; ++i) {
+        for (int c = 0; c < 3; ++c) {
+            if (fabsf(image->rgb[3 * (size_t)i + (size_t)c] - color[c]) > 0.02f) {
+                const int x = i % image->width;
+                first = x < first ? x : first;
+                last = x > last ? x : last;
+            }
+        }
+    }
+    return first <= last ? 0.5f * (float)(first + last + 1) / (float)image->width : 0.5f;
+}
+
+/* Draws a caption under what its picture shows, within the `width` pixels of its column, which it shrinks to. */
+static void draw_caption(struct image *strip, const struct image *image, int column_x, int width, int y, struct color background,
+                         struct color ink, const char *text)
+{
+    float size = 11.0f;
+    while (size > 7.0f && image_text_width(size, text) > (float)width) {
+        size -= 0.5f;
+    }
+    const float half = 0.5f * image_text_width(size, text), left = (float)column_x, right = left + (float)width;
+    float x = left + 0.5f * (float)(width - image->width) + middle_of_content(image, background) * (float)image->width;
+    x = half < 0.5f * (float)width ? fmaxf(left + half, fminf(right - half, x)) : 0.5f * (left + right);
+    image_text(strip, x, (float)y, size, 0.5f, ink, text);
+}
+
 bool image_strip(const struct image *images, const char *const *captions, int count, int columns,
                  struct color background, struct image *result)
 {
@@ -172,12 +203,7 @@ bool image_strip(const struct image *images, const char *const *captions, int co
         const int y = gap + i / columns * (height + caption + gap);
         image_paste(result, &images[i], cell_x + (width - images[i].width) / 2, y + (height - images[i].height) / 2);
         if (captions && captions[i]) {
-            float size = 11.0f; /* long captions shrink to the width of their picture */
-            while (size > 7.0f && image_text_width(size, captions[i]) > (float)width) {
-                size -= 0.5f;
-            }
-            image_text(result, (float)cell_x + 0.5f * (float)width, (float)(y + height) + 19.0f, size, 0.5f, ink,
-                       captions[i]);
+            draw_caption(result, &images[i], cell_x, width, y + height + 19, background, ink, captions[i]);
         }
     }
     return true;

@@ -64,8 +64,24 @@ struct shape_view shape_view_make(const struct shape_mesh *mesh, int width, int 
     vec3_add_scaled(direction, 0.35f, axis[1], direction);
     vec3_add_scaled(direction, 0.25f, axis[2], direction);
     view.camera = raycast_frame_points(shape, (size_t)vertices, direction, axis[1], 24.0f, (float)width / (float)height);
-    view.camera.field_of_view *= 1.12f; /* other shapes are a little larger */
     return view;
+}
+
+void shape_view_include(struct shape_view *view, const float *shape, int vertices)
+{
+    const float margin = 1.04f, degree = 0.01745329f;
+    const struct raycast_frame frame = raycast_camera_frame(&view->camera, (float)view->width / (float)view->height);
+    float half = frame.half_height;
+    for (int v = 0; v < vertices; ++v) {
+        float d[3];
+        vec3_sub(shape + 3 * v, view->camera.eye, d);
+        const float depth = vec3_dot(d, frame.forward);
+        if (depth > 0.0f) {
+            const float x = fabsf(vec3_dot(d, frame.right)) / depth, y = fabsf(vec3_dot(d, frame.up)) / depth;
+            half = fmaxf(half, margin * fmaxf(y, x * (float)view->height / (float)view->width));
+        }
+    }
+    view->camera.field_of_view = 2.0f * atanf(half) / degree;
 }
 
 void colors_by_offset(const struct shape_mesh *from, const float *to, float full, float *colors)

@@ -13,6 +13,9 @@ struct shape_view {
 
 struct shape_view shape_view_make(const struct shape_mesh *mesh, int width, int height);
 
+/* Widens a view so that it has another shape as a whole. */
+void shape_view_include(struct shape_view *view, const float *shape, int vertices);
+
 /* Compute colors, 3 floats a vertex. */
 void colors_by_offset(const struct shape_mesh *from, const float *to, float full, float *colors); /* outward red, inward blue */
 void colors_by_region(const int *regions, int vertices, float *colors);
