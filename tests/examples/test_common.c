@@ -640,6 +640,50 @@ TEST pictures_have_no_more_pixels_than_their_files_can_have(void)
     PASS();
 }
 
+/* Two bodies of few colours beside a grey ramp: each pixel has a colour near its own, though the ramp has most pixels. */
+TEST small_pictures_have_no_specks(void)
+{
+    enum { SIDE = 128 };
+    struct image image, again;
+    ASSERT(image_create(&image, SIDE, SIDE, color_rgb(1.0f, 1.0f, 1.0f)));
+    for (int i = 0; i < SIDE * SIDE; ++i) {
+        const float grey = (float)(i / SIDE) / SIDE, tint = 0.1f * (float)(i % 7) / 7.0f;
+        const float yellow[3] = {0.9f - tint, 0.9f, 0.3f + tint}, ramp[3] = {grey, grey, grey};
+        memcpy(image.rgb + 3 * i, i % SIDE < 4 ? yellow : ramp, sizeof ramp);
+    }
+    ASSERT(image_write_small_png(&image, 24, scratch("specks.png")));
+    ASSERT(image_read_file(scratch("specks.png"), &again));
+    for (int i = 0; i < 3 * SIDE * SIDE; ++i) ASSERT_IN_RANGE(image.rgb[i], again.rgb[i], 0.08f);
+    image_free(&image);
+    image_free(&again);
+    PASS();
+}
+
+/* A caption stands under what its picture shows, not under the middle of the picture. */
+TEST captions_stand_under_what_they_name(void)
+{
+    enum { SIDE = 200 };
+    const struct color white = {1.0f, 1.0f, 1.0f}, ink = {0.0f, 0.0f, 0.0f};
+    const char *const captions[] = {"left", "right"};
+    struct image bodies[2], strip;
+    for (int b = 0; b < 2; ++b) {
+        ASSERT(image_create(&bodies[b], SIDE, 40, white));
+        image_disc(&bodies[b], b == 0 ? 50.0f : 150.0f, 20.0f, 10.0f, ink);
+    }
+    ASSERT(image_strip(bodies, captions, 2, 2, white, &strip));
+    for (int b = 0; b < 2; ++b) {
+        const int from = b * strip.width / 2;
+        int first = strip.width, last = 0;
+        for (int y = strip.height - 34; y < strip.height; ++y)
+            for (int x = from; x < from + strip.width / 2; ++x)
+                if (strip.rgb[3 * (y * strip.width + x)] < 0.5f) first = x < first ? x : first, last = x > last ? x : last;
+        ASSERT_IN_RANGE(b == 0 ? 62.0f : 374.0f, 0.5f * (float)(first + last), 3.0f);
+        image_free(&bodies[b]);
+    }
+    image_free(&strip);
+    PASS();
+}
+
 TEST pictures_of_a_sphere(void)
 {
     struct raycast_scene scene;
@@ -827,6 +871,8 @@ int main(int argc, char **argv)
     RUN_TEST(hierarchy_agrees_with_trying_every_triangle);
     RUN_TEST(hierarchy_of_identical_triangles_stays_shallow);
     RUN_TEST(rows_of_a_picture_miss_no_triangle);
+    RUN_TEST(small_pictures_have_no_specks);
+    RUN_TEST(captions_stand_under_what_they_name);
     RUN_TEST(pictures_of_a_sphere);
     RUN_TEST(pictures_have_no_more_pixels_than_their_files_can_have);
     RUN_TEST(concentric_spheres_are_their_gap_apart);

@@ -256,6 +256,57 @@ static uint64_t whole_hash(struct viewer_app *app)
     return hash;
 }
 
+/* Two strokes, undone and redone one by one, have the same bits each time; then both are undone. `then`: events after each. */
+static greatest_test_res undo_and_redo(struct viewer_app *app, int first, int second, const char *then)
+{
+    static char names[64];
+    char error[VIEWER_TEXT];
+    const int two[] = {first, second};
+    uint64_t hash[3]; /* before each stroke, and after both */
+    snprintf(names, sizeof names, "%s, then %s; %.4s", viewer_tool_names[first], viewer_tool_names[second], then);
+    for (int i = 0; i < 2; ++i) {
+        ASSERTm(names, play(app, strokes[two[i]][0], error));
+        hash[i] = whole_hash(app);
+        ASSERTm(names, play(app, strokes[two[i]][1], error) && play(app, then, error));
+        hash[i + 1] = whole_hash(app);
+        ASSERTm(names, hash[i + 1] != hash[i]);
+    }
+    for (int round = 0; round < 2; ++round) {
+        for (int i = 1; i >= 0; --i) {
+            ASSERTm(names, play(app, "key Z ctrl\n", error));
+            ASSERT_STR_EQm(names, "undone", app->message);
+            ASSERT_EQm(names, hash[i], whole_hash(app));
+        }
+        for (int i = 1; i < 3 && round == 0; ++i) {
+            ASSERTm(names, play(app, "key Y ctrl\n", error));
+            ASSERT_STR_EQm(names, "redone", app->message);
+            ASSERT_EQm(names, hash[i], whole_hash(app));
+        }
+    }
+    PASS();
+}
+
+TEST each_two_strokes_are_undone_and_redone(void)
+{
+    struct viewer_app app;
+    CHECK_CALL(open_bear(&app, 32));
+    for (int first = 0; first < VIEWER_TOOLS; ++first)
+        for (int second = 0; second < VIEWER_TOOLS; ++second)
+            if (first != second) CHECK_CALL(undo_and_redo(&app, first, second, first < second ? "" : "rest\n"));
+    viewer_app_close(&app);
+    PASS();
+}
+
+TEST strokes_on_a_fine_grid_are_undone_and_redone(void)
+{
+    struct viewer_app app;
+    CHECK_CALL(open_bear(&app, 96));
+    CHECK_CALL(undo_and_redo(&app, VIEWER_DRAG, VIEWER_PUSH, ""));
+    CHECK_CALL(undo_and_redo(&app, VIEWER_SMOOTH, VIEWER_CUT, "rest\n"));
+    viewer_app_close(&app);
+    PASS();
+}
+
 /* Undo that fails says so and leaves the body and all states as they were: so it can be tried again. */
 TEST undo_that_fails_loses_nothing(void)
 {
@@ -395,6 +446,8 @@ int main(int argc, char **argv)
     RUN_TEST(keys_set_brush_and_mask);
     RUN_TEST(undo_goes_across_files);
     RUN_TEST(undo_restores_the_model_to_the_bit);
+    RUN_TEST(each_two_strokes_are_undone_and_redone);
+    RUN_TEST(strokes_on_a_fine_grid_are_undone_and_redone);
     RUN_TEST(undo_that_fails_loses_nothing);
     RUN_TEST(a_failed_change_is_reverted);
     RUN_TEST(a_step_in_progress_is_completed_first);
