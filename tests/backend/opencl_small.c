@@ -1,5 +1,6 @@
-/* opencl_small.c [LIBRARY] - a tiny model through every stage on a device: the state's hash is the scalar one. Work items of a group
-   share a brick, as on a GPU. For a simulator that looks at every access too (tests/backend/oclgrind.sh): LIBRARY is its OpenCL. */
+/* opencl_small.c [LIBRARY] - a tiny model through every stage on a device: the state's hash is the scalar one. For a simulator
+   that looks at every access too (tests/backend/oclgrind.sh): LIBRARY is its OpenCL, and work items of a group share a brick, as on a
+   GPU. */
 #include "histories.h"
 #include "springls_cl.h"
 
@@ -63,7 +64,7 @@ int main(int argc, char **argv)
     int paper, wrong = 0;
     memset(&desc, 0, sizeof desc);
     desc.library = argc > 1 ? argv[1] : NULL;
-    desc.brick_items = 4;
+    if (desc.library) desc.brick_items = 4; /* else the device's own, whose kernels other tests have compiled */
     desc.logger.log = small_log;
     if (springls_cl_create(&desc, &backend) != SPRINGLS_OK) {
         if (!desc.library) fixture_no_device("there is no OpenCL device");
