@@ -200,7 +200,7 @@ def do_block(path, page, block, check):
         return None, False
     text = '\n' + run(script, path, check).strip('\n') + '\n\n'
     times = flags_of(block)[1]
-    return text, without_times(text, times) != without_times(block['text'], times)
+    return text, without_times(text.strip(), times) != without_times(block['text'].strip(), times)
 
 
 def put(path, block, text):
