@@ -44,6 +44,18 @@ SPRINGLS_API const uint32_t *springls_component_ids(const springls_context *ctx)
     return springls__ensure_on_host(ctx, SPRINGLS__BIT(COMPONENT)) == SPRINGLS_OK ? ctx->model.set.component : NULL;
 }
 
+/* Returns the label of the body that a place lies in or descent of phi leads to; -1: none. The voxel that it is in comes first: of the
+   eight around it one of another body may be deeper. */
+SPRINGLS__FN int32_t springls__body_at(const springls__grid *g, const springls__labels *labels, springls__v3 x)
+{
+    int32_t body, cavity;
+    int voxel[3];
+    springls__voxel_of_place(g, springls__v3_make(x.x + 0.5f, x.y + 0.5f, x.z + 0.5f), voxel);
+    if (springls__grid_phi(g, g->phi, voxel[0], voxel[1], voxel[2]) < 0.0f) return springls__body_of_voxel(g, labels, voxel);
+    springls__components_at(g, labels, x, &body, &cavity);
+    return body;
+}
+
 SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const float *points, int count, uint32_t *out)
 {
     springls__labels labels;
@@ -53,8 +65,7 @@ SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const 
     SPRINGLS__TRY(springls__report_device_failure(ctx, springls__components_to_host(ctx, 0)));
     SPRINGLS__TRY(springls__label_ids(ctx, &labels));
     for (i = 0; i < count; i++) {
-        int32_t body, cavity;
-        springls__components_at(&ctx->model.grid, &labels, springls__world_to_voxel(ctx, points + 3 * (size_t)i), &body, &cavity);
+        int32_t body = springls__body_at(&ctx->model.grid, &labels, springls__world_to_voxel(ctx, points + 3 * (size_t)i));
         out[i] = body >= 0 ? ((const uint32_t *)ctx->label_id_memory.data)[body] : 0u;
     }
     return SPRINGLS_OK;

@@ -268,6 +268,7 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
     ctx->model.params.keep_thin = params.keep_thin;
     ctx->model.params.curvature = params.curvature;
     ctx->model.params.volume_lock = params.volume_lock;
+    if (!springls__components_enabled(ctx)) springls__clear_components(ctx);
     ctx->time = time;
     return status;
 }
