@@ -7,6 +7,7 @@
  *    surface, less than a voxel away. Open surfaces have no level set and end with step 2. */
 #include "atlas/atlas.h"
 
+#include "base/threads.h"
 #include "base/vec3.h"
 #include "springls/run_options.h"
 #include "springls/segment_model.h"
@@ -227,17 +228,32 @@ static float *copy_corners(const springls_context *ctx)
     return corners;
 }
 
+struct put_loop {
+    springls_context *ctx;
+    const struct warp *warp;
+    const float *corners;
+    float *moved;
+};
+
+static void run_put_loop(void *arg, int begin, int end)
+{
+    const struct put_loop *loop = arg;
+    springls_context *ctx = loop->ctx;
+    const struct warp *warp = loop->warp;
+    const float *corners = loop->corners;
+    float *moved = loop->moved;
+    for (int c = begin; c < end; ++c) {
+        warp_apply(warp, corners + 3 * (size_t)c, moved + 3 * (size_t)c, NULL);
+        springls_to_voxel(ctx, moved + 3 * (size_t)c, 1, moved + 3 * (size_t)c);
+    }
+}
+
 /* Puts every springl where the displacement takes it from its corners on the template. moved: room for as many. */
 static bool put_springls(springls_context *ctx, const struct warp *warp, const float *corners, float *moved)
 {
     const int count = springls_count(ctx);
-#if defined(_OPENMP)
-    #pragma omp parallel for
-#endif
-    for (int c = 0; c < 3 * count; ++c) {
-        warp_apply(warp, corners + 3 * (size_t)c, moved + 3 * (size_t)c, NULL);
-        springls_to_voxel(ctx, moved + 3 * (size_t)c, 1, moved + 3 * (size_t)c);
-    }
+    struct put_loop loop = {ctx, warp, corners, moved};
+    threads_for(3 * count, 64, run_put_loop, &loop);
     return atlas_check(ctx, springls_write(ctx, 0, count, moved, NULL), "displacement");
 }
 

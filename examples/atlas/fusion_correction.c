@@ -5,6 +5,7 @@
  * machine"). Its normal equations are a sum over subjects. Only voxels about which the votes are not sure take part. */
 #include "atlas/fusion.h"
 
+#include "base/threads.h"
 #include "registration/vgrid.h"
 
 #include <lapacke.h>
@@ -164,14 +165,21 @@ static bool equations_create(struct equations *equations)
 
 enum { BATCH = 64, TOGETHER = 4 };
 
-/* Adds BATCH voxels; those beyond `count` have terms of zero. Single precision within a batch, double between them. */
-static void add_batch(struct equations *equations, float *terms, const float *truth, int count)
+struct batch_loop {
+    struct equations *equations;
+    const float *terms;
+    const float *truth;
+    int count;
+};
+
+static void run_batch_loop(void *arg, int begin, int end)
 {
-    memset(terms + (size_t)count * TERMS, 0, (size_t)(BATCH - count) * TERMS * sizeof *terms);
-#if defined(_OPENMP)
-    #pragma omp parallel for schedule(dynamic, 8)
-#endif
-    for (int i = 0; i < TERMS; ++i) {
+    const struct batch_loop *loop = arg;
+    struct equations *equations = loop->equations;
+    const float *terms = loop->terms;
+    const float *truth = loop->truth;
+    const int count = loop->count;
+    for (int i = begin; i < end; ++i) {
         float row[TERMS] = {0.0f}, right = 0.0f;
         for (int b = 0; b < BATCH; b += TOGETHER) {
             const float *t = terms + (size_t)b * TERMS, *u = t + TERMS, *v = u + TERMS, *w = v + TERMS;
@@ -188,6 +196,14 @@ static void add_batch(struct equations *equations, float *terms, const float *tr
         }
         equations->right[i] += (double)right;
     }
+}
+
+/* Adds BATCH voxels; those beyond `count` have terms of zero. Single precision within a batch, double between them. */
+static void add_batch(struct equations *equations, float *terms, const float *truth, int count)
+{
+    memset(terms + (size_t)count * TERMS, 0, (size_t)(BATCH - count) * TERMS * sizeof *terms);
+    struct batch_loop loop = {equations, terms, truth, count};
+    threads_for(TERMS, 8, run_batch_loop, &loop);
 }
 
 static bool add_subject(const struct fusion_template *template, int s, const struct fusion_votes *votes,
@@ -229,6 +245,36 @@ static bool solve(struct equations *equations, float **correction)
     return true;
 }
 
+struct correct_loop {
+    const struct fusion_template *template;
+    const struct fusion_votes *votes;
+    float *probability;
+    const struct maps *maps;
+    const float *hidden;
+};
+
+static void run_correct_loop(void *arg, int begin, int end)
+{
+    const struct correct_loop *loop = arg;
+    const struct fusion_template *template = loop->template;
+    const struct fusion_votes *votes = loop->votes;
+    float *probability = loop->probability;
+    const struct maps *maps = loop->maps;
+    const float *hidden = loop->hidden;
+    for (size_t n = (size_t)begin; n < (size_t)end; ++n) {
+        probability[n] = votes->voted[n];
+        if (is_unsure(votes->voted[n])) {
+            float terms[TERMS];
+            double sum = 0.0;
+            take_terms(maps, hidden, n, terms);
+            for (int i = 0; i < TERMS; ++i) {
+                sum += (double)template->correction[i] * (double)terms[i];
+            }
+            probability[n] = (float)fmax(0.0, fmin(1.0, sum));
+        }
+    }
+}
+
 bool fusion_correct(const struct fusion_template *template, const struct fusion_votes *votes, float *probability)
 {
     const size_t voxels = volume_voxels(&template->image);
@@ -242,21 +288,8 @@ bool fusion_correct(const struct fusion_template *template, const struct fusion_
     if (good) {
         make_hidden(hidden);
     }
-#if defined(_OPENMP)
-    #pragma omp parallel for schedule(dynamic, 1024)
-#endif
-    for (size_t n = 0; n < (good ? voxels : 0); ++n) {
-        probability[n] = votes->voted[n];
-        if (is_unsure(votes->voted[n])) {
-            float terms[TERMS];
-            double sum = 0.0;
-            take_terms(&maps, hidden, n, terms);
-            for (int i = 0; i < TERMS; ++i) {
-                sum += (double)template->correction[i] * (double)terms[i];
-            }
-            probability[n] = (float)fmax(0.0, fmin(1.0, sum));
-        }
-    }
+    struct correct_loop loop = {template, votes, probability, &maps, hidden};
+    threads_for((int)(good ? voxels : 0), 1024, run_correct_loop, &loop);
     free(maps.map[0]);
     free(hidden);
     return good;

@@ -4,6 +4,7 @@
  * weights are fitted to these places by least squares. The search distance falls from round to round. */
 #include "atlas/atlas.h"
 
+#include "base/threads.h"
 #include "base/vec3.h"
 
 #include <math.h>
@@ -32,15 +33,27 @@ static void make_shape(const struct atlas *atlas, struct atlas_placing *placing)
 
 /* ---- rounds ---- */
 
-/* Finds each vertex's best place along its normal, and how certain it is. */
-static void look(const struct atlas_view *view, int which, const float *shape, const float *normals, float *places, double *sure)
+struct look_loop {
+    const struct atlas_view *view;
+    const float *shape;
+    const float *normals;
+    float *places;
+    double *sure;
+    int shifts;
+    float spacing;
+};
+
+static void run_look_loop(void *arg, int begin, int end)
 {
-    const int vertices = view->atlas->mean.vertex_count, shifts = look_shifts[which];
-    const float spacing = spacing_of(view, which);
-#if defined(_OPENMP)
-    #pragma omp parallel for
-#endif
-    for (int v = 0; v < vertices; ++v) {
+    const struct look_loop *loop = arg;
+    const struct atlas_view *view = loop->view;
+    const float *shape = loop->shape;
+    const float *normals = loop->normals;
+    float *places = loop->places;
+    double *sure = loop->sure;
+    const int shifts = loop->shifts;
+    const float spacing = loop->spacing;
+    for (int v = begin; v < end; ++v) {
         float costs[64];
         int best = shifts;
         atlas_shift_costs(view, v, shape + 3 * v, normals + 3 * v, spacing, shifts, costs);
@@ -55,6 +68,15 @@ static void look(const struct atlas_view *view, int which, const float *shape, c
             sure[v] *= 0.1;
         }
     }
+}
+
+/* Finds each vertex's best place along its normal, and how certain it is. */
+static void look(const struct atlas_view *view, int which, const float *shape, const float *normals, float *places, double *sure)
+{
+    const int vertices = view->atlas->mean.vertex_count, shifts = look_shifts[which];
+    const float spacing = spacing_of(view, which);
+    struct look_loop loop = {view, shape, normals, places, sure, shifts, spacing};
+    threads_for(vertices, 16, run_look_loop, &loop);
 }
 
 /* Fits weights of the first modes to the places, which are in the model's coordinates. */
@@ -150,24 +172,35 @@ static void add_candidate(struct candidate *best, int *count, const struct candi
     }
 }
 
-/* Tries all translations a quarter of the atlas's size apart, in three sizes; an atlas from label maps only in the patient's
- * orientation, others in many rotations. */
-static int search(const struct atlas_view *view, const int *few, int count, const float *normals, struct candidate *best)
+struct search_loop {
+    const struct atlas_view *view;
+    const int *few;
+    int count;
+    const float *normals;
+    struct candidate *best;
+    int *found;
+    const double *scales;
+    const struct volume *image;
+    const double *center;
+    const int *cells;
+    int orientations;
+};
+
+static void run_search_loop(void *arg, int begin, int end)
 {
-    static const double scales[SCALES] = {1.0, 0.87, 1.15};
-    const struct volume *image = view->image;
-    double center[3], radius;
-    int found = 0, cells[3];
-    shape_size(view->atlas->mean.positions, (size_t)view->atlas->mean.vertex_count, center, &radius);
-    for (int a = 0; a < 3; ++a) {
-        const double extent = (double)image->spacing[a] * image->dims[a] / (0.25 * radius);
-        cells[a] = extent < 1.0 ? 1 : extent > 64.0 ? 64 : (int)extent;
-    }
-    const int orientations = view->atlas->oriented ? 1 : ORIENTATIONS, places = cells[0] * cells[1] * cells[2];
-#if defined(_OPENMP)
-    #pragma omp parallel for schedule(dynamic, 16)
-#endif
-    for (int p = 0; p < places; ++p) {
+    const struct search_loop *loop = arg;
+    const struct atlas_view *view = loop->view;
+    const int *few = loop->few;
+    const int count = loop->count;
+    const float *normals = loop->normals;
+    struct candidate *best = loop->best;
+    int *found = loop->found;
+    const double *scales = loop->scales;
+    const struct volume *image = loop->image;
+    const double *center = loop->center;
+    const int *cells = loop->cells;
+    const int orientations = loop->orientations;
+    for (int p = begin; p < end; ++p) {
         const int cell[3] = {p % cells[0], p / cells[0] % cells[1], p / cells[0] / cells[1]};
         float index[3], middle[3];
         for (int a = 0; a < 3; ++a) {
@@ -189,11 +222,28 @@ static int search(const struct atlas_view *view, const int *few, int count, cons
             trial.cost = atlas_surface_cost(view, &trial.pose, few, count, normals, spacing_of(view, 0));
             local = trial.cost < local.cost ? trial : local;
         }
-#if defined(_OPENMP)
-        #pragma omp critical
-#endif
-        add_candidate(best, &found, &local);
+        threads_lock();
+        add_candidate(best, found, &local);
+        threads_unlock();
     }
+}
+
+/* Tries all translations a quarter of the atlas's size apart, in three sizes; an atlas from label maps only in the patient's
+ * orientation, others in many rotations. */
+static int search(const struct atlas_view *view, const int *few, int count, const float *normals, struct candidate *best)
+{
+    static const double scales[SCALES] = {1.0, 0.87, 1.15};
+    const struct volume *image = view->image;
+    double center[3], radius;
+    int found = 0, cells[3];
+    shape_size(view->atlas->mean.positions, (size_t)view->atlas->mean.vertex_count, center, &radius);
+    for (int a = 0; a < 3; ++a) {
+        const double extent = (double)image->spacing[a] * image->dims[a] / (0.25 * radius);
+        cells[a] = extent < 1.0 ? 1 : extent > 64.0 ? 64 : (int)extent;
+    }
+    const int orientations = view->atlas->oriented ? 1 : ORIENTATIONS, places = cells[0] * cells[1] * cells[2];
+    struct search_loop loop = {view, few, count, normals, best, &found, scales, image, center, cells, orientations};
+    threads_for(places, 16, run_search_loop, &loop);
     return found;
 }
 

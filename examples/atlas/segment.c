@@ -16,6 +16,7 @@
 
 #include "base/bvh.h"
 #include "base/progress.h"
+#include "base/threads.h"
 #include "base/vec3.h"
 #include "imaging/gvf.h"
 #include "imaging/segment_image.h"
@@ -109,6 +110,33 @@ static float fused_pressure(const struct atlas_segment *run, const float place[3
     return fmaxf(-1.0f, fminf(1.0f, 4.0f * atlas_fused_at(run, place)));
 }
 
+struct push_loop {
+    const struct atlas_segment *run;
+    const struct target *shape;
+    float leash;
+    const struct volume *cubes;
+};
+
+static void run_push_loop(void *arg, int begin, int end)
+{
+    const struct push_loop *loop = arg;
+    const struct atlas_segment *run = loop->run;
+    const struct target *shape = loop->shape;
+    const float leash = loop->leash;
+    const struct volume *cubes = loop->cubes;
+    for (int k = begin; k < end; ++k) {
+        float *out = cubes->data + (size_t)k * (size_t)cubes->dims[0] * (size_t)cubes->dims[1];
+        for (int j = 0; j < cubes->dims[1]; ++j) {
+            for (int i = 0; i < cubes->dims[0]; ++i) {
+                const float index[3] = {(float)i, (float)j, (float)k};
+                float place[3];
+                volume_index_to_world(cubes, index, place);
+                *out++ = run->fused ? fused_pressure(run, place) : pressure_at(run, shape, place, leash);
+            }
+        }
+    }
+}
+
 static bool push_create(const struct atlas_segment *run, struct push *field)
 {
     const struct shape_mesh *mesh = &run->stages[run->begin];
@@ -121,20 +149,8 @@ static bool push_create(const struct atlas_segment *run, struct push *field)
     const float leash = (float)(run->settings.leash > 0.0 ? run->settings.leash : choose_leash(run, shape.radius));
     bool good = create_cubes(run, leash, &field->pressure);
     const struct volume *cubes = &field->pressure;
-#if defined(_OPENMP)
-    #pragma omp parallel for
-#endif
-    for (int k = 0; k < (good ? cubes->dims[2] : 0); ++k) {
-        float *out = cubes->data + (size_t)k * (size_t)cubes->dims[0] * (size_t)cubes->dims[1];
-        for (int j = 0; j < cubes->dims[1]; ++j) {
-            for (int i = 0; i < cubes->dims[0]; ++i) {
-                const float index[3] = {(float)i, (float)j, (float)k};
-                float place[3];
-                volume_index_to_world(cubes, index, place);
-                *out++ = run->fused ? fused_pressure(run, place) : pressure_at(run, &shape, place, leash);
-            }
-        }
-    }
+    struct push_loop loop = {run, &shape, leash, cubes};
+    threads_for((good ? cubes->dims[2] : 0), 1, run_push_loop, &loop);
     field->gvf_weight = run->fused ? 0.0f : (float)run->settings.gvf;
     good = good &&
            (field->gvf_weight <= 0.0f || gvf_compute(cubes, 0, gvf_mu, cubes->spacing[0], &field->flow) || atlas_no_memory());

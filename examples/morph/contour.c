@@ -12,6 +12,7 @@
  * A step is the paper's eq. 1 with the pressure rho and, where the model lags, the velocity sigma. */
 #include "morph/morph.h"
 
+#include "base/threads.h"
 #include "base/vec3.h"
 
 #include <limits.h>
@@ -66,19 +67,37 @@ static int voxels_around(const int size[3], size_t voxel, size_t around[27])
 static bool lags_inside(float shape, float model) { return shape < -SURE && model >= 0.0f && model - shape > LAG; }
 static bool lags_outside(float shape, float model) { return shape > SURE && model < 0.0f && shape - model > LAG; }
 
+struct press_loop {
+    struct morph *morph;
+    const float *model;
+    const float *shape;
+    int *lags;
+};
+
+static void run_press_loop(void *arg, int begin, int end)
+{
+    const struct press_loop *loop = arg;
+    struct morph *morph = loop->morph;
+    const float *model = loop->model;
+    const float *shape = loop->shape;
+    int lags = 0;
+    for (int n = begin; n < end; ++n) {
+        morph->pressure[n] = morph_pressure(morph, shape[n]);
+        lags += lags_inside(shape[n], model[n]) || lags_outside(shape[n], model[n]);
+    }
+    threads_lock();
+    *loop->lags += lags;
+    threads_unlock();
+}
+
 /* Sets the pressure of all voxels; counts those where the model lags. */
 static int press_everywhere(struct morph *morph, const float *model)
 {
     const int count = (int)morph_voxel_count(morph);
     const float *shape = morph->shape;
     int lags = 0;
-#if defined(_OPENMP)
-    #pragma omp parallel for reduction(+ : lags)
-#endif
-    for (int n = 0; n < count; ++n) {
-        morph->pressure[n] = morph_pressure(morph, shape[n]);
-        lags += lags_inside(shape[n], model[n]) || lags_outside(shape[n], model[n]);
-    }
+    struct press_loop loop = {morph, model, shape, &lags};
+    threads_for(count, 4096, run_press_loop, &loop);
     return lags;
 }
 

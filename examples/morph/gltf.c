@@ -2,6 +2,7 @@
 #include "morph/morph.h"
 
 #include "base/progress.h"
+#include "base/threads.h"
 #include "character/clip_transfer.h"
 #include "character/gltf_character.h"
 
@@ -32,6 +33,35 @@ static struct material textured(int image)
     return material;
 }
 
+struct dress_loop {
+    const struct morph *morph;
+    int size;
+    struct textured_mesh *dressed;
+    struct progress *bar;
+    int *done;
+    bool *good;
+};
+
+static void run_dress_loop(void *arg, int begin, int end)
+{
+    const struct dress_loop *loop = arg;
+    const struct morph *morph = loop->morph;
+    const int size = loop->size;
+    struct textured_mesh *dressed = loop->dressed;
+    struct progress *bar = loop->bar;
+    int *done = loop->done;
+    bool good = true;
+    for (int f = begin; f < end; ++f) {
+        good = good && dress(morph, &morph->frames[f], size, f, &dressed[f]);
+        threads_lock();
+        progress_update(bar, (size_t)++*done, NULL);
+        threads_unlock();
+    }
+    threads_lock();
+    *loop->good = *loop->good && good;
+    threads_unlock();
+}
+
 static bool write_sequence(const struct morph *morph, const char *path)
 {
     const int count = morph->frame_count, size = morph->settings.texture;
@@ -44,16 +74,8 @@ static bool write_sequence(const struct morph *morph, const char *path)
     int done = 0;
     bool good = dressed && meshes && materials && pictures;
     progress_begin(&bar, "textures", (size_t)count, morph->settings.common.quiet || size == 0);
-#if defined(_OPENMP)
-    #pragma omp parallel for schedule(dynamic) reduction(&& : good)
-#endif
-    for (int f = 0; f < count; ++f) {
-        good = good && dress(morph, &morph->frames[f], size, f, &dressed[f]);
-#if defined(_OPENMP)
-    #pragma omp critical
-#endif
-        progress_update(&bar, (size_t)++done, NULL);
-    }
+    struct dress_loop loop = {morph, size, dressed, &bar, &done, &good};
+    threads_for(good ? count : 0, 1, run_dress_loop, &loop);
     progress_end(&bar);
     for (int f = 0; good && f < count; ++f) {
         meshes[f] = dressed[f].mesh;

@@ -4,6 +4,7 @@
  * target in the same pose, taken back to the neutral pose. */
 #include "morph/morph.h"
 
+#include "base/threads.h"
 #include "base/vec3.h"
 #include "surface/texture_atlas.h"
 
@@ -12,6 +13,34 @@
 #include <string.h>
 
 static const float APART = 4.0f; /* voxels: corners of a triangle that came from places further apart are not blended */
+
+struct targets_loop {
+    const struct morph_frame *frame;
+    const struct morph_body *target;
+    const springls_mesh *mesh;
+    const struct bvh *bvh;
+};
+
+static void run_targets_loop(void *arg, int begin, int end)
+{
+    const struct targets_loop *loop = arg;
+    const struct morph_frame *frame = loop->frame;
+    const struct morph_body *target = loop->target;
+    const springls_mesh *mesh = loop->mesh;
+    const struct bvh *bvh = loop->bvh;
+    for (int v = begin; v < end; ++v) {
+        float closest[3] = {0.0f, 0.0f, 0.0f}, weight[3], *place = frame->targets + 3 * v;
+        uint32_t triangle = 0;
+        bvh_distance(bvh, mesh->positions + 3 * v, closest, &triangle);
+        const int *corner = target->mesh.triangles + 3 * triangle;
+        place_barycentric(target->posed + 3 * corner[0], target->posed + 3 * corner[1], target->posed + 3 * corner[2], closest,
+                          weight);
+        memset(place, 0, 3 * sizeof *place);
+        for (int k = 0; k < 3; ++k) {
+            vec3_add_scaled(place, weight[k], target->mesh.positions + 3 * corner[k], place);
+        }
+    }
+}
 
 /* Finds for each vertex the nearest place of the posed target, in the neutral pose. */
 static bool find_targets(const struct morph *morph, struct morph_frame *frame)
@@ -24,21 +53,8 @@ static bool find_targets(const struct morph *morph, struct morph_frame *frame)
         || !bvh_build(&bvh, target->posed, (const uint32_t *)target->mesh.triangles, (size_t)target->mesh.triangle_count)) {
         return morph_no_memory();
     }
-#if defined(_OPENMP)
-    #pragma omp parallel for schedule(dynamic, 256)
-#endif
-    for (int v = 0; v < mesh->vertex_count; ++v) {
-        float closest[3] = {0.0f, 0.0f, 0.0f}, weight[3], *place = frame->targets + 3 * v;
-        uint32_t triangle = 0;
-        bvh_distance(&bvh, mesh->positions + 3 * v, closest, &triangle);
-        const int *corner = target->mesh.triangles + 3 * triangle;
-        place_barycentric(target->posed + 3 * corner[0], target->posed + 3 * corner[1], target->posed + 3 * corner[2], closest,
-                          weight);
-        memset(place, 0, 3 * sizeof *place);
-        for (int k = 0; k < 3; ++k) {
-            vec3_add_scaled(place, weight[k], target->mesh.positions + 3 * corner[k], place);
-        }
-    }
+    struct targets_loop loop = {frame, target, mesh, &bvh};
+    threads_for(mesh->vertex_count, 256, run_targets_loop, &loop);
     bvh_free(&bvh);
     return true;
 }
@@ -61,14 +77,19 @@ static void mixed_color(const struct morph *morph, float share, const float sour
     memcpy(color, sum, sizeof sum);
 }
 
-/* Returns the largest |sum - 1| of the bone weights at a mesh's correspondences. */
-static double weight_error(const struct morph *morph, const springls_mesh *mesh)
+struct error_loop {
+    const struct morph *morph;
+    const springls_mesh *mesh;
+    double *worst;
+};
+
+static void run_error_loop(void *arg, int begin, int end)
 {
+    const struct error_loop *loop = arg;
+    const struct morph *morph = loop->morph;
+    const springls_mesh *mesh = loop->mesh;
     double worst = 0.0;
-#if defined(_OPENMP)
-    #pragma omp parallel for schedule(dynamic, 256) reduction(max : worst)
-#endif
-    for (int v = 0; v < mesh->vertex_count; ++v) {
+    for (int v = begin; v < end; ++v) {
         struct place place;
         double sum = 0.0;
         places_find(&morph->source.places, mesh->correspondences + 3 * v, &place);
@@ -78,7 +99,33 @@ static double weight_error(const struct morph *morph, const springls_mesh *mesh)
         }
         worst = fmax(worst, fabs(sum - 1.0));
     }
+    threads_lock();
+    *loop->worst = fmax(*loop->worst, worst);
+    threads_unlock();
+}
+
+/* Returns the largest |sum - 1| of the bone weights at a mesh's correspondences. */
+static double weight_error(const struct morph *morph, const springls_mesh *mesh)
+{
+    double worst = 0.0;
+    struct error_loop loop = {morph, mesh, &worst};
+    threads_for(mesh->vertex_count, 256, run_error_loop, &loop);
     return worst;
+}
+
+struct colors_loop {
+    const struct morph *morph;
+    const struct morph_frame *frame;
+};
+
+static void run_colors_loop(void *arg, int begin, int end)
+{
+    const struct colors_loop *loop = arg;
+    const struct morph *morph = loop->morph;
+    const struct morph_frame *frame = loop->frame;
+    for (int v = begin; v < end; ++v) {
+        mixed_color(morph, frame->share, frame->mesh.correspondences + 3 * v, frame->targets + 3 * v, frame->colors + 3 * v);
+    }
 }
 
 bool morph_look(const struct morph *morph, struct morph_frame *frame)
@@ -95,12 +142,8 @@ bool morph_look(const struct morph *morph, struct morph_frame *frame)
     if (!find_targets(morph, frame)) {
         return false;
     }
-#if defined(_OPENMP)
-    #pragma omp parallel for schedule(dynamic, 256)
-#endif
-    for (int v = 0; v < count; ++v) {
-        mixed_color(morph, frame->share, frame->mesh.correspondences + 3 * v, frame->targets + 3 * v, frame->colors + 3 * v);
-    }
+    struct colors_loop loop = {morph, frame};
+    threads_for(count, 256, run_colors_loop, &loop);
     return true;
 }
 

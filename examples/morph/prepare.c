@@ -1,6 +1,7 @@
 /* prepare.c - one grid for both characters, a closed body of each with bone weights, and the memory of a run. */
 #include "morph/morph.h"
 
+#include "base/threads.h"
 #include "base/vec3.h"
 
 #include <stdlib.h>
@@ -73,14 +74,15 @@ bool morph_is_alone(const struct morph *morph, const struct morph_body *body, in
     return vec3_length(body->mesh_pulls + 3 * body->mesh.triangles[3 * triangle]) > (float)morph->grid.spacing[0];
 }
 
-/* Gives each vertex of the closed body the bone weights, and the pull where its limb shrinks, of the nearest place of the
- * character. */
-static void attach_to_character(struct morph_body *body)
+struct attach_loop {
+    struct morph_body *body;
+};
+
+static void run_attach_loop(void *arg, int begin, int end)
 {
-#if defined(_OPENMP)
-    #pragma omp parallel for schedule(dynamic, 256)
-#endif
-    for (int v = 0; v < body->mesh.vertex_count; ++v) {
+    const struct attach_loop *loop = arg;
+    struct morph_body *body = loop->body;
+    for (int v = begin; v < end; ++v) {
         float *pull = body->mesh_pulls + 3 * v;
         struct place place;
         places_find(&body->places, body->mesh.positions + 3 * v, &place);
@@ -90,6 +92,14 @@ static void attach_to_character(struct morph_body *body)
             vec3_add_scaled(pull, place.weight[k], body->pulls + 3 * corner, pull);
         }
     }
+}
+
+/* Gives each vertex of the closed body the bone weights, and the pull where its limb shrinks, of the nearest place of the
+ * character. */
+static void attach_to_character(struct morph_body *body)
+{
+    struct attach_loop loop = {body};
+    threads_for(body->mesh.vertex_count, 256, run_attach_loop, &loop);
 }
 
 static bool make_body(const struct morph *morph, springls_context *ctx, const char *path, struct morph_body *body)

@@ -4,6 +4,7 @@
  * theirs, and what falls apart is bridged. */
 #include "morph/morph.h"
 
+#include "base/threads.h"
 #include "base/vec3.h"
 #include "character/mesh_voxels.h"
 
@@ -42,22 +43,37 @@ static bool continue_nearest(const struct morph *morph, const float *phi, int *n
     return true;
 }
 
-/* Moves a body's surface to the present pose, with limbs that the other lacks at `size` of theirs, and computes its signed
- * distance. Returns false if memory is short. */
-static bool pose_body(struct morph *morph, struct morph_body *body, float size, float *phi, int *nearest)
+struct pose_loop {
+    const struct morph *morph;
+    struct morph_body *body;
+    float size;
+    float *voxels;
+};
+
+static void run_pose_loop(void *arg, int begin, int end)
 {
-    const struct solid_grid grid = morph_voxels(&morph->grid);
-    float *voxels = malloc(3 * ((size_t)body->mesh.vertex_count + 1) * sizeof *voxels);
-#if defined(_OPENMP)
-    #pragma omp parallel for
-#endif
-    for (int v = 0; v < (voxels ? body->mesh.vertex_count : 0); ++v) {
+    const struct pose_loop *loop = arg;
+    const struct morph *morph = loop->morph;
+    struct morph_body *body = loop->body;
+    const float size = loop->size;
+    float *voxels = loop->voxels;
+    for (int v = begin; v < end; ++v) {
         const struct affine blend = influences_blend(&body->influences[v], morph->skin);
         float place[3];
         vec3_add_scaled(body->mesh.positions + 3 * v, 1.0f - size, body->mesh_pulls + 3 * v, place);
         affine_apply(&blend, place, body->posed + 3 * v);
         morph_to_voxel(&morph->grid, body->posed + 3 * v, voxels + 3 * v);
     }
+}
+
+/* Moves a body's surface to the present pose, with limbs that the other lacks at `size` of theirs, and computes its signed
+ * distance. Returns false if memory is short. */
+static bool pose_body(struct morph *morph, struct morph_body *body, float size, float *phi, int *nearest)
+{
+    const struct solid_grid grid = morph_voxels(&morph->grid);
+    float *voxels = malloc(3 * ((size_t)body->mesh.vertex_count + 1) * sizeof *voxels);
+    struct pose_loop loop = {morph, body, size, voxels};
+    threads_for((voxels ? body->mesh.vertex_count : 0), 256, run_pose_loop, &loop);
     const bool continued = body == &morph->target || body->has_alone; /* else nothing reads it beyond the band */
     const bool good = voxels && mesh_voxels(&grid, voxels, body->mesh.triangles, body->mesh.triangle_count, BAND, phi, nearest)
         && (!continued || continue_nearest(morph, phi, nearest));
@@ -67,20 +83,41 @@ static bool pose_body(struct morph *morph, struct morph_body *body, float size, 
 
 /* ---- between the two ---- */
 
+struct volume_loop {
+    const float *phi;
+    float shift;
+    int unit;
+    int64_t *volume;
+    int64_t *near;
+};
+
+static void run_volume_loop(void *arg, int begin, int end)
+{
+    const struct volume_loop *loop = arg;
+    const float *phi = loop->phi;
+    const float shift = loop->shift;
+    const int unit = loop->unit;
+    int64_t volume = 0;
+    int64_t near = 0;
+    for (int n = begin; n < end; ++n) {
+        const float x = phi[n] + shift;
+        volume += x <= -0.5f ? unit : x < 0.5f ? (int)((0.5f - x) * (float)unit) : 0;
+        near += fabsf(x) < 0.5f;
+    }
+    threads_lock();
+    *loop->volume += volume;
+    *loop->near += near;
+    threads_unlock();
+}
+
 /* Returns the volume of a level set, voxels, and in *area roughly that of its surface. What is summed are integers: their order,
  * and so the number of threads, changes no bit. */
 static double volume_of(const struct morph *morph, const float *phi, float shift, double *area)
 {
     const int count = (int)morph_voxel_count(morph), unit = 1 << 20;
     int64_t volume = 0, near = 0;
-#if defined(_OPENMP)
-    #pragma omp parallel for reduction(+ : volume, near)
-#endif
-    for (int n = 0; n < count; ++n) {
-        const float x = phi[n] + shift;
-        volume += x <= -0.5f ? unit : x < 0.5f ? (int)((0.5f - x) * (float)unit) : 0;
-        near += fabsf(x) < 0.5f;
-    }
+    struct volume_loop loop = {phi, shift, unit, &volume, &near};
+    threads_for(count, 16384, run_volume_loop, &loop);
     *area = (double)near;
     return (double)volume / unit;
 }
@@ -140,19 +177,34 @@ static float unite_alone(const struct morph *morph, const struct morph_body *bod
     return body_phi < phi && body->has_alone && nearest >= 0 && morph_is_alone(morph, body, nearest) ? body_phi : phi;
 }
 
+struct blend_loop {
+    struct morph *morph;
+    float part;
+    const float *source;
+    const float *target;
+};
+
+static void run_blend_loop(void *arg, int begin, int end)
+{
+    const struct blend_loop *loop = arg;
+    struct morph *morph = loop->morph;
+    const float part = loop->part;
+    const float *source = loop->source;
+    const float *target = loop->target;
+    for (int n = begin; n < end; ++n) {
+        float phi = (1.0f - part) * source[n] + part * target[n];
+        phi = unite_alone(morph, &morph->source, source[n], morph->source_nearest[n], phi);
+        morph->shape[n] = unite_alone(morph, &morph->target, target[n], morph->target_nearest[n], phi);
+    }
+}
+
 /* Blends the level sets of source and target, and unites limbs that only one has with them. */
 static void blend_bodies(struct morph *morph, float part)
 {
     const int count = (int)morph_voxel_count(morph);
     const float *source = morph->source_phi, *target = morph->target_phi;
-#if defined(_OPENMP)
-    #pragma omp parallel for
-#endif
-    for (int n = 0; n < count; ++n) {
-        float phi = (1.0f - part) * source[n] + part * target[n];
-        phi = unite_alone(morph, &morph->source, source[n], morph->source_nearest[n], phi);
-        morph->shape[n] = unite_alone(morph, &morph->target, target[n], morph->target_nearest[n], phi);
-    }
+    struct blend_loop loop = {morph, part, source, target};
+    threads_for(count, 16384, run_blend_loop, &loop);
 }
 
 /* Returns the volume of a triangle and the origin. */

@@ -1,6 +1,8 @@
 /* weights.c - bone weights of springls: those of the source's surface at the place that a springl came from, its correspondence. */
 #include "morph/morph.h"
 
+#include "base/threads.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -27,6 +29,21 @@ static struct cached_weights *cache_slot(const struct morph *morph, const float 
         at = (at + 1) % morph->cache_room;
     }
     return &morph->cache[at];
+}
+
+struct weights_loop {
+    const struct morph *morph;
+    struct cached_weights **fresh;
+};
+
+static void run_weights_loop(void *arg, int begin, int end)
+{
+    const struct weights_loop *loop = arg;
+    const struct morph *morph = loop->morph;
+    struct cached_weights **fresh = loop->fresh;
+    for (int i = begin; i < end; ++i) {
+        fresh[i]->influences = compute_weights(morph, fresh[i]->correspondence);
+    }
 }
 
 bool morph_cache_weights(struct morph *morph)
@@ -57,10 +74,8 @@ bool morph_cache_weights(struct morph *morph)
         }
     }
     morph->cached += fresh_count;
-#if defined(_OPENMP)
-    #pragma omp parallel for schedule(dynamic, 16)
-#endif
-    for (int i = 0; i < fresh_count; ++i) { fresh[i]->influences = compute_weights(morph, fresh[i]->correspondence); }
+    struct weights_loop loop = {morph, fresh};
+    threads_for(fresh_count, 16, run_weights_loop, &loop);
     free(fresh);
     return true;
 }

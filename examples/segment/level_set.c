@@ -4,6 +4,7 @@
 
 #include "base/bvh.h"
 #include "base/progress.h"
+#include "base/threads.h"
 #include "imaging/level_set.h"
 #include "imaging/segment_image.h"
 #include "springls/segment_model.h"
@@ -82,23 +83,37 @@ static bool run_alone(struct segment *alone)
         && segment_take_surface(alone);
 }
 
+struct distances_loop {
+    const struct bvh *bvh;
+    const float *positions;
+    double *distance;
+};
+
+static void run_distances_loop(void *arg, int begin, int end)
+{
+    const struct distances_loop *loop = arg;
+    for (int v = begin; v < end; ++v) {
+        loop->distance[v] = (double)bvh_distance(loop->bvh, loop->positions + 3 * v, NULL, NULL);
+    }
+}
+
 /* Computes mean and deviation of the distances from every vertex of one surface to the other one. */
 static bool distances(const springls_mesh *from, const springls_mesh *to, double *mean, double *deviation)
 {
     struct bvh bvh;
-    double sum = 0.0, squares = 0.0;
-    if (from->vertex_count == 0
+    double sum = 0.0, squares = 0.0, *distance = malloc(((size_t)from->vertex_count + 1) * sizeof *distance);
+    if (!distance || from->vertex_count == 0
         || !bvh_build(&bvh, to->positions, (const uint32_t *)(const void *)to->triangles, (size_t)to->triangle_count)) {
+        free(distance);
         return false;
     }
-#if defined(_OPENMP)
-    #pragma omp parallel for reduction(+ : sum, squares)
-#endif
-    for (int v = 0; v < from->vertex_count; ++v) {
-        const double d = (double)bvh_distance(&bvh, from->positions + 3 * v, NULL, NULL);
-        sum += d;
-        squares += d * d;
+    struct distances_loop loop = {&bvh, from->positions, distance};
+    threads_for(from->vertex_count, 256, run_distances_loop, &loop);
+    for (int v = 0; v < from->vertex_count; ++v) { /* in one order for any number of threads */
+        sum += distance[v];
+        squares += distance[v] * distance[v];
     }
+    free(distance);
     bvh_free(&bvh);
     *mean = sum / from->vertex_count;
     *deviation = sqrt(fmax(0.0, squares / from->vertex_count - *mean * *mean));

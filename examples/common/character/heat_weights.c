@@ -1,6 +1,7 @@
 #include "character/heat_weights.h"
 
 #include "base/bvh.h"
+#include "base/threads.h"
 #include "base/vec3.h"
 #include "shapes/surface_fit.h"
 
@@ -239,6 +240,37 @@ static bool heat_create(const float *positions, int vertex_count, const int *tri
            && bvh_build(&h->bvh, positions, (const uint32_t *)triangles, (size_t)triangle_count);
 }
 
+struct warm_loop {
+    struct heat *h;
+    const float *positions;
+    const struct bone *bones;
+    int bone_count;
+    float edge;
+    float *weights;
+    int *visible_count;
+};
+
+static void run_warm_loop(void *arg, int begin, int end)
+{
+    const struct warm_loop *loop = arg;
+    struct heat *h = loop->h;
+    const float *positions = loop->positions;
+    const struct bone *bones = loop->bones;
+    const int bone_count = loop->bone_count;
+    const float edge = loop->edge;
+    float *weights = loop->weights;
+    int visible_count = 0;
+    for (int v = begin; v < end; ++v) {
+        const bool warmed = warm(&h->bvh, positions + 3 * v, h->normals + 3 * v, bones, bone_count, edge, &h->heat[v],
+                                 weights + (size_t)v * (size_t)bone_count);
+        h->heat[v] = warmed && h->area[v] > 0.0 ? h->area[v] * h->heat[v] : 0.0;
+        visible_count += h->heat[v] > 0.0;
+    }
+    threads_lock();
+    *loop->visible_count += visible_count;
+    threads_unlock();
+}
+
 bool heat_weights(const float *positions, int vertex_count, const int *triangles, int triangle_count, const struct bone *bones,
                   int bone_count, float *weights, struct heat_report *report)
 {
@@ -253,15 +285,8 @@ bool heat_weights(const float *positions, int vertex_count, const int *triangles
     }
     const float edge = mean_edge(positions, triangles, triangle_count);
     int visible_count = 0;
-#if defined(_OPENMP)
-    #pragma omp parallel for schedule(dynamic, 256) reduction(+ : visible_count)
-#endif
-    for (int v = 0; v < vertex_count; ++v) {
-        const bool warmed = warm(&h.bvh, positions + 3 * v, h.normals + 3 * v, bones, bone_count, edge, &h.heat[v],
-                                 weights + (size_t)v * (size_t)bone_count);
-        h.heat[v] = warmed && h.area[v] > 0.0 ? h.area[v] * h.heat[v] : 0.0;
-        visible_count += h.heat[v] > 0.0;
-    }
+    struct warm_loop loop = {&h, positions, bones, bone_count, edge, weights, &visible_count};
+    threads_for(vertex_count, 256, run_warm_loop, &loop);
     report->visible = visible_count;
     for (int v = 0; v < vertex_count; ++v) {
         h.matrix.diagonal[v] += h.heat[v];

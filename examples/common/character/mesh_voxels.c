@@ -1,5 +1,6 @@
 #include "character/mesh_voxels.h"
 
+#include "base/threads.h"
 #include "base/vec3.h"
 
 #include <math.h>
@@ -157,24 +158,49 @@ static void scan_slab(const int size[3], const struct slab *slab, const float *p
     }
 }
 
-bool mesh_voxels(const struct solid_grid *grid, const float *positions, const int *triangles, int triangle_count, float band,
-                 float *phi, int *nearest)
+struct slab_loop {
+    const int *size;
+    const float *positions;
+    const int *triangles;
+    int triangle_count;
+    float band;
+    float *phi;
+    int *nearest;
+    signed char *winding;
+};
+
+static void run_slab_loop(void *arg, int begin, int end)
 {
-    const int *size = grid->size;
-    const size_t layer = (size_t)size[0] * (size_t)size[1];
-    signed char *winding = calloc(layer * (size_t)size[2], 1);
-    if (!winding) { return false; }
-#if defined(_OPENMP)
-    #pragma omp parallel for schedule(dynamic)
-#endif
-    for (int z = 0; z < size[2]; z += SLAB) {
+    const struct slab_loop *loop = arg;
+    const int *size = loop->size;
+    const float *positions = loop->positions;
+    const int *triangles = loop->triangles;
+    const int triangle_count = loop->triangle_count;
+    const float band = loop->band;
+    float *phi = loop->phi;
+    int *nearest = loop->nearest;
+    signed char *winding = loop->winding;
+    for (int z = begin * SLAB; z < size[2] && z < end * SLAB; z += SLAB) {
         const struct slab slab = {z, z + SLAB < size[2] ? z + SLAB : size[2]};
         scan_slab(size, &slab, positions, triangles, triangle_count, band, phi, nearest, winding);
     }
-#if defined(_OPENMP)
-    #pragma omp parallel for
-#endif
-    for (int y = 0; y < size[1]; ++y) {
+}
+
+struct column_loop {
+    const int *size;
+    size_t layer;
+    float *phi;
+    signed char *winding;
+};
+
+static void run_column_loop(void *arg, int begin, int end)
+{
+    const struct column_loop *loop = arg;
+    const int *size = loop->size;
+    const size_t layer = loop->layer;
+    float *phi = loop->phi;
+    signed char *winding = loop->winding;
+    for (int y = begin; y < end; ++y) {
         for (int z = 0; z < size[2]; ++z) {
             const size_t row = voxel_at(size, 0, y, z);
             for (size_t n = row; n < row + (size_t)size[0]; ++n) {
@@ -184,6 +210,19 @@ bool mesh_voxels(const struct solid_grid *grid, const float *positions, const in
             }
         }
     }
+}
+
+bool mesh_voxels(const struct solid_grid *grid, const float *positions, const int *triangles, int triangle_count, float band,
+                 float *phi, int *nearest)
+{
+    const int *size = grid->size;
+    const size_t layer = (size_t)size[0] * (size_t)size[1];
+    signed char *winding = calloc(layer * (size_t)size[2], 1);
+    if (!winding) { return false; }
+    struct slab_loop slabs = {size, positions, triangles, triangle_count, band, phi, nearest, winding};
+    threads_for((size[2] + SLAB - 1) / SLAB, 1, run_slab_loop, &slabs);
+    struct column_loop columns = {size, layer, phi, winding};
+    threads_for(size[1], 1, run_column_loop, &columns);
     free(winding);
     return solid_extend(grid, phi, band);
 }

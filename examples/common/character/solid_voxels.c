@@ -1,5 +1,6 @@
 #include "character/solid_voxels.h"
 
+#include "base/threads.h"
 #include "character/voxel_heap.h"
 
 #include <math.h>
@@ -370,6 +371,41 @@ static void envelope(float *line, size_t step, int n, float *f, int *vertex, flo
     }
 }
 
+struct envelope_loop {
+    const int *size;
+    float *square;
+    const size_t *step;
+    size_t room;
+    int axis;
+    int u;
+    int v;
+    float *f;
+    int *vertex;
+    float *from;
+};
+
+static void run_envelope_loop(void *arg, int begin, int end)
+{
+    const struct envelope_loop *loop = arg;
+    const int *size = loop->size;
+    float *square = loop->square;
+    const size_t *step = loop->step;
+    const size_t room = loop->room;
+    const int axis = loop->axis;
+    const int u = loop->u;
+    const int v = loop->v;
+    float *f = loop->f;
+    int *vertex = loop->vertex;
+    float *from = loop->from;
+    for (int j = begin; j < end; ++j) {
+        const size_t own = (size_t)j * room;
+        for (int i = 0; i < size[u]; ++i) {
+            envelope(square + (size_t)i * step[u] + (size_t)j * step[v], step[axis], size[axis], f + own, vertex + own,
+                     from + own);
+        }
+    }
+}
+
 /* Computes squared distances to the nearest voxel where `square` is 0; elsewhere it is FAR. */
 static bool square_distances(const struct solid_grid *grid, float *square)
 {
@@ -381,16 +417,8 @@ static bool square_distances(const struct solid_grid *grid, float *square)
     const bool good = f && from && vertex;
     for (int axis = 0; good && axis < 3; ++axis) {
         const int u = axis == 0, v = axis == 2 ? 1 : 2; /* the other axes */
-#if defined(_OPENMP)
-        #pragma omp parallel for
-#endif
-        for (int j = 0; j < size[v]; ++j) {
-            const size_t own = (size_t)j * room;
-            for (int i = 0; i < size[u]; ++i) {
-                envelope(square + (size_t)i * step[u] + (size_t)j * step[v], step[axis], size[axis], f + own, vertex + own,
-                         from + own);
-            }
-        }
+        struct envelope_loop loop = {size, square, step, room, axis, u, v, f, vertex, from};
+        threads_for(size[v], 1, run_envelope_loop, &loop);
     }
     free(f);
     free(from);
@@ -422,28 +450,60 @@ static float extended(float phi, float square, float band)
     return copysignf(distance, phi);
 }
 
+struct mark_loop {
+    const int *size;
+    size_t width;
+    size_t layer;
+    const float *phi;
+    float *square;
+};
+
+static void run_mark_loop(void *arg, int begin, int end)
+{
+    const struct mark_loop *loop = arg;
+    const int *size = loop->size;
+    const size_t width = loop->width;
+    const size_t layer = loop->layer;
+    const float *phi = loop->phi;
+    float *square = loop->square;
+    for (int z = begin; z < end; ++z) {
+        for (int y = 0; y < size[1]; ++y) {
+            const size_t row = (size_t)z * layer + (size_t)y * width;
+            mark_row(size, phi + row, y, z, square + row);
+        }
+    }
+}
+
+struct extend_loop {
+    size_t layer;
+    float *phi;
+    const float *square;
+    float band;
+};
+
+static void run_extend_loop(void *arg, int begin, int end)
+{
+    const struct extend_loop *loop = arg;
+    const size_t layer = loop->layer;
+    float *phi = loop->phi;
+    const float *square = loop->square;
+    const float band = loop->band;
+    for (int z = begin; z < end; ++z) {
+        for (size_t n = (size_t)z * layer; n < (size_t)(z + 1) * layer; ++n) { phi[n] = extended(phi[n], square[n], band); }
+    }
+}
+
 bool solid_extend(const struct solid_grid *grid, float *phi, float band)
 {
     const int *size = grid->size;
     const size_t width = (size_t)size[0], layer = width * (size_t)size[1];
     float *square = malloc(layer * (size_t)size[2] * sizeof *square);
     if (!square) { return false; }
-#if defined(_OPENMP)
-    #pragma omp parallel for
-#endif
-    for (int z = 0; z < size[2]; ++z) {
-        for (int y = 0; y < size[1]; ++y) {
-            const size_t row = (size_t)z * layer + (size_t)y * width;
-            mark_row(size, phi + row, y, z, square + row);
-        }
-    }
+    struct mark_loop marking = {size, width, layer, phi, square};
+    threads_for(size[2], 1, run_mark_loop, &marking);
     const bool good = square_distances(grid, square);
-#if defined(_OPENMP)
-    #pragma omp parallel for if (good)
-#endif
-    for (int z = 0; z < (good ? size[2] : 0); ++z) {
-        for (size_t n = (size_t)z * layer; n < (size_t)(z + 1) * layer; ++n) { phi[n] = extended(phi[n], square[n], band); }
-    }
+    struct extend_loop extension = {layer, phi, square, band};
+    threads_for((good ? size[2] : 0), 1, run_extend_loop, &extension);
     free(square);
     return good;
 }

@@ -1,5 +1,7 @@
 #include "imaging/gvf.h"
 
+#include "base/threads.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -130,15 +132,30 @@ static void relax_slice(const struct gvf *gvf, int k, int color, float mu, float
     }
 }
 
+struct relax_loop {
+    const struct gvf *gvf;
+    int sweep;
+    float mu;
+    float unit;
+};
+
+static void run_relax_loop(void *arg, int begin, int end)
+{
+    const struct relax_loop *loop = arg;
+    const struct gvf *gvf = loop->gvf;
+    const int sweep = loop->sweep;
+    const float mu = loop->mu;
+    const float unit = loop->unit;
+    for (int k = begin; k < end; ++k) {
+        relax_slice(gvf, k, sweep & 1, mu, unit);
+    }
+}
+
 static void relax(const struct gvf *gvf, int sweeps, float mu, float unit)
 {
     for (int sweep = 0; sweep < 2 * sweeps; ++sweep) {
-#if defined(_OPENMP)
-    #pragma omp parallel for
-#endif
-        for (int k = 0; k < gvf->grid.dims[2]; ++k) {
-            relax_slice(gvf, k, sweep & 1, mu, unit);
-        }
+        struct relax_loop loop = {gvf, sweep, mu, unit};
+        threads_for(gvf->grid.dims[2], 1, run_relax_loop, &loop);
     }
 }
 

@@ -1,5 +1,7 @@
 #include "imaging/level_set.h"
 
+#include "base/threads.h"
+
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -104,13 +106,21 @@ static void take_next(struct level_set *set)
     }
 }
 
-static void advance(struct level_set *set, float dt)
+struct advance_loop {
+    struct level_set *set;
+    float dt;
+    size_t nx;
+    size_t ny;
+};
+
+static void run_advance_loop(void *arg, int begin, int end)
 {
-    const size_t nx = (size_t)set->dims[0], ny = (size_t)set->dims[1];
-#if defined(_OPENMP)
-    #pragma omp parallel for schedule(dynamic, 1024)
-#endif
-    for (size_t b = 0; b < set->band_count; ++b) {
+    const struct advance_loop *loop = arg;
+    struct level_set *set = loop->set;
+    const float dt = loop->dt;
+    const size_t nx = loop->nx;
+    const size_t ny = loop->ny;
+    for (size_t b = (size_t)begin; b < (size_t)end; ++b) {
         const size_t at = set->band[b];
         const float point[3] = {(float)(at % nx), (float)(at / nx % ny), (float)(at / (nx * ny))};
         float before[3], after[3], normal[3], length = 1e-6f, speed = 0.0f, slope;
@@ -127,7 +137,48 @@ static void advance(struct level_set *set, float dt)
         const float bent = set->curvature > 0.0f ? curvature_motion(set, at, &slope) : 0.0f;
         set->next[at] = set->phi[at] - dt * (speed * godunov(before, after, sign(speed)) - set->curvature * bent);
     }
+}
+
+static void advance(struct level_set *set, float dt)
+{
+    const size_t nx = (size_t)set->dims[0], ny = (size_t)set->dims[1];
+    struct advance_loop loop = {set, dt, nx, ny};
+    threads_for((int)set->band_count, 1024, run_advance_loop, &loop);
     take_next(set);
+}
+
+struct redistance_loop {
+    struct level_set *set;
+    const float *old;
+};
+
+static void run_redistance_loop(void *arg, int begin, int end)
+{
+    const struct redistance_loop *loop = arg;
+    struct level_set *set = loop->set;
+    const float *old = loop->old;
+    for (size_t b = (size_t)begin; b < (size_t)end; ++b) {
+        const size_t at = set->band[b];
+        const float s = sign(old[at]);
+        float before[3], after[3], slope = 0.0f, steepest = 0.0f;
+        bool crossed = false;
+        differences(set, old, at, before, after);
+        for (int a = 0; a < 3; ++a) {
+            const float middle = 0.5f * (before[a] + after[a]);
+            steepest = fmaxf(steepest, fmaxf(fabsf(before[a]), fabsf(after[a])));
+            crossed = crossed || s * (old[at] - before[a]) < 0.0f || s * (old[at] + after[a]) < 0.0f;
+            slope += middle * middle;
+        }
+        if (crossed && slope > min_slope * min_slope && slope < max_slope * max_slope) {
+            set->next[at] = set->phi[at]; /* close enough, and unchanged values cannot creep */
+        } else if (crossed) { /* in the middle of a sheet central differences vanish: use the steepest one */
+            slope = slope > 0.25f ? slope : fmaxf(steepest * steepest, 1e-6f);
+            set->next[at] = set->phi[at] - courant * (s * fabsf(set->phi[at]) - old[at] / sqrtf(slope));
+        } else {
+            differences(set, set->phi, at, before, after);
+            set->next[at] = set->phi[at] - courant * s * (godunov(before, after, s) - 1.0f);
+        }
+    }
 }
 
 /* Restores the distance: where the zero is less than a voxel away, phi moves towards the sub-voxel distance (Russo and
@@ -137,31 +188,8 @@ static void redistance(struct level_set *set)
     const float *old = set->before;
     memcpy(set->before, set->phi, total_of(set) * sizeof *set->phi);
     for (int i = 0; i < REDISTANCE; ++i) {
-#if defined(_OPENMP)
-    #pragma omp parallel for schedule(dynamic, 1024)
-#endif
-        for (size_t b = 0; b < set->band_count; ++b) {
-            const size_t at = set->band[b];
-            const float s = sign(old[at]);
-            float before[3], after[3], slope = 0.0f, steepest = 0.0f;
-            bool crossed = false;
-            differences(set, old, at, before, after);
-            for (int a = 0; a < 3; ++a) {
-                const float middle = 0.5f * (before[a] + after[a]);
-                steepest = fmaxf(steepest, fmaxf(fabsf(before[a]), fabsf(after[a])));
-                crossed = crossed || s * (old[at] - before[a]) < 0.0f || s * (old[at] + after[a]) < 0.0f;
-                slope += middle * middle;
-            }
-            if (crossed && slope > min_slope * min_slope && slope < max_slope * max_slope) {
-                set->next[at] = set->phi[at]; /* close enough, and unchanged values cannot creep */
-            } else if (crossed) { /* in the middle of a sheet central differences vanish: use the steepest one */
-                slope = slope > 0.25f ? slope : fmaxf(steepest * steepest, 1e-6f);
-                set->next[at] = set->phi[at] - courant * (s * fabsf(set->phi[at]) - old[at] / sqrtf(slope));
-            } else {
-                differences(set, set->phi, at, before, after);
-                set->next[at] = set->phi[at] - courant * s * (godunov(before, after, s) - 1.0f);
-            }
-        }
+        struct redistance_loop loop = {set, old};
+        threads_for((int)set->band_count, 1024, run_redistance_loop, &loop);
         take_next(set);
     }
 }

@@ -1,6 +1,7 @@
 #include "imaging/segment_image.h"
 
 #include "base/scalar.h"
+#include "base/threads.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -45,14 +46,23 @@ float segment_trilinear(const int dims[3], const float *values, const float x[3]
     return front + t[2] * (back - front);
 }
 
-void segment_resample(const struct volume *from, const float *values, const struct volume *to, float *result)
+struct resample_loop {
+    const struct volume *from;
+    const float *values;
+    const struct volume *to;
+    float *result;
+    const float (*map)[4];
+};
+
+static void run_resample_loop(void *arg, int begin, int end)
 {
-    float map[3][4];
-    segment_voxel_map(to, from, map);
-#if defined(_OPENMP)
-    #pragma omp parallel for
-#endif
-    for (int k = 0; k < to->dims[2]; ++k) {
+    const struct resample_loop *loop = arg;
+    const struct volume *from = loop->from;
+    const float *values = loop->values;
+    const struct volume *to = loop->to;
+    float *result = loop->result;
+    const float (*map)[4] = loop->map;
+    for (int k = begin; k < end; ++k) {
         float *out = result + (size_t)k * (size_t)to->dims[0] * (size_t)to->dims[1];
         for (int j = 0; j < to->dims[1]; ++j) {
             for (int i = 0; i < to->dims[0]; ++i) {
@@ -64,6 +74,14 @@ void segment_resample(const struct volume *from, const float *values, const stru
             }
         }
     }
+}
+
+void segment_resample(const struct volume *from, const float *values, const struct volume *to, float *result)
+{
+    float map[3][4];
+    segment_voxel_map(to, from, map);
+    struct resample_loop loop = {from, values, to, result, (const float(*)[4])map};
+    threads_for(to->dims[2], 1, run_resample_loop, &loop);
 }
 
 /* ---- intensities ---- */
@@ -106,6 +124,45 @@ static void gaussian(float deviation, int half_width, float *kernel)
     }
 }
 
+struct blur_loop {
+    const struct volume *image;
+    float *values;
+    int a;
+    const size_t *widths;
+    const size_t *strides;
+    const size_t *steps;
+    const float *kernel;
+    int half_width;
+    size_t room;
+    bool *good;
+};
+
+static void run_blur_loop(void *arg, int begin, int end)
+{
+    const struct blur_loop *loop = arg;
+    const struct volume *image = loop->image;
+    float *values = loop->values;
+    const int a = loop->a;
+    const size_t *widths = loop->widths;
+    const size_t *strides = loop->strides;
+    const size_t *steps = loop->steps;
+    const float *kernel = loop->kernel;
+    const int half_width = loop->half_width;
+    const size_t room = loop->room;
+    bool good = true;
+    for (int p = begin; p < end; ++p) {
+        float *copy = good ? malloc(room * sizeof *copy) : NULL;
+        if (copy) {
+            blur_rows(values + (size_t)p * steps[a], image->dims[a], widths[a], strides[a], kernel, half_width, copy);
+        }
+        good = good && copy != NULL;
+        free(copy);
+    }
+    threads_lock();
+    *loop->good = *loop->good && good;
+    threads_unlock();
+}
+
 bool segment_blur(const struct volume *image, float size, float *values)
 {
     const size_t line = (size_t)image->dims[0], slice = line * (size_t)image->dims[1];
@@ -124,17 +181,8 @@ bool segment_blur(const struct volume *image, float size, float *values)
         if (good) {
             gaussian(sqrtf(variance), half_width, kernel);
         }
-#if defined(_OPENMP)
-    #pragma omp parallel for reduction(&& : good)
-#endif
-        for (int p = 0; p < sets[a]; ++p) {
-            float *copy = good ? malloc(room * sizeof *copy) : NULL;
-            if (copy) {
-                blur_rows(values + (size_t)p * steps[a], image->dims[a], widths[a], strides[a], kernel, half_width, copy);
-            }
-            good = good && copy != NULL;
-            free(copy);
-        }
+        struct blur_loop loop = {image, values, a, widths, strides, steps, kernel, half_width, room, &good};
+        threads_for(good ? sets[a] : 0, 16, run_blur_loop, &loop);
         free(kernel);
     }
     return good;
@@ -240,14 +288,29 @@ static float box_distance(const struct volume *image, const int place[3])
     return distance;
 }
 
-void segment_pressure(const struct volume *image, const float *values, float low, float high, float ramp, float size,
-                      const struct volume *padded)
+struct pressure_loop {
+    const struct volume *image;
+    const float *values;
+    float low;
+    float high;
+    float ramp;
+    float size;
+    const struct volume *padded;
+    int margin;
+};
+
+static void run_pressure_loop(void *arg, int begin, int end)
 {
-    const int margin = (padded->dims[0] - image->dims[0]) / 2;
-#if defined(_OPENMP)
-    #pragma omp parallel for
-#endif
-    for (int k = -margin; k < image->dims[2] + margin; ++k) {
+    const struct pressure_loop *loop = arg;
+    const struct volume *image = loop->image;
+    const float *values = loop->values;
+    const float low = loop->low;
+    const float high = loop->high;
+    const float ramp = loop->ramp;
+    const float size = loop->size;
+    const struct volume *padded = loop->padded;
+    const int margin = loop->margin;
+    for (int k = begin - margin; k < end - margin; ++k) {
         float *pressure = padded->data + (size_t)(k + margin) * (size_t)padded->dims[0] * (size_t)padded->dims[1];
         for (int j = -margin; j < image->dims[1] + margin; ++j) {
             for (int i = -margin; i < image->dims[0] + margin; ++i, ++pressure) {
@@ -264,14 +327,31 @@ void segment_pressure(const struct volume *image, const float *values, float low
     }
 }
 
-void segment_combine(const struct volume *image, const struct segment_push *push, const struct volume *padded)
+void segment_pressure(const struct volume *image, const float *values, float low, float high, float ramp, float size,
+                      const struct volume *padded)
 {
     const int margin = (padded->dims[0] - image->dims[0]) / 2;
-    const float contrast = push->inside - push->outside;
-#if defined(_OPENMP)
-    #pragma omp parallel for
-#endif
-    for (int k = -margin; k < image->dims[2] + margin; ++k) {
+    struct pressure_loop loop = {image, values, low, high, ramp, size, padded, margin};
+    threads_for(image->dims[2] + 2 * margin, 1, run_pressure_loop, &loop);
+}
+
+struct combine_loop {
+    const struct volume *image;
+    const struct segment_push *push;
+    const struct volume *padded;
+    int margin;
+    float contrast;
+};
+
+static void run_combine_loop(void *arg, int begin, int end)
+{
+    const struct combine_loop *loop = arg;
+    const struct volume *image = loop->image;
+    const struct segment_push *push = loop->push;
+    const struct volume *padded = loop->padded;
+    const int margin = loop->margin;
+    const float contrast = loop->contrast;
+    for (int k = begin - margin; k < end - margin; ++k) {
         size_t n = (size_t)(k + margin) * (size_t)padded->dims[0] * (size_t)padded->dims[1];
         for (int j = -margin; j < image->dims[1] + margin; ++j) {
             for (int i = -margin; i < image->dims[0] + margin; ++i, ++n) {
@@ -298,6 +378,14 @@ void segment_combine(const struct volume *image, const struct segment_push *push
             }
         }
     }
+}
+
+void segment_combine(const struct volume *image, const struct segment_push *push, const struct volume *padded)
+{
+    const int margin = (padded->dims[0] - image->dims[0]) / 2;
+    const float contrast = push->inside - push->outside;
+    struct combine_loop loop = {image, push, padded, margin, contrast};
+    threads_for(image->dims[2] + 2 * margin, 1, run_combine_loop, &loop);
 }
 
 size_t segment_mask(const struct volume *labels, const int *wanted, int count, uint8_t *mask)
@@ -529,6 +617,36 @@ static void sweep_line(const struct volume *image, const float weights[3], float
     }
 }
 
+struct sweep_loop {
+    const struct volume *image;
+    const float *weights;
+    float known;
+    int down;
+    int front;
+    int rows;
+    int slices;
+    float *distance;
+    int first;
+};
+
+static void run_sweep_loop(void *arg, int begin, int end)
+{
+    const struct sweep_loop *loop = arg;
+    const struct volume *image = loop->image;
+    const float *weights = loop->weights;
+    const float known = loop->known;
+    const int down = loop->down;
+    const int front = loop->front;
+    const int rows = loop->rows;
+    const int slices = loop->slices;
+    float *distance = loop->distance;
+    const int first = loop->first;
+    for (int z = first + begin; z < first + end; ++z) {
+        const int y = front - z;
+        sweep_line(image, weights, known, down, down & 2 ? rows - 1 - y : y, down & 4 ? slices - 1 - z : z, distance);
+    }
+}
+
 void segment_extend_distance(const struct volume *image, float known, float *distance)
 {
     const int *dims = image->dims, rows = dims[1], slices = dims[2];
@@ -543,13 +661,8 @@ void segment_extend_distance(const struct volume *image, float known, float *dis
     for (int down = 0; down < 8; ++down) {
         for (int front = 0; front < rows + slices - 1; ++front) { /* lines with y + z = front do not need each other */
             const int first = front < rows ? 0 : front - rows + 1, last = front < slices ? front : slices - 1;
-#if defined(_OPENMP)
-    #pragma omp parallel for schedule(static, 16)
-#endif
-            for (int z = first; z <= last; ++z) {
-                const int y = front - z;
-                sweep_line(image, weights, known, down, down & 2 ? rows - 1 - y : y, down & 4 ? slices - 1 - z : z, distance);
-            }
+            struct sweep_loop loop = {image, weights, known, down, front, rows, slices, distance, first};
+            threads_for(last - first + 1, 16, run_sweep_loop, &loop);
         }
     }
 }

@@ -1,6 +1,7 @@
 #include "pictures/raycast.h"
 
 #include "base/bvh.h"
+#include "base/threads.h"
 #include "base/vec3.h"
 #include "pictures/raycast_rows.h"
 
@@ -138,16 +139,10 @@ static float occlusion(const struct renderer *r, size_t i)
 static float occlusion_at(const struct renderer *r, size_t i)
 {
     float light;
-#if defined(_OPENMP)
-    #pragma omp atomic read
-#endif
-    light = r->occlusion[i];
+    __atomic_load(r->occlusion + i, &light, __ATOMIC_RELAXED);
     if (light < 0.0f) {
         light = occlusion(r, i);
-#if defined(_OPENMP)
-    #pragma omp atomic write
-#endif
-        r->occlusion[i] = light;
+        __atomic_store(r->occlusion + i, &light, __ATOMIC_RELAXED);
     }
     return light;
 }
@@ -357,6 +352,26 @@ static void draw_marks(const struct renderer *r, struct image *image)
               color_or(scene->particle_color, 0.88f, 0.12f, 0.10f));
 }
 
+struct band_loop {
+    const struct renderer *r;
+    struct image *result;
+    int *failed;
+};
+
+static void run_band_loop(void *arg, int begin, int end)
+{
+    const struct band_loop *loop = arg;
+    const struct renderer *r = loop->r;
+    struct image *result = loop->result;
+    int failed = 0;
+    for (int band = begin; band < end; ++band) {
+        failed += !render_band(r, result, band);
+    }
+    threads_lock();
+    *loop->failed += failed;
+    threads_unlock();
+}
+
 bool raycast_render(const struct raycast_scene *scene, int width, int height, struct image *result)
 {
     struct renderer r;
@@ -376,12 +391,8 @@ bool raycast_render(const struct raycast_scene *scene, int width, int height, st
     r.rows.corners = r.corners;
     const bool sorted = raycast_rows_create(&r.rows, prepared ? scene->triangle_count : 0); /* none: only the background */
     int bands = r.rows.items ? raycast_band_count(&r.rows) : 0, failed = 0;
-#if defined(_OPENMP)
-    #pragma omp parallel for schedule(dynamic) reduction(+ : failed)
-#endif
-    for (int band = 0; band < bands; ++band) {
-        failed += !render_band(&r, result, band);
-    }
+    struct band_loop loop = {&r, result, &failed};
+    threads_for(bands, 1, run_band_loop, &loop);
     const bool good = prepared && sorted && failed == 0;
     if (good) {
         draw_marks(&r, result);

@@ -1,6 +1,6 @@
 /* raycast.h - pictures of triangle meshes and springl soups by ray casting on the CPU.
  *
- * It needs no window and no GPU, so it serves tests, reports and build servers. It uses OpenMP when compiled with it; the
+ * It needs no window and no GPU, so it serves tests, reports and build servers. It uses the threads of base/threads.h; the
  * picture is the same for any number of threads. */
 #ifndef EXAMPLES_PICTURES_RAYCAST_H
 #define EXAMPLES_PICTURES_RAYCAST_H

@@ -1,5 +1,6 @@
 #include "registration/field.h"
 
+#include "base/threads.h"
 #include "base/vec3.h"
 #include "registration/vgrid.h"
 
@@ -56,14 +57,23 @@ static void row_of_places(const struct volume *grid, int j, int k, float *places
     }
 }
 
-void field_sample(field_map_fn map, const void *user, struct field *field)
+struct sample_loop {
+    field_map_fn map;
+    const void *user;
+    struct field *field;
+    const int *dims;
+    size_t row;
+};
+
+static void run_sample_loop(void *arg, int begin, int end)
 {
-    const int *dims = field->grid.dims;
-    const size_t row = 3 * (size_t)dims[0];
-#if defined(_OPENMP)
-    #pragma omp parallel for
-#endif
-    for (int k = 0; k < dims[2]; ++k) {
+    const struct sample_loop *loop = arg;
+    const field_map_fn map = loop->map;
+    const void *user = loop->user;
+    struct field *field = loop->field;
+    const int *dims = loop->dims;
+    const size_t row = loop->row;
+    for (int k = begin; k < end; ++k) {
         for (int j = 0; j < dims[1]; ++j) {
             float *out = field->mm + row * ((size_t)j + (size_t)dims[1] * (size_t)k), place[3];
             row_of_places(&field->grid, j, k, out);
@@ -76,6 +86,14 @@ void field_sample(field_map_fn map, const void *user, struct field *field)
             }
         }
     }
+}
+
+void field_sample(field_map_fn map, const void *user, struct field *field)
+{
+    const int *dims = field->grid.dims;
+    const size_t row = 3 * (size_t)dims[0];
+    struct sample_loop loop = {map, user, field, dims, row};
+    threads_for(dims[2], 1, run_sample_loop, &loop);
 }
 
 /* Inverts x + u(x) = y by fixed-point iteration: x <- y - u(x). */
@@ -135,13 +153,25 @@ bool field_invert(const struct field *field, const struct volume *like, struct f
 /* Computes a value from `image` at the place, in voxels, to which a voxel of the field is mapped. */
 typedef float (*take_fn)(const struct volume *image, const float index[3], float outside);
 
-static void pull(const struct field *field, const struct volume *image, take_fn take, float outside, float *out)
+struct pull_loop {
+    const struct field *field;
+    const struct volume *image;
+    take_fn take;
+    float outside;
+    float *out;
+    const int *dims;
+};
+
+static void run_pull_loop(void *arg, int begin, int end)
 {
-    const int *dims = field->grid.dims;
-#if defined(_OPENMP)
-    #pragma omp parallel for
-#endif
-    for (int k = 0; k < dims[2]; ++k) {
+    const struct pull_loop *loop = arg;
+    const struct field *field = loop->field;
+    const struct volume *image = loop->image;
+    const take_fn take = loop->take;
+    const float outside = loop->outside;
+    float *out = loop->out;
+    const int *dims = loop->dims;
+    for (int k = begin; k < end; ++k) {
         size_t n = (size_t)k * (size_t)dims[0] * (size_t)dims[1];
         for (int j = 0; j < dims[1]; ++j) {
             for (int i = 0; i < dims[0]; ++i, ++n) {
@@ -155,6 +185,13 @@ static void pull(const struct field *field, const struct volume *image, take_fn 
             }
         }
     }
+}
+
+static void pull(const struct field *field, const struct volume *image, take_fn take, float outside, float *out)
+{
+    const int *dims = field->grid.dims;
+    struct pull_loop loop = {field, image, take, outside, out, dims};
+    threads_for(dims[2], 1, run_pull_loop, &loop);
 }
 
 /* Returns true inside an image, which ends half a voxel beyond the centers of its outermost voxels. */

@@ -1,5 +1,6 @@
 #include "registration/register.h"
 
+#include "base/threads.h"
 #include "base/vec3.h"
 #include "imaging/segment_image.h"
 #include "registration/vgrid.h"
@@ -137,15 +138,25 @@ static bool in_box(const int dims[3], const float x[3])
            && x[2] <= (float)dims[2] - 0.5f;
 }
 
-void register_resample(const struct volume *from, const float *values, const double map[3][4], const struct volume *to,
-                       float *result, unsigned char *valid)
+struct resample_loop {
+    const struct volume *from;
+    const float *values;
+    const struct volume *to;
+    float *result;
+    unsigned char *valid;
+    const float (*m)[4];
+};
+
+static void run_resample_loop(void *arg, int begin, int end)
 {
-    float m[3][4];
-    index_map(to, map, from, m);
-#if defined(_OPENMP)
-    #pragma omp parallel for
-#endif
-    for (int k = 0; k < to->dims[2]; ++k) {
+    const struct resample_loop *loop = arg;
+    const struct volume *from = loop->from;
+    const float *values = loop->values;
+    const struct volume *to = loop->to;
+    float *result = loop->result;
+    unsigned char *valid = loop->valid;
+    const float (*m)[4] = loop->m;
+    for (int k = begin; k < end; ++k) {
         size_t n = (size_t)k * (size_t)to->dims[0] * (size_t)to->dims[1];
         for (int j = 0; j < to->dims[1]; ++j) {
             for (int i = 0; i < to->dims[0]; ++i, ++n) {
@@ -158,6 +169,15 @@ void register_resample(const struct volume *from, const float *values, const dou
             }
         }
     }
+}
+
+void register_resample(const struct volume *from, const float *values, const double map[3][4], const struct volume *to,
+                       float *result, unsigned char *valid)
+{
+    float m[3][4];
+    index_map(to, map, from, m);
+    struct resample_loop loop = {from, values, to, result, valid, (const float(*)[4])m};
+    threads_for(to->dims[2], 1, run_resample_loop, &loop);
 }
 
 /* ---- demons on one grid ---- */
@@ -239,17 +259,25 @@ static inline bool counts(const struct demons *d, const float *u, size_t n, cons
     return d->valid[at] != 0;
 }
 
-/* Adds `weight` times the demons' update that moves `warped` = other o exp(+-v) towards `still`; exp_v is exp(+-v):
- *   u = (still - warped) J / (|J|^2 + (still - warped)^2 / (2 longest)^2),   J = (grad still + grad warped) / 2
- * (eq. 5 of the 2009 paper, efficient second-order minimization; |u| <= longest). Returns the mean squared difference. */
-static double add_forces(const struct demons *d, const float *still, bool still_is_moving, float longest, float weight)
+struct forces_loop {
+    const struct demons *d;
+    const float *still;
+    bool still_is_moving;
+    float weight;
+    float damping;
+    const int *dims;
+};
+
+static void run_forces_loop(void *arg, int begin, int end)
 {
-    const float damping = 1.0f / (4.0f * longest * longest);
-    const int *dims = d->dims;
-#if defined(_OPENMP)
-    #pragma omp parallel for
-#endif
-    for (int k = 0; k < dims[2]; ++k) {
+    const struct forces_loop *loop = arg;
+    const struct demons *d = loop->d;
+    const float *still = loop->still;
+    const bool still_is_moving = loop->still_is_moving;
+    const float weight = loop->weight;
+    const float damping = loop->damping;
+    const int *dims = loop->dims;
+    for (int k = begin; k < end; ++k) {
         size_t n = (size_t)k * (size_t)dims[0] * (size_t)dims[1];
         double sum = 0.0, number = 0.0;
         for (int j = 0; j < dims[1]; ++j) {
@@ -277,6 +305,17 @@ static double add_forces(const struct demons *d, const float *still, bool still_
         d->slices[2 * k] = sum;
         d->slices[2 * k + 1] = number;
     }
+}
+
+/* Adds `weight` times the demons' update that moves `warped` = other o exp(+-v) towards `still`; exp_v is exp(+-v):
+ *   u = (still - warped) J / (|J|^2 + (still - warped)^2 / (2 longest)^2),   J = (grad still + grad warped) / 2
+ * (eq. 5 of the 2009 paper, efficient second-order minimization; |u| <= longest). Returns the mean squared difference. */
+static double add_forces(const struct demons *d, const float *still, bool still_is_moving, float longest, float weight)
+{
+    const float damping = 1.0f / (4.0f * longest * longest);
+    const int *dims = d->dims;
+    struct forces_loop loop = {d, still, still_is_moving, weight, damping, dims};
+    threads_for(dims[2], 1, run_forces_loop, &loop);
     double sum = 0.0, number = 0.0;
     for (int k = 0; k < dims[2]; ++k) {
         sum += d->slices[2 * k];
@@ -362,18 +401,25 @@ static bool run_level(struct demons *d, const struct register_settings *set, str
 
 /* ---- pyramid ---- */
 
-/* Resamples velocities from one grid of cubes to another, each in its own voxels. */
-static void transfer(const struct volume *from, const float *v, const struct volume *to, float *out)
+struct transfer_loop {
+    const struct volume *from;
+    const float *v;
+    const struct volume *to;
+    float *out;
+    float ratio;
+    const float (*m)[4];
+};
+
+static void run_transfer_loop(void *arg, int begin, int end)
 {
-    const float ratio = from->spacing[0] / to->spacing[0];
-    double identity[3][4];
-    float m[3][4];
-    register_identity(identity);
-    index_map(to, (const double(*)[4])identity, from, m);
-#if defined(_OPENMP)
-    #pragma omp parallel for
-#endif
-    for (int k = 0; k < to->dims[2]; ++k) {
+    const struct transfer_loop *loop = arg;
+    const struct volume *from = loop->from;
+    const float *v = loop->v;
+    const struct volume *to = loop->to;
+    float *out = loop->out;
+    const float ratio = loop->ratio;
+    const float (*m)[4] = loop->m;
+    for (int k = begin; k < end; ++k) {
         size_t n = (size_t)k * (size_t)to->dims[0] * (size_t)to->dims[1];
         for (int j = 0; j < to->dims[1]; ++j) {
             for (int i = 0; i < to->dims[0]; ++i, ++n) {
@@ -386,6 +432,18 @@ static void transfer(const struct volume *from, const float *v, const struct vol
             }
         }
     }
+}
+
+/* Resamples velocities from one grid of cubes to another, each in its own voxels. */
+static void transfer(const struct volume *from, const float *v, const struct volume *to, float *out)
+{
+    const float ratio = from->spacing[0] / to->spacing[0];
+    double identity[3][4];
+    float m[3][4];
+    register_identity(identity);
+    index_map(to, (const double(*)[4])identity, from, m);
+    struct transfer_loop loop = {from, v, to, out, ratio, (const float(*)[4])m};
+    threads_for(to->dims[2], 1, run_transfer_loop, &loop);
 }
 
 struct pair {

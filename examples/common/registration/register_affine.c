@@ -1,6 +1,7 @@
 /* register_affine.c - register_affine by Levenberg-Marquardt on the sum of squared differences. */
 #include "registration/register.h"
 
+#include "base/threads.h"
 #include "registration/vgrid.h"
 
 #include <lapacke.h>
@@ -98,14 +99,19 @@ static void add_voxel(const struct problem *p, const double map[3][4], const flo
     out->number += 1.0;
 }
 
-/* Builds the equations; returns the mean squared difference where the images overlap, INFINITY where they hardly do. */
-static double equations(const struct problem *p, const double map[3][4], struct normal *sum)
+struct equations_loop {
+    const struct problem *p;
+    const double (*map)[4];
+    const int *dims;
+};
+
+static void run_equations_loop(void *arg, int begin, int end)
 {
-    const int *dims = p->fixed->dims;
-#if defined(_OPENMP)
-    #pragma omp parallel for schedule(dynamic)
-#endif
-    for (int k = 0; k < dims[2]; ++k) {
+    const struct equations_loop *loop = arg;
+    const struct problem *p = loop->p;
+    const double (*map)[4] = loop->map;
+    const int *dims = loop->dims;
+    for (int k = begin; k < end; ++k) {
         const float *values = p->fixed->data + (size_t)k * (size_t)dims[0] * (size_t)dims[1];
         memset(&p->slices[k], 0, sizeof *p->slices);
         for (int j = 0; j < dims[1]; ++j) {
@@ -117,6 +123,14 @@ static double equations(const struct problem *p, const double map[3][4], struct 
             }
         }
     }
+}
+
+/* Builds the equations; returns the mean squared difference where the images overlap, INFINITY where they hardly do. */
+static double equations(const struct problem *p, const double map[3][4], struct normal *sum)
+{
+    const int *dims = p->fixed->dims;
+    struct equations_loop loop = {p, map, dims};
+    threads_for(dims[2], 1, run_equations_loop, &loop);
     memset(sum, 0, sizeof *sum);
     for (int k = 0; k < dims[2]; ++k) {
         const double *slice = (const double *)(const void *)&p->slices[k];

@@ -1,6 +1,7 @@
 #include "registration/vgrid.h"
 
 #include "base/scalar.h"
+#include "base/threads.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -76,14 +77,29 @@ static void smooth_row(const struct kernel *kernel, int n, size_t channels, cons
     }
 }
 
-/* Smooths along y (axis 1) or z (axis 2) by summing whole rows. */
-static void smooth_across(const struct kernel *kernel, const int dims[3], int axis, size_t row, const float *in, float *out)
+struct across_loop {
+    const struct kernel *kernel;
+    const int *dims;
+    int axis;
+    size_t row;
+    size_t slice;
+    size_t stride;
+    const float *in;
+    float *out;
+};
+
+static void run_across_loop(void *arg, int begin, int end)
 {
-    const size_t slice = row * (size_t)dims[1], stride = axis == 1 ? row : slice;
-#if defined(_OPENMP)
-    #pragma omp parallel for
-#endif
-    for (int k = 0; k < dims[2]; ++k) {
+    const struct across_loop *loop = arg;
+    const struct kernel *kernel = loop->kernel;
+    const int *dims = loop->dims;
+    const int axis = loop->axis;
+    const size_t row = loop->row;
+    const size_t slice = loop->slice;
+    const size_t stride = loop->stride;
+    const float *in = loop->in;
+    float *out = loop->out;
+    for (int k = begin; k < end; ++k) {
         for (int j = 0; j < dims[1]; ++j) {
             float *to = out + (size_t)k * slice + (size_t)j * row;
             const int place = axis == 1 ? j : k;
@@ -96,19 +112,50 @@ static void smooth_across(const struct kernel *kernel, const int dims[3], int ax
     }
 }
 
-static void smooth_along_x(const struct kernel *kernel, const int dims[3], size_t channels, const float *in, float *out,
-                           float *wide, size_t wide_size)
+/* Smooths along y (axis 1) or z (axis 2) by summing whole rows. */
+static void smooth_across(const struct kernel *kernel, const int dims[3], int axis, size_t row, const float *in, float *out)
 {
-    const size_t row = (size_t)dims[0] * channels;
-#if defined(_OPENMP)
-    #pragma omp parallel for
-#endif
-    for (int k = 0; k < dims[2]; ++k) {
+    const size_t slice = row * (size_t)dims[1], stride = axis == 1 ? row : slice;
+    struct across_loop loop = {kernel, dims, axis, row, slice, stride, in, out};
+    threads_for(dims[2], 1, run_across_loop, &loop);
+}
+
+struct along_loop {
+    const struct kernel *kernel;
+    const int *dims;
+    size_t channels;
+    size_t row;
+    const float *in;
+    float *out;
+    float *wide;
+    size_t wide_size;
+};
+
+static void run_along_loop(void *arg, int begin, int end)
+{
+    const struct along_loop *loop = arg;
+    const struct kernel *kernel = loop->kernel;
+    const int *dims = loop->dims;
+    const size_t channels = loop->channels;
+    const size_t row = loop->row;
+    const float *in = loop->in;
+    float *out = loop->out;
+    float *wide = loop->wide;
+    const size_t wide_size = loop->wide_size;
+    for (int k = begin; k < end; ++k) {
         for (int j = 0; j < dims[1]; ++j) {
             const size_t at = row * ((size_t)j + (size_t)dims[1] * (size_t)k);
             smooth_row(kernel, dims[0], channels, in + at, out + at, wide + (size_t)k * wide_size);
         }
     }
+}
+
+static void smooth_along_x(const struct kernel *kernel, const int dims[3], size_t channels, const float *in, float *out,
+                           float *wide, size_t wide_size)
+{
+    const size_t row = (size_t)dims[0] * channels;
+    struct along_loop loop = {kernel, dims, channels, row, in, out, wide, wide_size};
+    threads_for(dims[2], 1, run_along_loop, &loop);
 }
 
 bool vgrid_smooth(const int dims[3], int channels, float sigma, float *data, float *scratch)
@@ -152,13 +199,23 @@ static inline void target(const float *u, float s, int i, int j, int k, float x[
     x[2] = (float)k + s * u[2];
 }
 
-void vgrid_warp(const int dims[3], const float *values, const float *u, float *out)
+struct warp_loop {
+    const int *dims;
+    const float *values;
+    const float *u;
+    float *out;
+    size_t slice;
+};
+
+static void run_warp_loop(void *arg, int begin, int end)
 {
-    const size_t slice = (size_t)dims[0] * (size_t)dims[1];
-#if defined(_OPENMP)
-    #pragma omp parallel for
-#endif
-    for (int k = 0; k < dims[2]; ++k) {
+    const struct warp_loop *loop = arg;
+    const int *dims = loop->dims;
+    const float *values = loop->values;
+    const float *u = loop->u;
+    float *out = loop->out;
+    const size_t slice = loop->slice;
+    for (int k = begin; k < end; ++k) {
         size_t n = (size_t)k * slice;
         for (int j = 0; j < dims[1]; ++j) {
             for (int i = 0; i < dims[0]; ++i, ++n) {
@@ -170,14 +227,36 @@ void vgrid_warp(const int dims[3], const float *values, const float *u, float *o
     }
 }
 
-/* Computes out(x) = a * first(x) + b * after(x + s first(x)). */
-static void blend(const int dims[3], float a, const float *first, float b, const float *after, float s, float *out)
+void vgrid_warp(const int dims[3], const float *values, const float *u, float *out)
 {
     const size_t slice = (size_t)dims[0] * (size_t)dims[1];
-#if defined(_OPENMP)
-    #pragma omp parallel for
-#endif
-    for (int k = 0; k < dims[2]; ++k) {
+    struct warp_loop loop = {dims, values, u, out, slice};
+    threads_for(dims[2], 1, run_warp_loop, &loop);
+}
+
+struct blend_loop {
+    const int *dims;
+    float a;
+    const float *first;
+    float b;
+    const float *after;
+    float s;
+    float *out;
+    size_t slice;
+};
+
+static void run_blend_loop(void *arg, int begin, int end)
+{
+    const struct blend_loop *loop = arg;
+    const int *dims = loop->dims;
+    const float a = loop->a;
+    const float *first = loop->first;
+    const float b = loop->b;
+    const float *after = loop->after;
+    const float s = loop->s;
+    float *out = loop->out;
+    const size_t slice = loop->slice;
+    for (int k = begin; k < end; ++k) {
         size_t n = (size_t)k * slice;
         for (int j = 0; j < dims[1]; ++j) {
             for (int i = 0; i < dims[0]; ++i, ++n) {
@@ -190,6 +269,14 @@ static void blend(const int dims[3], float a, const float *first, float b, const
             }
         }
     }
+}
+
+/* Computes out(x) = a * first(x) + b * after(x + s first(x)). */
+static void blend(const int dims[3], float a, const float *first, float b, const float *after, float s, float *out)
+{
+    const size_t slice = (size_t)dims[0] * (size_t)dims[1];
+    struct blend_loop loop = {dims, a, first, b, after, s, out, slice};
+    threads_for(dims[2], 1, run_blend_loop, &loop);
 }
 
 void vgrid_compose(const int dims[3], const float *after, const float *first, float *out)
@@ -237,13 +324,21 @@ float vgrid_longest(const int dims[3], const float *u)
     return sqrtf(longest);
 }
 
-void vgrid_jacobian(const int dims[3], const float *u, float *determinants)
+struct jacobian_loop {
+    const int *dims;
+    const float *u;
+    float *determinants;
+    const size_t *strides;
+};
+
+static void run_jacobian_loop(void *arg, int begin, int end)
 {
-    const size_t strides[3] = {3, 3 * (size_t)dims[0], 3 * (size_t)dims[0] * (size_t)dims[1]};
-#if defined(_OPENMP)
-    #pragma omp parallel for
-#endif
-    for (int k = 0; k < dims[2]; ++k) {
+    const struct jacobian_loop *loop = arg;
+    const int *dims = loop->dims;
+    const float *u = loop->u;
+    float *determinants = loop->determinants;
+    const size_t *strides = loop->strides;
+    for (int k = begin; k < end; ++k) {
         size_t n = (size_t)k * (size_t)dims[0] * (size_t)dims[1];
         for (int j = 0; j < dims[1]; ++j) {
             for (int i = 0; i < dims[0]; ++i, ++n) {
@@ -262,4 +357,11 @@ void vgrid_jacobian(const int dims[3], const float *u, float *determinants)
             }
         }
     }
+}
+
+void vgrid_jacobian(const int dims[3], const float *u, float *determinants)
+{
+    const size_t strides[3] = {3, 3 * (size_t)dims[0], 3 * (size_t)dims[0] * (size_t)dims[1]};
+    struct jacobian_loop loop = {dims, u, determinants, strides};
+    threads_for(dims[2], 1, run_jacobian_loop, &loop);
 }

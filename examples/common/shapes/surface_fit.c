@@ -1,5 +1,6 @@
 #include "shapes/surface_fit.h"
 
+#include "base/threads.h"
 #include "base/vec3.h"
 
 #include <lapacke.h>
@@ -577,17 +578,23 @@ static int keep_different(struct attempt *attempts, int count, int maximum)
     return kept;
 }
 
-/* Makes the first poses: the landmarks' own, or center on center in the same size with `tries` rotations. */
-static int first_attempts(const struct target *target, const struct fit_source *few, enum orientation orientation,
-                          const float *landmarks, const double center[3], struct attempt *attempts) {
-    if (orientation == ORIENTATION_MARKED) {
-        return similarity_fit(few->landmarks, landmarks, NULL, (size_t)few->landmark_count, true, &attempts[0].pose) ? 1 : 0;
-    }
-    const int tries = orientation == ORIENTATION_SEARCH ? ORIENTATIONS : 1;
-#if defined(_OPENMP)
-    #pragma omp parallel for
-#endif
-    for (int i = 0; i < tries; ++i) {
+struct first_loop {
+    const struct target *target;
+    const struct fit_source *few;
+    enum orientation orientation;
+    const double *center;
+    struct attempt *attempts;
+};
+
+static void run_first_loop(void *arg, int begin, int end)
+{
+    const struct first_loop *loop = arg;
+    const struct target *target = loop->target;
+    const struct fit_source *few = loop->few;
+    const enum orientation orientation = loop->orientation;
+    const double *center = loop->center;
+    struct attempt *attempts = loop->attempts;
+    for (int i = begin; i < end; ++i) {
         attempts[i].pose = similarity_identity();
         if (orientation == ORIENTATION_SEARCH) {
             rotation_number(i, attempts[i].pose.rotation);
@@ -596,7 +603,39 @@ static int first_attempts(const struct target *target, const struct fit_source *
         icp(target, few->points, few->count, false, ICP_STEPS, &attempts[i].pose);
         attempts[i].distance = icp(target, few->points, few->count, !target->open, ICP_STEPS, &attempts[i].pose);
     }
+}
+
+/* Makes the first poses: the landmarks' own, or center on center in the same size with `tries` rotations. */
+static int first_attempts(const struct target *target, const struct fit_source *few, enum orientation orientation,
+                          const float *landmarks, const double center[3], struct attempt *attempts) {
+    if (orientation == ORIENTATION_MARKED) {
+        return similarity_fit(few->landmarks, landmarks, NULL, (size_t)few->landmark_count, true, &attempts[0].pose) ? 1 : 0;
+    }
+    const int tries = orientation == ORIENTATION_SEARCH ? ORIENTATIONS : 1;
+    struct first_loop loop = {target, few, orientation, center, attempts};
+    threads_for(tries, 1, run_first_loop, &loop);
     return keep_different(attempts, tries, TRIES);
+}
+
+struct refine_loop {
+    const struct target *target;
+    const struct fit_source *few;
+    const float *landmarks;
+    struct attempt *attempts;
+};
+
+static void run_refine_loop(void *arg, int begin, int end)
+{
+    const struct refine_loop *loop = arg;
+    const struct target *target = loop->target;
+    const struct fit_source *few = loop->few;
+    const float *landmarks = loop->landmarks;
+    struct attempt *attempts = loop->attempts;
+    for (int i = begin; i < end; ++i) {
+        if (!refine(target, few, landmarks, &attempts[i].pose, &attempts[i].distance)) {
+            attempts[i].distance = INFINITY;
+        }
+    }
 }
 
 bool surface_register(const struct target *target, const struct fit_source *source, enum orientation orientation,
@@ -619,14 +658,8 @@ bool surface_register(const struct target *target, const struct fit_source *sour
     few.normals = normals;
     shape_size(source->points, (size_t)source->count, center, &radius);
     const int tries = first_attempts(target, &few, orientation, landmarks, center, attempts);
-#if defined(_OPENMP)
-    #pragma omp parallel for
-#endif
-    for (int i = 0; i < tries; ++i) {
-        if (!refine(target, &few, landmarks, &attempts[i].pose, &attempts[i].distance)) {
-            attempts[i].distance = INFINITY;
-        }
-    }
+    struct refine_loop loop = {target, &few, landmarks, attempts};
+    threads_for(tries, 1, run_refine_loop, &loop);
     if (tries > 0) {
         qsort(attempts, (size_t)tries, sizeof *attempts, compare_attempts);
         *pose = attempts[0].pose;

@@ -1,6 +1,8 @@
 /* benchmark_errors.c - error measures. */
 #include "springls/benchmark.h"
 
+#include "base/threads.h"
+
 #include <math.h>
 #include <stdlib.h>
 
@@ -91,21 +93,37 @@ static void exact_step(const struct benchmark *b, const double factors[3], doubl
     }
 }
 
-void benchmark_flow(const struct benchmark *b, double time, double *points, int count)
+enum { STEPS = 256 }; /* of the exact flow: error below 1/1000 voxel */
+
+struct flow_loop {
+    const struct benchmark *b;
+    double time;
+    const double *factors;
+    double *points;
+};
+
+static void run_flow_loop(void *arg, int begin, int end)
 {
-    enum { STEPS = 256 }; /* error below 1/1000 voxel */
-    double factors[2 * STEPS + 1];
-    for (int k = 0; k <= 2 * STEPS; ++k) {
-        factors[k] = b->exact_time_factor(b->flow, time * k / (2 * STEPS));
-    }
-#if defined(_OPENMP)
-    #pragma omp parallel for schedule(static)
-#endif
-    for (int i = 0; i < count; ++i) {
+    const struct flow_loop *loop = arg;
+    const struct benchmark *b = loop->b;
+    const double time = loop->time;
+    const double *factors = loop->factors;
+    double *points = loop->points;
+    for (int i = begin; i < end; ++i) {
         for (int k = 0; k < STEPS; ++k) {
             exact_step(b, factors + 2 * k, time / STEPS, points + 3 * i);
         }
     }
+}
+
+void benchmark_flow(const struct benchmark *b, double time, double *points, int count)
+{
+    double factors[2 * STEPS + 1];
+    for (int k = 0; k <= 2 * STEPS; ++k) {
+        factors[k] = b->exact_time_factor(b->flow, time * k / (2 * STEPS));
+    }
+    struct flow_loop loop = {b, time, factors, points};
+    threads_for(count, 64, run_flow_loop, &loop);
 }
 
 struct benchmark_error benchmark_flow_error(const struct benchmark *b, double time, springls_view particles,

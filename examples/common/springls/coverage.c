@@ -1,6 +1,8 @@
 /* coverage.c - how much of the zero level lies in springls. */
 #include "springls/coverage.h"
 
+#include "base/threads.h"
+
 #include <math.h>
 #include <stdlib.h>
 
@@ -165,6 +167,25 @@ static void take_sample(const struct cells *cells, const springls_mesh *zero_lev
     sample->over = springls_over(cells, x, facing);
 }
 
+struct sample_loop {
+    const struct cells *cells;
+    const springls_mesh *zero_level;
+    double side;
+    struct sample *samples;
+};
+
+static void run_sample_loop(void *arg, int begin, int end)
+{
+    const struct sample_loop *loop = arg;
+    const struct cells *cells = loop->cells;
+    const springls_mesh *zero_level = loop->zero_level;
+    const double side = loop->side;
+    struct sample *samples = loop->samples;
+    for (int t = begin; t < end; ++t) {
+        take_sample(cells, zero_level, side, t, &samples[t]);
+    }
+}
+
 static bool measure(const struct cells *cells, const springls_mesh *zero_level, struct coverage *out)
 {
     const double side = side_faced(zero_level);
@@ -173,12 +194,8 @@ static bool measure(const struct cells *cells, const springls_mesh *zero_level, 
     if (!samples) {
         return false;
     }
-#if defined(_OPENMP)
-    #pragma omp parallel for schedule(static, 1024)
-#endif
-    for (int t = 0; t < zero_level->triangle_count; ++t) {
-        take_sample(cells, zero_level, side, t, &samples[t]);
-    }
+    struct sample_loop loop = {cells, zero_level, side, samples};
+    threads_for(zero_level->triangle_count, 1024, run_sample_loop, &loop);
     for (int t = 0; t < zero_level->triangle_count; ++t) { /* in one order for any number of threads */
         area += samples[t].area;
         covered += samples[t].over >= 1 ? samples[t].area : 0.0;

@@ -1,6 +1,7 @@
 /* volume_picture.c - pictures by the rays of volume_raycast.h. */
 #include "springls/volume_raycast.h"
 
+#include "base/threads.h"
 #include "base/vec3.h"
 
 #include <math.h>
@@ -74,12 +75,17 @@ static struct color element_color(int element)
     return color_rgb(plain.r * light, plain.g * light, plain.b * light);
 }
 
-static void meet_scene(const struct volume_scene *scene, struct samples *samples)
+struct meet_loop {
+    const struct volume_scene *scene;
+    struct samples *samples;
+};
+
+static void run_meet_loop(void *arg, int begin, int end)
 {
-#if defined(_OPENMP)
-    #pragma omp parallel for schedule(dynamic, 64)
-#endif
-    for (int i = 0; i < samples->count; ++i) {
+    const struct meet_loop *loop = arg;
+    const struct volume_scene *scene = loop->scene;
+    struct samples *samples = loop->samples;
+    for (int i = begin; i < end; ++i) {
         struct volume_hit hit;
         samples->met[i] = volume_raycast(scene, samples->origins + 3 * i, samples->directions + 3 * i, &hit);
         if (samples->met[i]) {
@@ -88,6 +94,12 @@ static void meet_scene(const struct volume_scene *scene, struct samples *samples
             samples->colors[i] = element_color(hit.element);
         }
     }
+}
+
+static void meet_scene(const struct volume_scene *scene, struct samples *samples)
+{
+    struct meet_loop loop = {scene, samples};
+    threads_for(samples->count, 64, run_meet_loop, &loop);
 }
 
 /* Computes the share of the sky at each sample from phi 1, 2 and 3 voxels further out: less where the surface is hollow. */

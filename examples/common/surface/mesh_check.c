@@ -1,5 +1,6 @@
 #include "surface/mesh_check.h"
 
+#include "base/threads.h"
 #include "base/vec3.h"
 
 #include <stdint.h>
@@ -130,6 +131,35 @@ static int compare_boxes(const void *a, const void *b)
     return (e->lo[0] > f->lo[0]) - (e->lo[0] < f->lo[0]);
 }
 
+struct crossings_loop {
+    const float *positions;
+    const int *triangles;
+    int triangle_count;
+    const struct box *boxes;
+    int *crossings;
+};
+
+static void run_crossings_loop(void *arg, int begin, int end)
+{
+    const struct crossings_loop *loop = arg;
+    const float *positions = loop->positions;
+    const int *triangles = loop->triangles;
+    const int triangle_count = loop->triangle_count;
+    const struct box *boxes = loop->boxes;
+    int crossings = 0;
+    for (int i = begin; i < end; ++i) {
+        for (int j = i + 1; j < triangle_count && boxes[j].lo[0] <= boxes[i].hi[0]; ++j) {
+            if (boxes[j].lo[1] <= boxes[i].hi[1] && boxes[i].lo[1] <= boxes[j].hi[1] && boxes[j].lo[2] <= boxes[i].hi[2]
+                && boxes[i].lo[2] <= boxes[j].hi[2]) {
+                crossings += crosses(positions, triangles + 3 * boxes[i].triangle, triangles + 3 * boxes[j].triangle);
+            }
+        }
+    }
+    threads_lock();
+    *loop->crossings += crossings;
+    threads_unlock();
+}
+
 /* Counts crossings by sorting and sweeping along x. */
 static bool count_crossings(const float *positions, const int *triangles, int triangle_count, struct mesh_check *check)
 {
@@ -150,17 +180,8 @@ static bool count_crossings(const float *positions, const int *triangles, int tr
     }
     qsort(boxes, (size_t)triangle_count, sizeof *boxes, compare_boxes);
     int crossings = 0;
-#if defined(_OPENMP)
-    #pragma omp parallel for schedule(dynamic, 256) reduction(+ : crossings)
-#endif
-    for (int i = 0; i < triangle_count; ++i) {
-        for (int j = i + 1; j < triangle_count && boxes[j].lo[0] <= boxes[i].hi[0]; ++j) {
-            if (boxes[j].lo[1] <= boxes[i].hi[1] && boxes[i].lo[1] <= boxes[j].hi[1] && boxes[j].lo[2] <= boxes[i].hi[2]
-                && boxes[i].lo[2] <= boxes[j].hi[2]) {
-                crossings += crosses(positions, triangles + 3 * boxes[i].triangle, triangles + 3 * boxes[j].triangle);
-            }
-        }
-    }
+    struct crossings_loop loop = {positions, triangles, triangle_count, boxes, &crossings};
+    threads_for(triangle_count, 256, run_crossings_loop, &loop);
     check->intersections = crossings;
     free(boxes);
     return true;

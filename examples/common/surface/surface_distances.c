@@ -1,6 +1,7 @@
 #include "surface/surface_distances.h"
 
 #include "base/bvh.h"
+#include "base/threads.h"
 #include "base/vec3.h"
 
 #include <stdlib.h>
@@ -60,17 +61,30 @@ static int compare_floats(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
+struct distances_loop {
+    const struct bvh *target;
+    const float *points;
+    float *distances;
+};
+
+static void run_distances_loop(void *arg, int begin, int end)
+{
+    const struct distances_loop *loop = arg;
+    const struct bvh *target = loop->target;
+    const float *points = loop->points;
+    float *distances = loop->distances;
+    for (long i = (long)begin; i < (long)end; ++i) {
+        distances[i] = bvh_distance(target, points + 3 * i, NULL, NULL);
+    }
+}
+
 static struct one_way measure(const struct bvh *target, const float *points, size_t count, double tolerance,
                               float *distances)
 {
     struct one_way result = {0.0, 0.0, 0.0, 0.0};
     const long n = (long)count;
-#if defined(_OPENMP)
-    #pragma omp parallel for schedule(static, 1024)
-#endif
-    for (long i = 0; i < n; ++i) {
-        distances[i] = bvh_distance(target, points + 3 * i, NULL, NULL);
-    }
+    struct distances_loop loop = {target, points, distances};
+    threads_for((int)n, 1024, run_distances_loop, &loop);
     qsort(distances, count, sizeof *distances, compare_floats);
     for (size_t i = 0; i < count; ++i) { /* in sorted order, so that sums are equal for any number of threads */
         const double d = (double)distances[i];
