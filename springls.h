@@ -4,8 +4,9 @@
      >>api                  src/interface/api.h
      >>parameters:kernel    kernels_embed/interface/parameters.h
      >>stage_calls          src/solver/stage_calls.h
-     >>errors               src/runtime/errors.h
+     >>finite               src/runtime/finite.h
      >>base                 src/runtime/base.h
+     >>errors               src/runtime/errors.h
      >>context              src/runtime/context.h
      >>advect:kernel        kernels_embed/stages/advect.h
      >>error_estimates:kernel kernels_embed/model/error_estimates.h
@@ -1995,11 +1996,17 @@ SPRINGLS_API void springls_kernel_source(const char *const **strings, int *count
 #error "springls.h: the x87 unit does not round to float, which equal bits need: compile with -msse2 -mfpmath=sse"
 #else
 
-/* Equal bits need every operation rounded to float. For a*b+c clang and OpenCL have a pragma (compat.h), GCC takes an option;
-   the other one is for the S/390, where -std=c99 computes floats in double. */
-#if defined(__GNUC__) && !defined(__clang__)
+/* Equal bits need every operation as it is written and rounded to float, whatever -ffast-math the program has. For a*b+c clang and
+   OpenCL have a pragma (compat.h), GCC takes an option; excess-precision is for the S/390, where -std=c99 computes floats in double. */
+#if defined(__clang__)
+#if __clang_major__ >= 14 && (defined(__x86_64__) || defined(__aarch64__))
+#define SPRINGLS__FLOAT_CONTROL
+#pragma float_control(precise, on, push)
+#endif
+#elif defined(__GNUC__)
 #pragma GCC push_options
-#pragma GCC optimize("fp-contract=off", "excess-precision=fast")
+#pragma GCC optimize("fp-contract=off", "excess-precision=fast", "no-unsafe-math-optimizations", "no-associative-math")
+#pragma GCC optimize("no-reciprocal-math", "no-finite-math-only", "signed-zeros")
 #endif
 
 
@@ -2031,6 +2038,36 @@ SPRINGLS_API void springls_kernel_source(const char *const **strings, int *count
         springls_status springls__try_status = (expression);                            \
         if (springls__try_status != SPRINGLS_OK) return springls__try_status;           \
     } while (0)
+
+/* ======== >>finite  (src/runtime/finite.h) ===================================================================== */
+/* finite.h - tells numbers from NaN and infinity by their bits: a compiler that may assume finite numbers (-ffast-math) takes every
+   comparison with a NaN for true or false as it likes. All input is checked with these, before it is compared. */
+
+/* Returns the bits of |x|; volatile, because compilers know what numbers the bits of a float may be. */
+SPRINGLS__FN uint32_t springls__magnitude_bits_float(float x)
+{
+    uint32_t bits;
+    volatile uint32_t seen;
+    memcpy(&bits, &x, sizeof bits);
+    seen = bits;
+    return seen & 0x7fffffffu;
+}
+
+SPRINGLS__FN uint64_t springls__magnitude_bits(double x)
+{
+    uint64_t bits;
+    volatile uint64_t seen;
+    memcpy(&bits, &x, sizeof bits);
+    seen = bits;
+    return seen & 0x7fffffffffffffffu;
+}
+
+/* Returns whether a number is neither NaN nor infinite. */
+SPRINGLS__FN bool springls__finite_float(float x) { return springls__magnitude_bits_float(x) < 0x7f800000u; }
+SPRINGLS__FN bool springls__finite(double x) { return springls__magnitude_bits(x) < 0x7ff0000000000000u; }
+
+SPRINGLS__FN bool springls__is_nan_float(float x) { return springls__magnitude_bits_float(x) > 0x7f800000u; }
+SPRINGLS__FN bool springls__is_nan(double x) { return springls__magnitude_bits(x) > 0x7ff0000000000000u; }
 
 /* ======== >>compat:kernel  (kernels_embed/language/compat.h) =================================================== */
 /* compat.h - the one place where the three languages of kernels_embed/ differ.
@@ -6196,7 +6233,7 @@ SPRINGLS__FN springls_status springls__fail_null(springls_context *ctx, const ch
 /* Fails when a number is negative or not finite. */
 SPRINGLS__FN springls_status springls__check_amount(springls_context *ctx, const char *call, const char *argument, double x)
 {
-    if (x >= 0.0 && x <= (double)FLT_MAX) return SPRINGLS_OK;
+    if (springls__finite(x) && x >= 0.0 && x <= (double)FLT_MAX) return SPRINGLS_OK;
     return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: %s is %g, not 0 or more and finite", call, argument, x);
 }
 
@@ -13451,11 +13488,12 @@ SPRINGLS__FN bool springls__has_inside(const springls__grid *g)
 
 SPRINGLS__FN springls__v3 springls__load3(const float *p) { return springls__v3_make(p[0], p[1], p[2]); }
 
-/* Returns whether three coordinates are finite and not far outside of any grid; true for NULL. */
+SPRINGLS__FN bool springls__valid_coordinate(float x) { return springls__finite_float(x) && springls__fabs(x) < 1e6f; }
+
+/* Returns whether three coordinates, voxels, are finite and not far outside of any grid; true for NULL. */
 SPRINGLS__FN bool springls__valid_point(const float *x)
 {
-    const float furthest = 1e6f; /* voxels */
-    return !x || (springls__fabs(x[0]) < furthest && springls__fabs(x[1]) < furthest && springls__fabs(x[2]) < furthest);
+    return !x || (springls__valid_coordinate(x[0]) && springls__valid_coordinate(x[1]) && springls__valid_coordinate(x[2]));
 }
 
 /* Multiplies a row-major 3x4 matrix and a point. */
@@ -13479,6 +13517,22 @@ SPRINGLS__FN void springls__invert_translation(const double *m, double *inverse)
         inverse[4 * row + 3] = -(inverse[4 * row] * m[3] + inverse[4 * row + 1] * m[7] + inverse[4 * row + 2] * m[11]);
 }
 
+/* Returns why the numbers of a grid cannot be used, each alone; NULL when they can. */
+SPRINGLS__FN const char *springls__grid_fault(const springls_grid_desc *grid)
+{
+    int k;
+    for (k = 0; k < 3; k++) {
+        if (grid->size[k] < 1) return "grid.size is not positive: it may be 4 to 4096";
+        if (grid->size[k] > 4096) return "grid.size is more than 4096 voxels a side: it may be 4 to 4096";
+        if (springls__is_nan(grid->spacing[k])) return "grid.spacing is not positive along all axes, or 0 along all";
+        if (!springls__finite(grid->origin[k])) return "grid.origin is no number between -1e30 and 1e30";
+    }
+    for (k = 0; k < 12; k++)
+        if (!springls__finite(k < 9 ? grid->direction[k] : grid->spacing[k - 9]))
+            return "grid.spacing times grid.direction is no number between -1e30 and 1e30";
+    return NULL;
+}
+
 /* Computes the row-major 3x4 matrices voxel -> world (forward, may be NULL) and world -> voxel. Returns NULL, or why there are
    none. */
 SPRINGLS__FN const char *springls__grid_transform(const springls_grid_desc *grid, double *forward, double *inverse)
@@ -13486,23 +13540,23 @@ SPRINGLS__FN const char *springls__grid_transform(const springls_grid_desc *grid
     double m[12], det;
     int row, column;
     bool no_spacing = grid->spacing[0] == 0.0 && grid->spacing[1] == 0.0 && grid->spacing[2] == 0.0, no_direction = true;
+    const char *fault = springls__grid_fault(grid);
+    if (fault) return fault;
     for (row = 0; row < 9; row++) no_direction = no_direction && grid->direction[row] == 0.0;
     for (row = 0; row < 3; row++) {
-        if (grid->size[row] < 1) return "grid.size is not positive: it may be 4 to 4096";
-        if (grid->size[row] > 4096) return "grid.size is more than 4096 voxels a side: it may be 4 to 4096";
         for (column = 0; column < 3; column++) {
             double direction = no_direction ? (double)(row == column) : grid->direction[3 * row + column];
             m[4 * row + column] = direction * (no_spacing ? 1.0 : grid->spacing[column]);
-            if (!no_spacing && !(grid->spacing[column] > 0.0)) return "grid.spacing is not positive along all axes, or 0 along all";
+            if (!no_spacing && grid->spacing[column] <= 0.0) return "grid.spacing is not positive along all axes, or 0 along all";
         }
         m[4 * row + 3] = grid->origin[row];
         for (column = 0; column < 4; column++)
-            if (!(m[4 * row + column] > -1e30 && m[4 * row + column] < 1e30))
+            if (!springls__finite(m[4 * row + column]) || fabs(m[4 * row + column]) >= 1e30)
                 return column == 3 ? "grid.origin is no number between -1e30 and 1e30"
                                    : "grid.spacing times grid.direction is no number between -1e30 and 1e30";
     }
     det = springls__determinant(m);
-    if (!(det > 1e-30 || det < -1e-30)) return "the axes of grid.direction lie in one plane";
+    if (fabs(det) <= 1e-30) return "the axes of grid.direction lie in one plane";
     if (forward) memcpy(forward, m, sizeof m);
     inverse[0] = (m[5] * m[10] - m[6] * m[9]) / det;
     inverse[1] = (m[2] * m[9] - m[1] * m[10]) / det;
@@ -13986,7 +14040,7 @@ SPRINGLS__FN springls_status springls__check_forces(springls_context *ctx, const
                               (int)forces->integrator);
     for (k = 0; k < 3; k++) {
         const float lower = forces->region_lower[k], upper = forces->region_upper[k];
-        if (!(lower >= -FLT_MAX && lower <= upper && upper <= FLT_MAX))
+        if (!springls__finite_float(lower) || !springls__finite_float(upper) || lower > upper)
             return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
                                   "forces: the region is from %g to %g along axis %d, not ascending and finite",
                                   (double)lower, (double)upper, k);
@@ -14400,7 +14454,7 @@ SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
 {
     int k;
     float spread = motion->ctx->model.params.half_time_sampling ? 0.5f * motion->dt : motion->dt;
-    if (!(motion->dt >= -FLT_MAX && motion->dt <= FLT_MAX))
+    if (!springls__finite_float(motion->dt))
         return springls__fail(motion->ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is %g, not finite", (double)motion->dt);
     motion->rule.dt = motion->dt;
     motion->rule.stage_time[0] = motion->time;
@@ -18855,7 +18909,7 @@ SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, doubl
     if (done) *done = true;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!done) return springls__fail_null(ctx, "step_continue", "done");
-    if (!(seconds >= 0.0))
+    if (springls__is_nan(seconds) || seconds < 0.0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step_continue: %g seconds, not 0 or more", seconds);
     if (!springls_step_in_progress(ctx)) return SPRINGLS_OK;
     until = springls__now(ctx) + seconds;
@@ -18909,7 +18963,7 @@ SPRINGLS_API double springls_time(const springls_context *ctx) { return ctx ? ct
 
 SPRINGLS_API void springls_set_time(springls_context *ctx, double time)
 {
-    if (!ctx || !(time > -DBL_MAX && time < DBL_MAX)) return;
+    if (!ctx || !springls__finite(time)) return;
     springls__finish_step(ctx);
     ctx->time = time;
 }
@@ -18938,7 +18992,7 @@ SPRINGLS__FN springls_status springls__run_stage_call(springls_context *ctx, spr
 /* Fails when a time that callbacks are to get is not finite. */
 SPRINGLS__FN springls_status springls__check_time(springls_context *ctx, const char *call, float time)
 {
-    if (time >= -FLT_MAX && time <= FLT_MAX) return SPRINGLS_OK;
+    if (springls__finite_float(time)) return SPRINGLS_OK;
     return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: the time is %g, not finite", call, (double)time);
 }
 
@@ -19184,7 +19238,7 @@ SPRINGLS__FN bool springls__param_good(const springls_params *p, const springls_
     float real;
     memcpy(&integer, at, sizeof integer);
     memcpy(&real, at, sizeof real);
-    if (member->real) return real >= member->low && real <= member->high;
+    if (member->real) return springls__finite_float(real) && real >= member->low && real <= member->high;
     return integer >= (int32_t)member->low && integer <= (int32_t)member->high;
 }
 
@@ -19899,7 +19953,7 @@ SPRINGLS__FN springls_status springls__look_at_block(springls_context *ctx, spri
         float d = job->centers[i];
         springls__place_in_block(&job->block, i, place);
         brick = springls__brick_at(g, 8 * place[0], 8 * place[1], 8 * place[2]);
-        if (d != d) return springls__fail(ctx, SPRINGLS_NON_FINITE, "the signed distance is NaN at brick %d", brick);
+        if (springls__is_nan_float(d)) return springls__fail(ctx, SPRINGLS_NON_FINITE, "the signed distance is NaN at brick %d", brick);
         if (d < 0.0f) springls__keep_box(g, &inside, place, place, 0);
         if (springls__fabs(d) <= near_band) springls__brick_list(&ctx->model)[job->listed++] = brick;
     }
@@ -19945,7 +19999,7 @@ SPRINGLS__FN springls_status springls__fill_active_bricks(springls_context *ctx,
     for (i = 0; i < g->active_count; i++) {
         const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
-            if (phi[v] != phi[v])
+            if (springls__is_nan_float(phi[v]))
                 return springls__fail(ctx, SPRINGLS_NON_FINITE, "the signed distance is NaN in brick %d",
                                       g->slot_brick[g->active[i]]);
     }
@@ -19996,7 +20050,7 @@ SPRINGLS__FN springls_status springls__count_inside(springls_context *ctx, sprin
         for (y = lo[1]; y < hi[1]; y++)
             for (x = lo[0]; x < hi[0]; x++) {
                 float v = (value)(arg, springls__voxel_index(g, x, y, z));
-                if (!(springls__fabs(v) <= FLT_MAX))
+                if (!springls__finite_float(v))
                     return springls__fail(ctx, SPRINGLS_NON_FINITE, "voxel (%d, %d, %d) is not finite", x, y, z);
                 *inside += v < 0.0f;
                 (*total)++;
@@ -20370,7 +20424,7 @@ SPRINGLS__FN float springls__threshold_value(const void *arg, size_t index)
 {
     const springls__threshold_source *source = (const springls__threshold_source *)arg;
     float v = source->intensity[index];
-    if (v != v) return 1.0f;
+    if (springls__is_nan_float(v)) return 1.0f;
     return springls__clamp(springls__max(source->low - v, v - source->high) * source->scale, -1e6f, 1e6f);
 }
 
@@ -20408,13 +20462,14 @@ SPRINGLS_API springls_status springls_set_threshold(springls_context *ctx, const
     float lowest = FLT_MAX, highest = -FLT_MAX;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!intensity) return springls__fail_null(ctx, "set_threshold", "intensity");
-    if (!(low <= high))
+    if (springls__is_nan_float(low) || springls__is_nan_float(high) || low > high)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_threshold: low (%g) is not below high (%g)", (double)low,
                               (double)high);
     n = (size_t)ctx->model.grid.size[0] * (size_t)ctx->model.grid.size[1] * (size_t)ctx->model.grid.size[2];
     for (i = 0; i < n; i++) {
-        if (intensity[i] < lowest && intensity[i] > -FLT_MAX) lowest = intensity[i];
-        if (intensity[i] > highest && intensity[i] < FLT_MAX) highest = intensity[i];
+        if (!springls__finite_float(intensity[i])) continue;
+        lowest = springls__min(lowest, intensity[i]);
+        highest = springls__max(highest, intensity[i]);
     }
     source.intensity = intensity;
     source.low = low;
@@ -20918,8 +20973,6 @@ SPRINGLS__FN springls_status springls__mesh_intake_reserve(springls_context *ctx
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN bool springls__finite(double x) { return x - x == 0.0; }
-
 /* Converts a position of the caller to voxels. Fails when it is not finite, or too far away for float32 to resolve a
    twentieth of a voxel. */
 SPRINGLS__FN springls_status springls__mesh_point(springls_context *ctx, const float *world, int position, float voxel[3])
@@ -20928,11 +20981,11 @@ SPRINGLS__FN springls_status springls__mesh_point(springls_context *ctx, const f
     double x[3];
     int k;
     for (k = 0; k < 3; k++)
-        if (!springls__finite((double)world[k]))
+        if (!springls__finite_float(world[k]))
             return springls__fail(ctx, SPRINGLS_NON_FINITE, "position %d is not finite", position);
     springls__transform(ctx->window.to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
     for (k = 0; k < 3; k++) {
-        if (!(x[k] >= -furthest && x[k] <= furthest))
+        if (x[k] < -furthest || x[k] > furthest)
             return springls__fail(ctx, SPRINGLS_BAD_MESH, "position %d lies more than a million voxels from the grid", position);
         voxel[k] = (float)x[k] + 0.0f; /* no negative zero: equal points have equal bits */
     }
@@ -21739,7 +21792,7 @@ SPRINGLS__FN springls_status springls__finite_values(springls_context *ctx, cons
 {
     size_t i;
     for (i = 0; values && i < count; i++)
-        if (!(values[i] >= -FLT_MAX && values[i] <= FLT_MAX))
+        if (!springls__finite_float(values[i]))
             return springls__fail(ctx, SPRINGLS_NON_FINITE, "%s: value %lu is not finite", call, (unsigned long)i);
     return SPRINGLS_OK;
 }
@@ -22954,7 +23007,7 @@ SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const
     if (out) *out = NULL;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!out) return springls__fail_null(ctx, "chunks_create", "out");
-    if (desc && !(desc->tolerance > -FLT_MAX && desc->tolerance <= 0.5f))
+    if (desc && (!springls__finite_float(desc->tolerance) || desc->tolerance > 0.5f))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_create: the tolerance %g is not at most half a voxel",
                               (double)desc->tolerance);
     c = (springls_chunks *)springls__allocate(ctx, sizeof *c);
@@ -23017,7 +23070,7 @@ SPRINGLS_API springls_status springls_chunks_continue(springls_context *ctx, spr
     if (!chunks || !changed || !count || !done)
         return springls__fail_null(ctx, "chunks_continue",
                                    !chunks ? "chunks" : !changed ? "changed" : !count ? "count" : "done");
-    if (!(seconds >= 0.0))
+    if (springls__is_nan(seconds) || seconds < 0.0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_continue: %g seconds, not 0 or more", seconds);
     if (chunks->state == SPRINGLS__CHUNKS_IDLE)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_continue: no update has begun");
@@ -23693,7 +23746,7 @@ SPRINGLS__FN springls_status springls__check_points(springls_context *ctx, const
     if (count < 0) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: the count %d is negative", name, count);
     if (count > 0 && (!points || !out)) return springls__fail_null(ctx, name, points ? "out" : "points");
     for (i = 0; i < 3 * (size_t)count; i++)
-        if (!(points[i] >= -FLT_MAX && points[i] <= FLT_MAX))
+        if (!springls__finite_float(points[i]))
             return springls__fail(ctx, SPRINGLS_NON_FINITE, "%s: point %lu is not finite", name, (unsigned long)(i / 3));
     return SPRINGLS_OK;
 }
@@ -24242,7 +24295,7 @@ SPRINGLS_API springls_status springls_raycast(springls_context *ctx, springls_su
     SPRINGLS__TRY(springls__check_surface(ctx, surface, "raycast"));
     SPRINGLS__TRY(springls__check_points(ctx, origins, count, out, "raycast origins"));
     SPRINGLS__TRY(springls__check_points(ctx, directions, count, out, "raycast directions"));
-    if (!(max_distance >= 0.0f))
+    if (springls__is_nan_float(max_distance) || max_distance < 0.0f)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "raycast: max_distance is %g, not 0 or more", (double)max_distance);
     memset(&q, 0, sizeof q);
     q.points = origins;
@@ -24746,7 +24799,7 @@ SPRINGLS__FN bool springls__mesh_triangle(const float *positions, int n, const i
         v[i] = triangles[3 * (size_t)t + (size_t)i];
         if (v[i] < 0 || v[i] >= n) return false;
         for (c = 0; c < 3; ++c)
-            if (!(springls__fabs(positions[3 * (size_t)v[i] + (size_t)c]) <= FLT_MAX)) return false;
+            if (!springls__finite_float(positions[3 * (size_t)v[i] + (size_t)c])) return false;
     }
     return true;
 }
@@ -26024,8 +26077,6 @@ SPRINGLS__FN bool springls__entry_good(const springls__snapshot_state *s, int ro
     return true;
 }
 
-SPRINGLS__FN bool springls__finite_double(double x) { return x >= -DBL_MAX && x <= DBL_MAX; }
-
 SPRINGLS__FN bool springls__flag_good(int32_t flag) { return flag == 0 || flag == 1; }
 
 /* Returns whether a window can be there. */
@@ -26040,7 +26091,7 @@ SPRINGLS__FN bool springls__offset_good(int32_t x, int32_t y, int32_t z)
 SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
 {
     const int furthest = INT32_MAX / 2; /* counters that will grow */
-    if (springls__params_fault(&s->params) || !springls__finite_double(s->time)) return false;
+    if (springls__params_fault(&s->params) || !springls__finite(s->time)) return false;
     if (s->springls < 0 || s->springls > INT32_MAX / 3 - 1) return false;
     if (s->at_edges < 0 || s->at_edges > INT32_MAX / 3 - 1) return false; /* some may have been removed since they were counted */
     if (s->iteration < 0 || s->iteration > furthest || s->steps < 0 || s->steps > furthest) return false;
@@ -26052,7 +26103,8 @@ SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
     if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return false;
     if (!springls__flag_good(s->has_source) || !springls__flag_good(s->components_found)
         || !springls__flag_good(s->components_fresh)) return false;
-    if (!(s->lag >= 0.0f) || !(s->lag_turned >= 0.0f) || !springls__flag_good(s->opposed)) return false;
+    if (springls__is_nan_float(s->lag) || s->lag < 0.0f) return false;
+    if (springls__is_nan_float(s->lag_turned) || s->lag_turned < 0.0f || !springls__flag_good(s->opposed)) return false;
     if (!springls__offset_good(s->window_x, s->window_y, s->window_z)
         || !springls__offset_good(s->original_window_x, s->original_window_y, s->original_window_z)) return false;
     if (!springls__flag_good(s->volumes_locked)) return false;
@@ -26096,7 +26148,7 @@ SPRINGLS__FN bool springls__components_good(const springls__grid *g, const sprin
     for (i = 0; i < s->components; i++) {
         springls__code_component(&c, &component);
         if (c.bad || component.view.id <= before || component.view.id > s->last_component_id) return false;
-        if (!springls__finite_double(component.target) || !springls__finite_double(component.view.volume)) return false;
+        if (!springls__finite(component.target) || !springls__finite(component.view.volume)) return false;
         if (!springls__grid_contains(g, component.deepest[0], component.deepest[1], component.deepest[2])) return false;
         before = component.view.id;
     }
@@ -26691,7 +26743,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1012 \"springls.h\"\n",
+    "#line 1013 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -26799,7 +26851,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2036 \"springls.h\"\n",
+    "#line 2073 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -26892,7 +26944,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2130 \"springls.h\"\n",
+    "#line 2167 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -26914,7 +26966,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2153 \"springls.h\"\n",
+    "#line 2190 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26929,7 +26981,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2169 \"springls.h\"\n",
+    "#line 2206 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -27053,7 +27105,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2293 \"springls.h\"\n",
+    "#line 2330 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -27123,7 +27175,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2364 \"springls.h\"\n",
+    "#line 2401 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -27343,7 +27395,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2585 \"springls.h\"\n",
+    "#line 2622 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27358,7 +27410,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2600 \"springls.h\"\n",
+    "#line 2637 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -27482,14 +27534,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2724 \"springls.h\"\n",
+    "#line 2761 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2732 \"springls.h\"\n",
+    "#line 2769 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -27588,7 +27640,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 2832 \"springls.h\"\n",
+    "#line 2869 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -27683,7 +27735,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 2928 \"springls.h\"\n",
+    "#line 2965 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -27695,7 +27747,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2940 \"springls.h\"\n",
+    "#line 2977 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27710,7 +27762,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2956 \"springls.h\"\n",
+    "#line 2993 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -27754,7 +27806,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3000 \"springls.h\"\n",
+    "#line 3037 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27769,7 +27821,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3015 \"springls.h\"\n",
+    "#line 3052 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -27813,7 +27865,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3059 \"springls.h\"\n",
+    "#line 3096 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -27892,7 +27944,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3138 \"springls.h\"\n",
+    "#line 3175 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27907,7 +27959,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3154 \"springls.h\"\n",
+    "#line 3191 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -27974,7 +28026,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3221 \"springls.h\"\n",
+    "#line 3258 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27989,7 +28041,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3236 \"springls.h\"\n",
+    "#line 3273 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -28056,7 +28108,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3304 \"springls.h\"\n",
+    "#line 3341 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -28436,7 +28488,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3685 \"springls.h\"\n",
+    "#line 3722 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -29139,7 +29191,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4389 \"springls.h\"\n",
+    "#line 4426 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `large` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -29406,7 +29458,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4657 \"springls.h\"\n",
+    "#line 4694 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -29608,7 +29660,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 4860 \"springls.h\"\n",
+    "#line 4897 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -29725,7 +29777,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 4978 \"springls.h\"\n",
+    "#line 5015 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -29875,7 +29927,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5128 \"springls.h\"\n",
+    "#line 5165 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29890,7 +29942,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5144 \"springls.h\"\n",
+    "#line 5181 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -30238,7 +30290,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5492 \"springls.h\"\n",
+    "#line 5529 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30253,7 +30305,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5507 \"springls.h\"\n",
+    "#line 5544 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -30601,7 +30653,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5855 \"springls.h\"\n",
+    "#line 5892 \"springls.h\"\n",
     "\n",
     "/* Displaces springl i by the forces of the rule, into moved_springls. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -30618,7 +30670,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 6479 \"springls.h\"\n",
+    "#line 6516 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -30644,7 +30696,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6506 \"springls.h\"\n",
+    "#line 6543 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -30733,7 +30785,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6596 \"springls.h\"\n",
+    "#line 6633 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -30873,7 +30925,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6737 \"springls.h\"\n",
+    "#line 6774 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -30975,7 +31027,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6840 \"springls.h\"\n",
+    "#line 6877 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -31207,7 +31259,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7073 \"springls.h\"\n",
+    "#line 7110 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -31237,7 +31289,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7103 \"springls.h\"\n",
+    "#line 7140 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31252,7 +31304,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7119 \"springls.h\"\n",
+    "#line 7156 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -31421,7 +31473,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7288 \"springls.h\"\n",
+    "#line 7325 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31436,7 +31488,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7303 \"springls.h\"\n",
+    "#line 7340 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -31605,7 +31657,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7472 \"springls.h\"\n",
+    "#line 7509 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -31659,7 +31711,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7527 \"springls.h\"\n",
+    "#line 7564 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -31685,7 +31737,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7553 \"springls.h\"\n",
+    "#line 7590 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31700,7 +31752,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7569 \"springls.h\"\n",
+    "#line 7606 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -31783,7 +31835,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7652 \"springls.h\"\n",
+    "#line 7689 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31798,7 +31850,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7667 \"springls.h\"\n",
+    "#line 7704 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -31881,7 +31933,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7750 \"springls.h\"\n",
+    "#line 7787 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -31955,7 +32007,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7825 \"springls.h\"\n",
+    "#line 7862 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -32508,7 +32560,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8379 \"springls.h\"\n",
+    "#line 8416 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -32604,7 +32656,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8476 \"springls.h\"\n",
+    "#line 8513 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -32725,7 +32777,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8598 \"springls.h\"\n",
+    "#line 8635 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -32995,7 +33047,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8869 \"springls.h\"\n",
+    "#line 8906 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -33071,7 +33123,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8946 \"springls.h\"\n",
+    "#line 8983 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -33213,7 +33265,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9089 \"springls.h\"\n",
+    "#line 9126 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -33402,7 +33454,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9279 \"springls.h\"\n",
+    "#line 9316 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -33528,7 +33580,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9406 \"springls.h\"\n",
+    "#line 9443 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -33561,7 +33613,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (others == 0) return 0;\n",
     "    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;\n",
     "}\n",
-    "#line 9440 \"springls.h\"\n",
+    "#line 9477 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -34105,7 +34157,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9985 \"springls.h\"\n",
+    "#line 10022 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -34255,7 +34307,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10136 \"springls.h\"\n",
+    "#line 10173 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -34359,7 +34411,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10241 \"springls.h\"\n",
+    "#line 10278 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -34456,7 +34508,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10339 \"springls.h\"\n",
+    "#line 10376 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -34994,7 +35046,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10878 \"springls.h\"\n",
+    "#line 10915 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -35072,7 +35124,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10957 \"springls.h\"\n",
+    "#line 10994 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -35321,7 +35373,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11207 \"springls.h\"\n",
+    "#line 11244 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -35354,7 +35406,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11241 \"springls.h\"\n",
+    "#line 11278 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -35379,14 +35431,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11267 \"springls.h\"\n",
+    "#line 11304 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11274 \"springls.h\"\n",
+    "#line 11311 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35401,7 +35453,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11290 \"springls.h\"\n",
+    "#line 11327 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35531,7 +35583,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11420 \"springls.h\"\n",
+    "#line 11457 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35546,7 +35598,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11435 \"springls.h\"\n",
+    "#line 11472 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35676,7 +35728,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11566 \"springls.h\"\n",
+    "#line 11603 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -35967,7 +36019,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11858 \"springls.h\"\n",
+    "#line 11895 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -36068,7 +36120,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 36072 \"springls.h\"\n",
+    "#line 36124 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -37501,7 +37553,7 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     memset(&job, 0, sizeof job);
     job.offset = distance / ctx->smallest_spacing;
-    if (!(springls__fabs(job.offset) < 1e4f))
+    if (!springls__finite_float(job.offset) || springls__fabs(job.offset) >= 1e4f)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "offset: a distance of %g voxels, not between -10^4 and 10^4",
                               (double)job.offset);
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: there are no springls");
@@ -37583,7 +37635,7 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
     double time;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     voxels = length / ctx->smallest_spacing;
-    if (!(voxels >= 0.0f && voxels < 1e3f))
+    if (!springls__finite_float(voxels) || voxels < 0.0f || voxels >= 1e3f)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "smooth: a length of %g voxels, not from 0 to below 1000",
                               (double)voxels);
     if (voxels == 0.0f) return SPRINGLS_OK;
@@ -37635,7 +37687,9 @@ SPRINGLS_API springls_status springls_remesh(springls_context *ctx)
     return springls__remesh(ctx);
 }
 
-#if defined(__GNUC__) && !defined(__clang__)
+#if defined(SPRINGLS__FLOAT_CONTROL)
+#pragma float_control(pop)
+#elif defined(__GNUC__) && !defined(__clang__)
 #pragma GCC pop_options
 #endif
 

@@ -13,11 +13,17 @@
 #error "springls.h: the x87 unit does not round to float, which equal bits need: compile with -msse2 -mfpmath=sse"
 #else
 
-/* Equal bits need every operation rounded to float. For a*b+c clang and OpenCL have a pragma (compat.h), GCC takes an option;
-   the other one is for the S/390, where -std=c99 computes floats in double. */
-#if defined(__GNUC__) && !defined(__clang__)
+/* Equal bits need every operation as it is written and rounded to float, whatever -ffast-math the program has. For a*b+c clang and
+   OpenCL have a pragma (compat.h), GCC takes an option; excess-precision is for the S/390, where -std=c99 computes floats in double. */
+#if defined(__clang__)
+#if __clang_major__ >= 14 && (defined(__x86_64__) || defined(__aarch64__))
+#define SPRINGLS__FLOAT_CONTROL
+#pragma float_control(precise, on, push)
+#endif
+#elif defined(__GNUC__)
 #pragma GCC push_options
-#pragma GCC optimize("fp-contract=off", "excess-precision=fast")
+#pragma GCC optimize("fp-contract=off", "excess-precision=fast", "no-unsafe-math-optimizations", "no-associative-math")
+#pragma GCC optimize("no-reciprocal-math", "no-finite-math-only", "signed-zeros")
 #endif
 
 #include "solver/stage_calls.h"
@@ -37,7 +43,9 @@
 #include "output/kernel_source.h"
 #include "tools/remodel.h"
 
-#if defined(__GNUC__) && !defined(__clang__)
+#if defined(SPRINGLS__FLOAT_CONTROL)
+#pragma float_control(pop)
+#elif defined(__GNUC__) && !defined(__clang__)
 #pragma GCC pop_options
 #endif
 

@@ -2,6 +2,7 @@
 #ifndef SPRINGLS__INPUT_SET_LEVEL_SET_H
 #define SPRINGLS__INPUT_SET_LEVEL_SET_H
 
+#include "../runtime/finite.h"
 #include "../../kernels_embed/stages/project.h"
 #include "../runtime/arrays.h"
 #include "../runtime/errors.h"
@@ -160,7 +161,7 @@ SPRINGLS__FN springls_status springls__look_at_block(springls_context *ctx, spri
         float d = job->centers[i];
         springls__place_in_block(&job->block, i, place);
         brick = springls__brick_at(g, 8 * place[0], 8 * place[1], 8 * place[2]);
-        if (d != d) return springls__fail(ctx, SPRINGLS_NON_FINITE, "the signed distance is NaN at brick %d", brick);
+        if (springls__is_nan_float(d)) return springls__fail(ctx, SPRINGLS_NON_FINITE, "the signed distance is NaN at brick %d", brick);
         if (d < 0.0f) springls__keep_box(g, &inside, place, place, 0);
         if (springls__fabs(d) <= near_band) springls__brick_list(&ctx->model)[job->listed++] = brick;
     }
@@ -206,7 +207,7 @@ SPRINGLS__FN springls_status springls__fill_active_bricks(springls_context *ctx,
     for (i = 0; i < g->active_count; i++) {
         const float *phi = g->phi + (size_t)g->active[i] * SPRINGLS__BRICK_VOXELS;
         for (v = 0; v < SPRINGLS__BRICK_VOXELS; v++)
-            if (phi[v] != phi[v])
+            if (springls__is_nan_float(phi[v]))
                 return springls__fail(ctx, SPRINGLS_NON_FINITE, "the signed distance is NaN in brick %d",
                                       g->slot_brick[g->active[i]]);
     }
@@ -257,7 +258,7 @@ SPRINGLS__FN springls_status springls__count_inside(springls_context *ctx, sprin
         for (y = lo[1]; y < hi[1]; y++)
             for (x = lo[0]; x < hi[0]; x++) {
                 float v = (value)(arg, springls__voxel_index(g, x, y, z));
-                if (!(springls__fabs(v) <= FLT_MAX))
+                if (!springls__finite_float(v))
                     return springls__fail(ctx, SPRINGLS_NON_FINITE, "voxel (%d, %d, %d) is not finite", x, y, z);
                 *inside += v < 0.0f;
                 (*total)++;
@@ -631,7 +632,7 @@ SPRINGLS__FN float springls__threshold_value(const void *arg, size_t index)
 {
     const springls__threshold_source *source = (const springls__threshold_source *)arg;
     float v = source->intensity[index];
-    if (v != v) return 1.0f;
+    if (springls__is_nan_float(v)) return 1.0f;
     return springls__clamp(springls__max(source->low - v, v - source->high) * source->scale, -1e6f, 1e6f);
 }
 
@@ -669,13 +670,14 @@ SPRINGLS_API springls_status springls_set_threshold(springls_context *ctx, const
     float lowest = FLT_MAX, highest = -FLT_MAX;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!intensity) return springls__fail_null(ctx, "set_threshold", "intensity");
-    if (!(low <= high))
+    if (springls__is_nan_float(low) || springls__is_nan_float(high) || low > high)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_threshold: low (%g) is not below high (%g)", (double)low,
                               (double)high);
     n = (size_t)ctx->model.grid.size[0] * (size_t)ctx->model.grid.size[1] * (size_t)ctx->model.grid.size[2];
     for (i = 0; i < n; i++) {
-        if (intensity[i] < lowest && intensity[i] > -FLT_MAX) lowest = intensity[i];
-        if (intensity[i] > highest && intensity[i] < FLT_MAX) highest = intensity[i];
+        if (!springls__finite_float(intensity[i])) continue;
+        lowest = springls__min(lowest, intensity[i]);
+        highest = springls__max(highest, intensity[i]);
     }
     source.intensity = intensity;
     source.low = low;

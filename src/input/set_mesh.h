@@ -12,6 +12,7 @@
 #ifndef SPRINGLS__INPUT_SET_MESH_H
 #define SPRINGLS__INPUT_SET_MESH_H
 
+#include "../runtime/finite.h"
 #include "../runtime/algorithms.h"
 #include "../runtime/errors.h"
 #include "../runtime/memory.h"
@@ -86,8 +87,6 @@ SPRINGLS__FN springls_status springls__mesh_intake_reserve(springls_context *ctx
     return SPRINGLS_OK;
 }
 
-SPRINGLS__FN bool springls__finite(double x) { return x - x == 0.0; }
-
 /* Converts a position of the caller to voxels. Fails when it is not finite, or too far away for float32 to resolve a
    twentieth of a voxel. */
 SPRINGLS__FN springls_status springls__mesh_point(springls_context *ctx, const float *world, int position, float voxel[3])
@@ -96,11 +95,11 @@ SPRINGLS__FN springls_status springls__mesh_point(springls_context *ctx, const f
     double x[3];
     int k;
     for (k = 0; k < 3; k++)
-        if (!springls__finite((double)world[k]))
+        if (!springls__finite_float(world[k]))
             return springls__fail(ctx, SPRINGLS_NON_FINITE, "position %d is not finite", position);
     springls__transform(ctx->window.to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
     for (k = 0; k < 3; k++) {
-        if (!(x[k] >= -furthest && x[k] <= furthest))
+        if (x[k] < -furthest || x[k] > furthest)
             return springls__fail(ctx, SPRINGLS_BAD_MESH, "position %d lies more than a million voxels from the grid", position);
         voxel[k] = (float)x[k] + 0.0f; /* no negative zero: equal points have equal bits */
     }

@@ -4,6 +4,7 @@
 
 #include "../../kernels_embed/language/vector.h"
 #include "../runtime/algorithms.h"
+#include "../runtime/finite.h"
 
 /* Holds measures, in the units of the positions, and counts. */
 typedef struct springls__mesh_report {
@@ -31,7 +32,7 @@ SPRINGLS__FN bool springls__mesh_triangle(const float *positions, int n, const i
         v[i] = triangles[3 * (size_t)t + (size_t)i];
         if (v[i] < 0 || v[i] >= n) return false;
         for (c = 0; c < 3; ++c)
-            if (!(springls__fabs(positions[3 * (size_t)v[i] + (size_t)c]) <= FLT_MAX)) return false;
+            if (!springls__finite_float(positions[3 * (size_t)v[i] + (size_t)c])) return false;
     }
     return true;
 }

@@ -3,7 +3,7 @@
 #define SPRINGLS__MODEL_PARAMETER_SETS_H
 
 #include "../../kernels_embed/model/model.h"
-#include "../runtime/base.h"
+#include "../runtime/finite.h"
 
 enum { SPRINGLS__COOKIE = 0x53504731 };
 
@@ -184,7 +184,7 @@ SPRINGLS__FN bool springls__param_good(const springls_params *p, const springls_
     float real;
     memcpy(&integer, at, sizeof integer);
     memcpy(&real, at, sizeof real);
-    if (member->real) return real >= member->low && real <= member->high;
+    if (member->real) return springls__finite_float(real) && real >= member->low && real <= member->high;
     return integer >= (int32_t)member->low && integer <= (int32_t)member->high;
 }
 

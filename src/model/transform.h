@@ -2,16 +2,18 @@
 #ifndef SPRINGLS__MODEL_TRANSFORM_H
 #define SPRINGLS__MODEL_TRANSFORM_H
 
+#include "../runtime/finite.h"
 #include "../runtime/base.h"
 #include "../runtime/context.h"
 
 SPRINGLS__FN springls__v3 springls__load3(const float *p) { return springls__v3_make(p[0], p[1], p[2]); }
 
-/* Returns whether three coordinates are finite and not far outside of any grid; true for NULL. */
+SPRINGLS__FN bool springls__valid_coordinate(float x) { return springls__finite_float(x) && springls__fabs(x) < 1e6f; }
+
+/* Returns whether three coordinates, voxels, are finite and not far outside of any grid; true for NULL. */
 SPRINGLS__FN bool springls__valid_point(const float *x)
 {
-    const float furthest = 1e6f; /* voxels */
-    return !x || (springls__fabs(x[0]) < furthest && springls__fabs(x[1]) < furthest && springls__fabs(x[2]) < furthest);
+    return !x || (springls__valid_coordinate(x[0]) && springls__valid_coordinate(x[1]) && springls__valid_coordinate(x[2]));
 }
 
 /* Multiplies a row-major 3x4 matrix and a point. */
@@ -35,6 +37,22 @@ SPRINGLS__FN void springls__invert_translation(const double *m, double *inverse)
         inverse[4 * row + 3] = -(inverse[4 * row] * m[3] + inverse[4 * row + 1] * m[7] + inverse[4 * row + 2] * m[11]);
 }
 
+/* Returns why the numbers of a grid cannot be used, each alone; NULL when they can. */
+SPRINGLS__FN const char *springls__grid_fault(const springls_grid_desc *grid)
+{
+    int k;
+    for (k = 0; k < 3; k++) {
+        if (grid->size[k] < 1) return "grid.size is not positive: it may be 4 to 4096";
+        if (grid->size[k] > 4096) return "grid.size is more than 4096 voxels a side: it may be 4 to 4096";
+        if (springls__is_nan(grid->spacing[k])) return "grid.spacing is not positive along all axes, or 0 along all";
+        if (!springls__finite(grid->origin[k])) return "grid.origin is no number between -1e30 and 1e30";
+    }
+    for (k = 0; k < 12; k++)
+        if (!springls__finite(k < 9 ? grid->direction[k] : grid->spacing[k - 9]))
+            return "grid.spacing times grid.direction is no number between -1e30 and 1e30";
+    return NULL;
+}
+
 /* Computes the row-major 3x4 matrices voxel -> world (forward, may be NULL) and world -> voxel. Returns NULL, or why there are
    none. */
 SPRINGLS__FN const char *springls__grid_transform(const springls_grid_desc *grid, double *forward, double *inverse)
@@ -42,23 +60,23 @@ SPRINGLS__FN const char *springls__grid_transform(const springls_grid_desc *grid
     double m[12], det;
     int row, column;
     bool no_spacing = grid->spacing[0] == 0.0 && grid->spacing[1] == 0.0 && grid->spacing[2] == 0.0, no_direction = true;
+    const char *fault = springls__grid_fault(grid);
+    if (fault) return fault;
     for (row = 0; row < 9; row++) no_direction = no_direction && grid->direction[row] == 0.0;
     for (row = 0; row < 3; row++) {
-        if (grid->size[row] < 1) return "grid.size is not positive: it may be 4 to 4096";
-        if (grid->size[row] > 4096) return "grid.size is more than 4096 voxels a side: it may be 4 to 4096";
         for (column = 0; column < 3; column++) {
             double direction = no_direction ? (double)(row == column) : grid->direction[3 * row + column];
             m[4 * row + column] = direction * (no_spacing ? 1.0 : grid->spacing[column]);
-            if (!no_spacing && !(grid->spacing[column] > 0.0)) return "grid.spacing is not positive along all axes, or 0 along all";
+            if (!no_spacing && grid->spacing[column] <= 0.0) return "grid.spacing is not positive along all axes, or 0 along all";
         }
         m[4 * row + 3] = grid->origin[row];
         for (column = 0; column < 4; column++)
-            if (!(m[4 * row + column] > -1e30 && m[4 * row + column] < 1e30))
+            if (!springls__finite(m[4 * row + column]) || fabs(m[4 * row + column]) >= 1e30)
                 return column == 3 ? "grid.origin is no number between -1e30 and 1e30"
                                    : "grid.spacing times grid.direction is no number between -1e30 and 1e30";
     }
     det = springls__determinant(m);
-    if (!(det > 1e-30 || det < -1e-30)) return "the axes of grid.direction lie in one plane";
+    if (fabs(det) <= 1e-30) return "the axes of grid.direction lie in one plane";
     if (forward) memcpy(forward, m, sizeof m);
     inverse[0] = (m[5] * m[10] - m[6] * m[9]) / det;
     inverse[1] = (m[2] * m[9] - m[1] * m[10]) / det;

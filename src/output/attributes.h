@@ -2,6 +2,7 @@
 #ifndef SPRINGLS__OUTPUT_ATTRIBUTES_H
 #define SPRINGLS__OUTPUT_ATTRIBUTES_H
 
+#include "../runtime/finite.h"
 #include "../runtime/errors.h"
 #include "../runtime/memory.h"
 #include "../runtime/parallel.h"
@@ -54,7 +55,7 @@ SPRINGLS__FN springls_status springls__finite_values(springls_context *ctx, cons
 {
     size_t i;
     for (i = 0; values && i < count; i++)
-        if (!(values[i] >= -FLT_MAX && values[i] <= FLT_MAX))
+        if (!springls__finite_float(values[i]))
             return springls__fail(ctx, SPRINGLS_NON_FINITE, "%s: value %lu is not finite", call, (unsigned long)i);
     return SPRINGLS_OK;
 }

@@ -4,6 +4,7 @@
 #ifndef SPRINGLS__OUTPUT_CHUNKS_H
 #define SPRINGLS__OUTPUT_CHUNKS_H
 
+#include "../runtime/finite.h"
 #include "../../kernels_embed/output/isosurface.h"
 #include "../runtime/algorithms.h"
 #include "../runtime/arrays.h"
@@ -787,7 +788,7 @@ SPRINGLS_API springls_status springls_chunks_create(springls_context *ctx, const
     if (out) *out = NULL;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!out) return springls__fail_null(ctx, "chunks_create", "out");
-    if (desc && !(desc->tolerance > -FLT_MAX && desc->tolerance <= 0.5f))
+    if (desc && (!springls__finite_float(desc->tolerance) || desc->tolerance > 0.5f))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_create: the tolerance %g is not at most half a voxel",
                               (double)desc->tolerance);
     c = (springls_chunks *)springls__allocate(ctx, sizeof *c);
@@ -850,7 +851,7 @@ SPRINGLS_API springls_status springls_chunks_continue(springls_context *ctx, spr
     if (!chunks || !changed || !count || !done)
         return springls__fail_null(ctx, "chunks_continue",
                                    !chunks ? "chunks" : !changed ? "changed" : !count ? "count" : "done");
-    if (!(seconds >= 0.0))
+    if (springls__is_nan(seconds) || seconds < 0.0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_continue: %g seconds, not 0 or more", seconds);
     if (chunks->state == SPRINGLS__CHUNKS_IDLE)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_continue: no update has begun");

@@ -2,6 +2,7 @@
 #ifndef SPRINGLS__OUTPUT_QUERY_H
 #define SPRINGLS__OUTPUT_QUERY_H
 
+#include "../runtime/finite.h"
 #include "../../kernels_embed/model/neighborhood.h"
 #include "../../kernels_embed/stages/track.h"
 #include "../runtime/errors.h"
@@ -25,7 +26,7 @@ SPRINGLS__FN springls_status springls__check_points(springls_context *ctx, const
     if (count < 0) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: the count %d is negative", name, count);
     if (count > 0 && (!points || !out)) return springls__fail_null(ctx, name, points ? "out" : "points");
     for (i = 0; i < 3 * (size_t)count; i++)
-        if (!(points[i] >= -FLT_MAX && points[i] <= FLT_MAX))
+        if (!springls__finite_float(points[i]))
             return springls__fail(ctx, SPRINGLS_NON_FINITE, "%s: point %lu is not finite", name, (unsigned long)(i / 3));
     return SPRINGLS_OK;
 }
@@ -574,7 +575,7 @@ SPRINGLS_API springls_status springls_raycast(springls_context *ctx, springls_su
     SPRINGLS__TRY(springls__check_surface(ctx, surface, "raycast"));
     SPRINGLS__TRY(springls__check_points(ctx, origins, count, out, "raycast origins"));
     SPRINGLS__TRY(springls__check_points(ctx, directions, count, out, "raycast directions"));
-    if (!(max_distance >= 0.0f))
+    if (springls__is_nan_float(max_distance) || max_distance < 0.0f)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "raycast: max_distance is %g, not 0 or more", (double)max_distance);
     memset(&q, 0, sizeof q);
     q.points = origins;

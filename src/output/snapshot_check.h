@@ -3,6 +3,7 @@
 #ifndef SPRINGLS__OUTPUT_SNAPSHOT_CHECK_H
 #define SPRINGLS__OUTPUT_SNAPSHOT_CHECK_H
 
+#include "../runtime/finite.h"
 #include "snapshot.h"
 
 /* Returns whether all floats are finite. */
@@ -111,8 +112,6 @@ SPRINGLS__FN bool springls__entry_good(const springls__snapshot_state *s, int ro
     return true;
 }
 
-SPRINGLS__FN bool springls__finite_double(double x) { return x >= -DBL_MAX && x <= DBL_MAX; }
-
 SPRINGLS__FN bool springls__flag_good(int32_t flag) { return flag == 0 || flag == 1; }
 
 /* Returns whether a window can be there. */
@@ -127,7 +126,7 @@ SPRINGLS__FN bool springls__offset_good(int32_t x, int32_t y, int32_t z)
 SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
 {
     const int furthest = INT32_MAX / 2; /* counters that will grow */
-    if (springls__params_fault(&s->params) || !springls__finite_double(s->time)) return false;
+    if (springls__params_fault(&s->params) || !springls__finite(s->time)) return false;
     if (s->springls < 0 || s->springls > INT32_MAX / 3 - 1) return false;
     if (s->at_edges < 0 || s->at_edges > INT32_MAX / 3 - 1) return false; /* some may have been removed since they were counted */
     if (s->iteration < 0 || s->iteration > furthest || s->steps < 0 || s->steps > furthest) return false;
@@ -139,7 +138,8 @@ SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
     if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return false;
     if (!springls__flag_good(s->has_source) || !springls__flag_good(s->components_found)
         || !springls__flag_good(s->components_fresh)) return false;
-    if (!(s->lag >= 0.0f) || !(s->lag_turned >= 0.0f) || !springls__flag_good(s->opposed)) return false;
+    if (springls__is_nan_float(s->lag) || s->lag < 0.0f) return false;
+    if (springls__is_nan_float(s->lag_turned) || s->lag_turned < 0.0f || !springls__flag_good(s->opposed)) return false;
     if (!springls__offset_good(s->window_x, s->window_y, s->window_z)
         || !springls__offset_good(s->original_window_x, s->original_window_y, s->original_window_z)) return false;
     if (!springls__flag_good(s->volumes_locked)) return false;
@@ -183,7 +183,7 @@ SPRINGLS__FN bool springls__components_good(const springls__grid *g, const sprin
     for (i = 0; i < s->components; i++) {
         springls__code_component(&c, &component);
         if (c.bad || component.view.id <= before || component.view.id > s->last_component_id) return false;
-        if (!springls__finite_double(component.target) || !springls__finite_double(component.view.volume)) return false;
+        if (!springls__finite(component.target) || !springls__finite(component.view.volume)) return false;
         if (!springls__grid_contains(g, component.deepest[0], component.deepest[1], component.deepest[2])) return false;
         before = component.view.id;
     }

@@ -4,6 +4,7 @@
 
 #include "base.h"
 #include "context.h"
+#include "finite.h"
 
 SPRINGLS__FN void springls__log(const springls_context *ctx, int level, const char *format, ...) SPRINGLS__PRINTF(3, 4);
 SPRINGLS__FN springls_status springls__fail(springls_context *ctx, springls_status status, const char *format, ...)
@@ -41,7 +42,7 @@ SPRINGLS__FN springls_status springls__fail_null(springls_context *ctx, const ch
 /* Fails when a number is negative or not finite. */
 SPRINGLS__FN springls_status springls__check_amount(springls_context *ctx, const char *call, const char *argument, double x)
 {
-    if (x >= 0.0 && x <= (double)FLT_MAX) return SPRINGLS_OK;
+    if (springls__finite(x) && x >= 0.0 && x <= (double)FLT_MAX) return SPRINGLS_OK;
     return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: %s is %g, not 0 or more and finite", call, argument, x);
 }
 

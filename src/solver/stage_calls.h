@@ -2,6 +2,7 @@
 #ifndef SPRINGLS__SOLVER_STAGE_CALLS_H
 #define SPRINGLS__SOLVER_STAGE_CALLS_H
 
+#include "../runtime/finite.h"
 #include "../runtime/errors.h"
 #include "../runtime/residency.h"
 #include "../runtime/resumable.h"
@@ -39,7 +40,7 @@ SPRINGLS__FN springls_status springls__run_stage_call(springls_context *ctx, spr
 /* Fails when a time that callbacks are to get is not finite. */
 SPRINGLS__FN springls_status springls__check_time(springls_context *ctx, const char *call, float time)
 {
-    if (time >= -FLT_MAX && time <= FLT_MAX) return SPRINGLS_OK;
+    if (springls__finite_float(time)) return SPRINGLS_OK;
     return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: the time is %g, not finite", call, (double)time);
 }
 

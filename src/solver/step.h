@@ -3,6 +3,7 @@
 #ifndef SPRINGLS__SOLVER_STEP_H
 #define SPRINGLS__SOLVER_STEP_H
 
+#include "../runtime/finite.h"
 #include "../runtime/errors.h"
 #include "../runtime/residency.h"
 #include "../runtime/resumable.h"
@@ -118,7 +119,7 @@ SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, doubl
     if (done) *done = true;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!done) return springls__fail_null(ctx, "step_continue", "done");
-    if (!(seconds >= 0.0))
+    if (springls__is_nan(seconds) || seconds < 0.0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step_continue: %g seconds, not 0 or more", seconds);
     if (!springls_step_in_progress(ctx)) return SPRINGLS_OK;
     until = springls__now(ctx) + seconds;
@@ -172,7 +173,7 @@ SPRINGLS_API double springls_time(const springls_context *ctx) { return ctx ? ct
 
 SPRINGLS_API void springls_set_time(springls_context *ctx, double time)
 {
-    if (!ctx || !(time > -DBL_MAX && time < DBL_MAX)) return;
+    if (!ctx || !springls__finite(time)) return;
     springls__finish_step(ctx);
     ctx->time = time;
 }

@@ -3,6 +3,7 @@
 #ifndef SPRINGLS__STAGES_ADVECT_H
 #define SPRINGLS__STAGES_ADVECT_H
 
+#include "../runtime/finite.h"
 #include "../../kernels_embed/stages/advect.h"
 #include "../runtime/algorithms.h"
 #include "../runtime/arrays.h"
@@ -63,7 +64,7 @@ SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
 {
     int k;
     float spread = motion->ctx->model.params.half_time_sampling ? 0.5f * motion->dt : motion->dt;
-    if (!(motion->dt >= -FLT_MAX && motion->dt <= FLT_MAX))
+    if (!springls__finite_float(motion->dt))
         return springls__fail(motion->ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is %g, not finite", (double)motion->dt);
     motion->rule.dt = motion->dt;
     motion->rule.stage_time[0] = motion->time;

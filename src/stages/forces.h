@@ -3,6 +3,7 @@
 #ifndef SPRINGLS__STAGES_FORCES_H
 #define SPRINGLS__STAGES_FORCES_H
 
+#include "../runtime/finite.h"
 #include "../../kernels_embed/stages/advect.h"
 #include "../runtime/errors.h"
 #include "../model/transform.h"
@@ -38,7 +39,7 @@ SPRINGLS__FN springls_status springls__check_forces(springls_context *ctx, const
                               (int)forces->integrator);
     for (k = 0; k < 3; k++) {
         const float lower = forces->region_lower[k], upper = forces->region_upper[k];
-        if (!(lower >= -FLT_MAX && lower <= upper && upper <= FLT_MAX))
+        if (!springls__finite_float(lower) || !springls__finite_float(upper) || lower > upper)
             return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT,
                                   "forces: the region is from %g to %g along axis %d, not ascending and finite",
                                   (double)lower, (double)upper, k);

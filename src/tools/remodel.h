@@ -2,6 +2,7 @@
 #ifndef SPRINGLS__TOOLS_REMODEL_H
 #define SPRINGLS__TOOLS_REMODEL_H
 
+#include "../runtime/finite.h"
 #include "../../kernels_embed/stages/contract.h"
 #include "../runtime/arrays.h"
 #include "../runtime/errors.h"
@@ -169,7 +170,7 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     memset(&job, 0, sizeof job);
     job.offset = distance / ctx->smallest_spacing;
-    if (!(springls__fabs(job.offset) < 1e4f))
+    if (!springls__finite_float(job.offset) || springls__fabs(job.offset) >= 1e4f)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "offset: a distance of %g voxels, not between -10^4 and 10^4",
                               (double)job.offset);
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: there are no springls");
@@ -251,7 +252,7 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
     double time;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     voxels = length / ctx->smallest_spacing;
-    if (!(voxels >= 0.0f && voxels < 1e3f))
+    if (!springls__finite_float(voxels) || voxels < 0.0f || voxels >= 1e3f)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "smooth: a length of %g voxels, not from 0 to below 1000",
                               (double)voxels);
     if (voxels == 0.0f) return SPRINGLS_OK;
