@@ -92,6 +92,7 @@ for group in $(printf '%s\n' "$@" | sed "s/^examples\$/$programs/; s/^bench\$/$p
         headers="$headers
             CL/cl.h opencl-headers"
         for c in gcc g++ clang; do need_command $c $c; done
+        need_command x86_64-w64-mingw32-g++ g++-mingw-w64-x86-64
         echo '#include <omp.h>' | clang -fopenmp -E - > /dev/null 2>&1 || need libomp-dev ;;
     portability)   # compilers for other platforms, and what runs their programs
         need_command clang clang

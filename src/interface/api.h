@@ -1006,8 +1006,9 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
    them. */
 SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx);
 
-/* Returns true when this build fuses multiplications and additions, keeps more digits than a float has, or reorders sums, and
-   so breaks the promise of equal bits: compile the implementation without -ffast-math, with -ffp-contract=off. */
+/* Returns true when this build fuses multiplications and additions, keeps more digits than a float has, reorders sums, or estimates
+   square roots, and so breaks the promise of equal bits: compile the implementation without -ffast-math (GCC: with it the bits are
+   the same), with -ffp-contract=off. */
 SPRINGLS_API bool springls_fp_contract_detected(void);
 
 /* Gives the OpenCL text of the kernels, *count strings of one line each, for hosts that build their own programs. Either

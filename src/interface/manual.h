@@ -547,8 +547,9 @@
 
    The same input gives the same bits for every number of threads, every division into ranges and every optimisation level,
    provided the compiler does not fuse a*b+c. GCC and clang obey pragmas in this header; other compilers, and clang with
-   -ffp-contract=fast, need -ffp-contract=off. Flags that let the compiler change arithmetic (-ffast-math) break the
-   promise. springls_fp_contract_detected() reports a build that breaks it; springls_state_hash() compares states.
+   -ffp-contract=fast, need -ffp-contract=off. Flags that let the compiler change arithmetic (-ffast-math, -Ofast) end at the
+   implementation with GCC; with clang, and other compilers, they break the promise. Whatever the flags, an input that is not
+   finite is refused. springls_fp_contract_detected() reports a build that breaks it; springls_state_hash() compares states.
    Threads of yours that flush denormal numbers to zero (FTZ, DAZ) change no bit. In two cases the implementation does not compile,
    with one error that gives the reason: on the x87 unit, which does not round as C does (-msse2 -mfpmath=sse is needed), and with
    tcc, which miscompiles functions that return structs of three floats.

@@ -136,6 +136,7 @@ for_msvc() {  # COMPILER LANGUAGE STANDARD FLAGS
 # With springls_cl.h, and with it all of springls.h.
 opencl=-DWITH_OPENCL
 . $here/embed.sh
+. $here/host.sh
 check "macros all begin with SPRINGLS" prefixed_macros
 for cc in gcc clang; do
     cxx=${cc/gcc/g}++   # g++, clang++
@@ -158,7 +159,6 @@ for cc in gcc clang; do
     # Compilers warn of more the more they optimise, and of other things.
     check "$cc: implementation at -O2" compiles $cc -std=c99 $opencl -O2 $here/implement.c
     check "$cc: implementation at -O3 -DNDEBUG" compiles $cc -std=c99 $opencl -O3 -DNDEBUG $here/implement.c
-    check "$cc: implementation beside the macros of windows.h" compiles $cc -std=c99 $opencl -O1 -Dnear= -Dfar= -Dsmall=char -Dinterface=struct $here/implement.c
     check "$cc: implementation with OpenMP" compiles $cc -std=c99 -fopenmp $here/implement.c
     check "$cc: the parts compile without the tool" parts_compile $cc
     check "$cc: SPRINGLS_NO_OPENCL leaves the kernels' text out" without_kernels $cc

@@ -74,6 +74,7 @@ for std in 11 14 17 20; do platform "x86-64, C++$std" - g++ -x c++ -std=c++$std 
 platform "x86-64, one lane" - gcc -O2 -DSPRINGLS_NO_SIMD
 platform "x86-64, fused multiply-add at hand" - gcc -O2 -march=x86-64-v3
 platform "x86-64, denormal numbers flushed" - gcc -O2 -DFLUSH_DENORMALS
+platform "x86-64, -Ofast" - gcc -Ofast
 for compiler in clang clang-13 clang-14 clang-15 clang-16 clang-19; do
     platform "x86-64" - $compiler -O2
     platform "x86-64, C++20" - $compiler -x c++ -std=c++20 -O1
@@ -91,6 +92,10 @@ platform "s390x, big-endian" qemu-s390x s390x-linux-gnu-gcc -static -O1
 platform "s390x, floats computed in double" qemu-s390x s390x-linux-gnu-gcc -static -std=c99 -O1
 platform "Windows, x86-64" wine x86_64-w64-mingw32-gcc -O1
 platform "Windows, x86-64, C++17" wine x86_64-w64-mingw32-g++ -x c++ -std=c++17 -O1
+for flags in "" "-DWIN32_LEAN_AND_MEAN -DNOMINMAX"; do
+    platform "Windows, x86-64, after windows.h" wine x86_64-w64-mingw32-gcc -O1 -include windows.h $flags
+done
+platform "Windows, x86-64, C++17, after windows.h" wine x86_64-w64-mingw32-g++ -x c++ -std=c++17 -O1 -include windows.h
 for std in "c -std=c99" "c -std=c11" "c++ -std=c++17"; do
     checked "Windows, x86-64, as MSVC" clang -x $std --target=x86_64-pc-windows-msvc -fms-compatibility-version=19.30 \
         -nostdlibinc -isystem tests/portability/msvc
