@@ -24350,6 +24350,18 @@ SPRINGLS_API const uint32_t *springls_component_ids(const springls_context *ctx)
     return springls__ensure_on_host(ctx, SPRINGLS__BIT(COMPONENT)) == SPRINGLS_OK ? ctx->model.set.component : NULL;
 }
 
+/* Returns the label of the body that a place lies in or descent of phi leads to; -1: none. The voxel that it is in comes first: of the
+   eight around it one of another body may be deeper. */
+SPRINGLS__FN int32_t springls__body_at(const springls__grid *g, const springls__labels *labels, springls__v3 x)
+{
+    int32_t body, cavity;
+    int voxel[3];
+    springls__voxel_of_place(g, springls__v3_make(x.x + 0.5f, x.y + 0.5f, x.z + 0.5f), voxel);
+    if (springls__grid_phi(g, g->phi, voxel[0], voxel[1], voxel[2]) < 0.0f) return springls__body_of_voxel(g, labels, voxel);
+    springls__components_at(g, labels, x, &body, &cavity);
+    return body;
+}
+
 SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const float *points, int count, uint32_t *out)
 {
     springls__labels labels;
@@ -24359,8 +24371,7 @@ SPRINGLS_API springls_status springls_component_of(springls_context *ctx, const 
     SPRINGLS__TRY(springls__report_device_failure(ctx, springls__components_to_host(ctx, 0)));
     SPRINGLS__TRY(springls__label_ids(ctx, &labels));
     for (i = 0; i < count; i++) {
-        int32_t body, cavity;
-        springls__components_at(&ctx->model.grid, &labels, springls__world_to_voxel(ctx, points + 3 * (size_t)i), &body, &cavity);
+        int32_t body = springls__body_at(&ctx->model.grid, &labels, springls__world_to_voxel(ctx, points + 3 * (size_t)i));
         out[i] = body >= 0 ? ((const uint32_t *)ctx->label_id_memory.data)[body] : 0u;
     }
     return SPRINGLS_OK;
@@ -36116,7 +36127,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 36120 \"springls.h\"\n",
+    "#line 36131 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -37648,6 +37659,7 @@ SPRINGLS_API springls_status springls_smooth(springls_context *ctx, float length
     ctx->model.params.keep_thin = params.keep_thin;
     ctx->model.params.curvature = params.curvature;
     ctx->model.params.volume_lock = params.volume_lock;
+    if (!springls__components_enabled(ctx)) springls__clear_components(ctx);
     ctx->time = time;
     return status;
 }
@@ -37919,7 +37931,7 @@ SPRINGLS__FN void springls__threads_for(void *user, int count, int grain, spring
     loop.chunk = springls__imax(springls__imax(grain, 1), count / most + 1);
     loop.chunks = (count - 1) / loop.chunk + 1;
     if (loop.chunks == 1 || pool->count == 0) {
-        task(arg, 0, count);
+        (task)(arg, 0, count);
         return;
     }
     springls__offer_loop(pool, &loop);

@@ -231,7 +231,7 @@ SPRINGLS__FN void springls__threads_for(void *user, int count, int grain, spring
     loop.chunk = springls__imax(springls__imax(grain, 1), count / most + 1);
     loop.chunks = (count - 1) / loop.chunk + 1;
     if (loop.chunks == 1 || pool->count == 0) {
-        task(arg, 0, count);
+        (task)(arg, 0, count);
         return;
     }
     springls__offer_loop(pool, &loop);

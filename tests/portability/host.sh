@@ -15,7 +15,7 @@ real_header() {
     [ "$1" = "$opencl" ] || printf '#if __has_include(<term.h>)\n#include <curses.h>\n#include <term.h>\n#endif\n'
 }
 after_header() { # KIND-OF-HEADER OPENCL COMPILER...
-    "$1"_header "$2" > $w/host.h && "${@:3}" $2 $warnings -w -include $w/host.h -fsyntax-only $here/implement.c
+    "$1"_header "$2" > $w/host.h && "${@:3}" $2 $warnings -w -DSPRINGLS_THREADS -include $w/host.h -fsyntax-only $here/implement.c
 }
 # A program that defines all the words leaves the bits of one that defines none.
 runs_after_header() { # COMPILER
@@ -24,7 +24,7 @@ runs_after_header() { # COMPILER
 }
 
 # The words of both headers that do not begin with springls: of the code and of what macros stand for.
-own_words() {
+own_words() { # COMPILER
     cat springls.h springls_cl.h | $1 -fpreprocessed -dD -E -P -x c - 2> /dev/null | grep -vE '^ *# *(if|elif|else|endif|include|pragma|error|line|undef)' |
         sed -E 's/"([^"\\]|\\.)*"//g' | grep -oE '\b[A-Za-z][A-Za-z0-9_]*' | sort -u | grep -viE '^(springls_|CL_|clk_|defined$|[ulf]+$|e[0-9]+f?$|x[0-9a-f]+[ul]*$)'
 }
@@ -33,7 +33,7 @@ own_words() {
 joined_unexpanded() { # COMPILER
     { echo '#include "tests/portability/standard.h"'
       own_words $1 | sed 's/.*/#define & renamed_&/'; } > $w/renamed.h
-    [ $(wc -l < $w/renamed.h) -gt 1000 ] && $1 -w -DNDEBUG $opencl -I. -include $w/renamed.h -E -P $here/implement.c > $w/renamed.i &&
+    [ $(wc -l < $w/renamed.h) -gt 1000 ] && $1 -w -DNDEBUG -DSPRINGLS_THREADS $opencl -I. -include $w/renamed.h -E -P $here/implement.c > $w/renamed.i &&
         grep -q '\brenamed_ctx\b' $w/renamed.i || { echo "nothing was renamed"; return 1; }
     nothing "$(grep -oE '[A-Za-z0-9_]+|"([^"\\]|\\.)*"' $w/renamed.i | grep .renamed_ | sort -u | head -n 8)" "expanded before they are joined"
 }
@@ -41,9 +41,9 @@ joined_unexpanded() { # COMPILER
 # Left out are words of C, functions of its library, and those of OpenCL, which springls_cl.h calls by their names without cl.
 uncalled() { # COMPILER
     { echo '#include "tests/portability/standard.h"'
-      own_words $1 | grep -vxE '[A-Z][a-z][A-Za-z]*|bool|double|float|for|if|int|return|sizeof|switch|void|while|calloc|clock|dl(close|open|sym)|fabsf?|floor|free|malloc|mem(cmp|cpy|move|set)|offsetof|qsort|snprintf|sqrtf?|str(chr|cmp|len)|va_(start|end)|vsnprintf' |
+      own_words $1 | grep -vxE '[A-Z][a-z][A-Za-z]*|bool|double|float|for|if|int|return|sizeof|switch|void|while|calloc|clock|dl(close|open|sym)|fabsf?|floor|free|malloc|mem(cmp|cpy|move|set)|offsetof|qsort|snprintf|sqrtf?|str(chr|cmp|len)|clock_gettime|gettimeofday|pthread_[a-z_]*|sysconf|va_(start|end)|vsnprintf' |
           sed 's/.*/#define &(...) renamed_&/'; } > $w/renamed.h
-    $1 -w -DNDEBUG $opencl -I. -include $w/renamed.h -E -P $here/implement.c > $w/renamed.i &&
+    $1 -w -DNDEBUG -DSPRINGLS_THREADS $opencl -I. -include $w/renamed.h -E -P $here/implement.c > $w/renamed.i &&
         nothing "$(grep -oE 'renamed_[A-Za-z0-9_]+' $w/renamed.i | sort -u | head -n 8)" "called by a bare name"
 }
 
@@ -60,8 +60,8 @@ fast_math() { # COMPILER
 
 # After and before mingw-w64's windows.h.
 beside_windows() { # COMPILER FLAGS...
-    "$@" $warnings -include windows.h -idirafter /usr/include -fsyntax-only $here/implement.c &&
-        echo '#include <windows.h>' | cat $here/implement.c - > $w/before.c && "$@" $warnings -I$here -idirafter /usr/include -fsyntax-only $w/before.c
+    "$@" $warnings -DSPRINGLS_THREADS -include windows.h -idirafter /usr/include -fsyntax-only $here/implement.c &&
+        echo '#include <windows.h>' | cat $here/implement.c - > $w/before.c && "$@" $warnings -DSPRINGLS_THREADS -I$here -idirafter /usr/include -fsyntax-only $w/before.c
 }
 
 check "no word is expanded before it is joined" joined_unexpanded gcc

@@ -12,10 +12,12 @@
 #include <string.h>
 #include <time.h>
 #if defined(_WIN32)
+#include <process.h>
 #include <windows.h>
 #else
 #include <dlfcn.h>
 #include <pthread.h>
+#include <unistd.h>
 #endif
 #if defined(__AVX2__)
 #include <immintrin.h>
