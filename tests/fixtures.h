@@ -16,6 +16,8 @@
 #include "greatest.h"
 #include "parts_under_test.h"
 
+#include "dirty_memory.h"
+
 #if defined(__unix__) || defined(__APPLE__)
 #include <pthread.h>
 #define FIXTURE_THREADS 1
@@ -122,45 +124,35 @@ FIXTURE double d3_triangle_distance(const d3 t[3], d3 x)
 /* ---- memory: counted, sizes checked, failing on demand ---- */
 
 typedef struct fixture_heap {
-    size_t bytes;        /* held now                                                    */
-    int blocks, calls;   /* held now; allocated so far, with those that failed          */
-    int fail_at;         /* the call that fails, counted from 0; -1: none               */
-    int fail_on;         /* 1: all later calls fail too                                 */
-    int wrong_sizes;     /* frees whose size was not the one allocated                  */
+    size_t bytes;           /* held now                                                    */
+    int blocks, calls;      /* held now; allocated so far, with those that failed          */
+    int fail_at;            /* the call that fails, counted from 0; -1: none               */
+    int fail_on;            /* 1: all later calls fail too                                 */
+    int wrong_sizes;        /* frees whose size was not the one allocated                  */
+    unsigned char *pattern; /* of dirty_memory.h                                           */
 } fixture_heap;
 
 FIXTURE void *fixture_alloc(size_t size, void *user)
 {
     fixture_heap *heap = (fixture_heap *)user;
     int call = heap->calls++;
-    unsigned char *memory;
+    void *memory;
     if (heap->fail_at >= 0 && (call == heap->fail_at || (heap->fail_on && call > heap->fail_at))) return NULL;
-    memory = (unsigned char *)malloc(size + 128); /* 64 to align, 64 to remember */
+    memory = dirty_alloc(size, heap->pattern);
     if (!memory) return NULL;
     heap->bytes += size;
     heap->blocks++;
-    {
-        size_t shift = 128 - (size_t)((uintptr_t)memory & 63u);
-        unsigned char *out = memory + shift;
-        memset(out, 0xA5, size); /* what is read before it is written is nonsense */
-        if (shift == 128) out -= 64;
-        memcpy(out - 8, &memory, sizeof memory);
-        memcpy(out - 24, &size, sizeof size);
-        return out;
-    }
+    return memory;
 }
 
 FIXTURE void fixture_free(void *memory, size_t size, void *user)
 {
     fixture_heap *heap = (fixture_heap *)user;
-    unsigned char *out = (unsigned char *)memory, *start;
-    size_t real;
-    memcpy(&start, out - 8, sizeof start);
-    memcpy(&real, out - 24, sizeof real);
+    const size_t real = dirty_size(memory);
     if (real != size) heap->wrong_sizes++;
     heap->bytes -= real;
     heap->blocks--;
-    free(start);
+    dirty_free(memory, real, heap->pattern);
 }
 
 FIXTURE springls_allocator fixture_allocator(fixture_heap *heap)
@@ -168,6 +160,7 @@ FIXTURE springls_allocator fixture_allocator(fixture_heap *heap)
     springls_allocator allocator;
     memset(heap, 0, sizeof *heap);
     heap->fail_at = -1;
+    heap->pattern = dirty_pattern();
     allocator.alloc = fixture_alloc;
     allocator.free = fixture_free;
     allocator.user = heap;
@@ -350,6 +343,7 @@ FIXTURE springls_desc fixture_desc(int size, const springls_params *params)
     memset(&desc, 0, sizeof desc);
     desc.grid.size[0] = desc.grid.size[1] = desc.grid.size[2] = size;
     desc.params = params;
+    desc.allocator = dirty_allocator();
     desc.backend = fixture_backend();
     return desc;
 }

@@ -4,6 +4,7 @@
 #define LONG_LIVES_H
 
 #include "springls.h"
+#include "dirty_memory.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -49,6 +50,7 @@ static springls_status life_create(life *l, int kind)
     desc.grid.size[0] = desc.grid.size[1] = desc.grid.size[2] = (int)life_size(l);
     params.components = kind == LIFE_EDITS;
     desc.params = &params;
+    desc.allocator = dirty_allocator();
     return springls_create(&desc, &l->ctx);
 }
 

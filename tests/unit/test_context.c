@@ -68,7 +68,8 @@ TEST descriptions_are_checked(void)
     desc.max_springls = -1;
     CHECK_CALL(refused(desc, "max_springls"));
     desc = fixture_desc(16, NULL);
-    desc.allocator.alloc = fixture_alloc; /* without free */
+    desc.allocator.alloc = fixture_alloc;
+    desc.allocator.free = NULL;
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_create(&desc, &ctx));
     PASS();
 }
