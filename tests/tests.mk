@@ -184,6 +184,10 @@ PLAIN_TESTS   = $(call chosen,$(filter-out $(LATER_TESTS),$(ALL_PLAIN)),$(ALL_PL
 ifeq ($(VARIANT)$(ALL),tsan)
   PLAIN_TESTS = examples/test_engine $(patsubst tests/%.c,%,$(shell grep -l -e pthread -e fixture_tasks -e histories.h tests/unit/test_*.c))
 endif
+# MemorySanitizer needs all of a program compiled with it, other libraries too.
+ifeq ($(VARIANT),msan)
+  PLAIN_TESTS = $(UNIT_TESTS)
+endif
 # The tests of the library once more without SIMD, and once more with their contexts on OpenCL.
 ALL_LIBRARY   = $(patsubst tests/%.c,%,$(shell grep -l -e 'include "fixtures.h"' -e 'include "histories.h"' tests/unit/test_*.c)) portability/same_hashes
 LIBRARY_TESTS = $(call chosen,$(STAGE_TESTS) portability/same_hashes,$(ALL_LIBRARY))
@@ -249,16 +253,18 @@ asan:   ## the tests under AddressSanitizer and UndefinedBehaviorSanitizer (boun
 tsan:   ## the tests with threads under ThreadSanitizer (data races; ALL=1: all of them)
 	@$(SANITIZED) -fsanitize=thread"
 
-# MemorySanitizer does not follow vectors that are filled lane by lane: one lane is what it reads.
-msan: deps-oclgrind springls.h   ## models' lives under MemorySanitizer (values that nobody has set)
-	@mkdir -p build
-	$(SAY)clang -std=c99 -O1 -g $(EXACT) -fsanitize=memory -fno-sanitize-recover=all -DSPRINGLS_NO_SIMD -I. -Itests -o build/lives-msan \
-	  tests/portability/hashes.c tests/library.c $(TEST_LIBS)
-	build/lives-msan
+# MemorySanitizer does not follow vectors that are filled lane by lane: one lane is what it reads. Memory stays as malloc gives it,
+# since what fills it would count as its first value.
+msan: deps-oclgrind   ## the unit tests under MemorySanitizer (values that nobody has set)
+	@$(MAKE) $(PARALLEL) test-run VARIANT=$@ CC=clang SANITIZE="-g1 -fno-omit-frame-pointer -fsanitize=memory -fno-sanitize-recover=all \
+	  -DSPRINGLS_NO_SIMD -DTEST_MEMORY_UNFILLED"
+
+lives: $(TEST_DIR)/unit/test_lives   ## random lives of models with new seeds, for MINUTES=30: calls and findings
+	@LIVES_MINUTES=$(or $(MINUTES),30) $<
 
 valgrind: deps-valgrind springls.h   ## models' lives under valgrind (memory that is lost, not set, or not theirs)
 	@mkdir -p build
-	$(SAY)$(CC) -std=c99 -O1 -g $(EXACT) -I. -Itests -o build/lives-valgrind tests/portability/hashes.c tests/library.c $(TEST_LIBS)
+	$(SAY)$(CC) -std=c99 -O1 -g $(EXACT) -DTEST_MEMORY_UNFILLED -I. -Itests -o build/lives-valgrind tests/portability/hashes.c tests/library.c $(TEST_LIBS)
 	valgrind --quiet --leak-check=full --show-leak-kinds=all --error-exitcode=1 build/lives-valgrind
 
 # All tests, on the host and on OpenCL, and what the fuzzers have found worth keeping; tests that fail are left to `make test`.
@@ -268,18 +274,25 @@ cover-lines: deps-fuzz   ## how many lines of springls.h all tests reach, by par
 	  SANITIZE="-fprofile-instr-generate -fcoverage-mapping" > build/cover/tests.log 2>&1
 	@tests/cover_lines.sh
 
-# libFuzzer's inputs are kept in build/fuzz/corpus, and go on from there the next time.
+comma := ,
+# libFuzzer's inputs are kept in build/fuzz/corpus, and go on from there the next time. Half of the time is without sanitizers.
 FUZZ_BUILD = clang -std=c99 -O2 -g $(EXACT) -fno-sanitize-recover=all -I. -Itests -Iexamples -Iexamples/common $(NIFTI)
 # Comparisons within the library are of computed numbers: to trace them halves the speed, and shows nothing about the input.
-fuzz: deps-fuzz springls.h   ## random inputs for MINUTES=10 each, by libFuzzer (some: FUZZ="calls snapshot"); findings in build/fuzz
+build/fuzz/library.o build/fuzz/library-plain.o: tests/library.c springls.h
 	@mkdir -p build/fuzz
-	$(SAY)$(FUZZ_BUILD) -fsanitize=fuzzer-no-link,address,undefined -fno-sanitize-coverage=trace-cmp -c -o build/fuzz/library.o tests/library.c
+	$(SAY)$(FUZZ_BUILD) -fsanitize=fuzzer-no-link$(if $(filter %-plain.o,$@),,$(comma)address$(comma)undefined) -fno-sanitize-coverage=trace-cmp \
+	  -c -o $@ $<
+fuzz: deps-fuzz springls.h   ## random inputs for MINUTES=10 each, by libFuzzer (some: FUZZ="calls snapshot"); findings in build/fuzz
 	@failed=0; $(foreach f,$(or $(FUZZ),$(FUZZERS)), \
-	  { $(MAKE) --no-print-directory build/fuzz/$(f) && tests/fuzz/fuzz.sh $(f) $(or $(MINUTES),10); } || failed=1;) exit $$failed
-$(foreach f,$(FUZZERS),$(eval build/fuzz/$(f): $(wildcard tests/fuzz/*.h) $(call folder_sources,$(fuzz_$(f)_USES))))
-build/fuzz/%: tests/fuzz/fuzz_%.c springls.h
-	$(SAY)$(FUZZ_BUILD) -fsanitize=fuzzer,address,undefined -o $@ $< build/fuzz/library.o \
-	  $(filter-out %/implementation.c,$(call folder_sources,$(fuzz_$*_USES))) $(call folder_libs,$(fuzz_$*_USES))
+	  { $(MAKE) --no-print-directory build/fuzz/$(f) build/fuzz/$(f)-plain && tests/fuzz/fuzz.sh $(f) $(or $(MINUTES),10); } || failed=1;) \
+	  exit $$failed
+# $(1): a fuzzer. $(2): -plain or nothing. $(3): its sanitizers.
+define fuzz_build_rule
+build/fuzz/$(1)$(2): tests/fuzz/fuzz_$(1).c $(filter-out %/implementation.c,$(call folder_sources,$(fuzz_$(1)_USES))) build/fuzz/library$(2).o \
+  $(wildcard tests/fuzz/*.h tests/fuzz/*.c)
+	$$(SAY)$$(FUZZ_BUILD) -fsanitize=fuzzer$(3) -o $$@ $$< $$(filter examples/%.c %.o,$$^) $(call folder_libs,$(fuzz_$(1)_USES))
+endef
+$(foreach f,$(FUZZERS),$(eval $(call fuzz_build_rule,$(f),,$(comma)address$(comma)undefined))$(eval $(call fuzz_build_rule,$(f),-plain)))
 
 oclgrind: deps-oclgrind springls.h   ## a tiny model on a simulated OpenCL device: memory errors, races, wrong calls
 	@mkdir -p build

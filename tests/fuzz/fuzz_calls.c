@@ -2,7 +2,9 @@
    each returns a status, and after a failure a sentence, the model keeps its invariants, and nothing leaks. */
 #include "fuzz.h"
 
-enum { MOST_CALLS = 24, MOST_SUB_STEPS = 8, MOST_CHANGES = 4, MOST_SIDE = 24 };
+#ifndef SMALL_MODELS /* fuzz_small_calls.c has them */
+enum { MOST_CALLS = 24, MOST_SUB_STEPS = 8, MOST_CHANGES = 4, MOST_SIDE = 24, MOST_SPRINGLS = 2000 };
+#endif
 
 /* What the calls work on. */
 typedef struct bench {
@@ -438,14 +440,18 @@ static springls_status set_time(bench *t)
 /* Creates the contexts, and sets a ball in the middle so that most calls have a model. */
 static bool begin(bench *t)
 {
-    springls_desc desc = fixture_desc(0, NULL);
+    springls_params params = springls_default_params();
+    springls_desc desc = fixture_desc(0, &params);
     springls_sphere ball;
     int k;
+#ifdef SMALL_MODELS
+    params.keep_edges = fuzz_choice(&t->b, 8) == 0; /* all of a small ball is an edge, which takes half of the time */
+#endif
     for (k = 0; k < 3; k++) desc.grid.size[k] = 8 * (1 + fuzz_choice(&t->b, MOST_SIDE / 8));
     desc.follow = fuzz_choice(&t->b, 4) == 0;
     if (!desc.follow) desc.grid.size[1] -= fuzz_choice(&t->b, 4);
     if (fuzz_choice(&t->b, 8) == 0) desc.grid.spacing[0] = desc.grid.spacing[1] = desc.grid.spacing[2] = 0.5;
-    desc.max_springls = fuzz_choice(&t->b, 4) ? 2000 : fuzz_choice(&t->b, 256);
+    desc.max_springls = fuzz_choice(&t->b, 4) ? MOST_SPRINGLS : fuzz_choice(&t->b, 256);
     desc.progress.report = report_progress;
     desc.progress.user = t;
     if (fuzz_choice(&t->b, 2)) desc.tasks = fixture_tasks(&t->workers, 3, 0);
@@ -457,7 +463,7 @@ static bool begin(bench *t)
     desc.allocator = fixture_allocator(&t->heap);
     if (springls_create(&desc, &t->ctx) != SPRINGLS_OK) return false;
     ball = fixture_ball(0.5f * (float)t->grid.size[0], 0.5f * (float)t->grid.size[1], 0.5f * (float)t->grid.size[2],
-                        fuzz_between(&t->b, 1.0f, 6.0f));
+                        fuzz_between(&t->b, 1.0f, 0.25f * (float)MOST_SIDE));
     fuzz_check_status(t->ctx, springls_set_implicit(t->ctx, springls_implicit_sphere, &ball));
     return true;
 }

@@ -1,7 +1,9 @@
 /* fuzz_set_mesh.c - springls_set_mesh with any arrays: odd numbers, indices and strides, open, flat and tangled meshes. */
 #include "fuzz.h"
 
-enum { MOST_POINTS = 64, MOST_TRIANGLES = 128 };
+#ifndef SMALL_MODELS /* fuzz_small_set_mesh.c has them */
+enum { MOST_POINTS = 64, MOST_TRIANGLES = 128, MOST_SIDE = 31, MOST_SPRINGLS = 2000 };
+#endif
 
 /* Writes the triangles of a box whose corners come from the input, so that closed meshes are frequent. */
 static int box_triangles(int first, int *triangles)
@@ -37,11 +39,11 @@ static void make_mesh(fuzz_bytes *b, any_mesh *mesh)
     mesh->points = mesh->count = 0;
     while (b->left && mesh->points + 8 <= MOST_POINTS && mesh->count + 12 <= MOST_TRIANGLES) {
         if (fuzz_choice(b, 3) == 0) {
-            box_corners(b, 20.0f, mesh->positions + 3 * mesh->points);
+            box_corners(b, (float)(MOST_SIDE - 11), mesh->positions + 3 * mesh->points);
             mesh->count += box_triangles(mesh->points, mesh->triangles + 3 * mesh->count);
             mesh->points += 8;
         } else if (fuzz_choice(b, 2) == 0) {
-            for (k = 0; k < 3; k++) mesh->positions[3 * mesh->points + k] = fuzz_float(b, -2.0f, 34.0f);
+            for (k = 0; k < 3; k++) mesh->positions[3 * mesh->points + k] = fuzz_float(b, -2.0f, (float)(MOST_SIDE + 3));
             mesh->points++;
         } else {
             for (k = 0; k < 3; k++) mesh->triangles[3 * mesh->count + k] = (int)(int8_t)fuzz_byte(b) % (mesh->points + 2);
@@ -61,10 +63,10 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     fixture_heap heap;
     any_mesh mesh;
     int k;
-    for (k = 0; k < 3; k++) desc.grid.size[k] = 4 + fuzz_choice(&b, 28);
+    for (k = 0; k < 3; k++) desc.grid.size[k] = 4 + fuzz_choice(&b, MOST_SIDE - 3);
     params.split_input = fuzz_choice(&b, 3) != 0;
     desc.allocator = fixture_allocator(&heap);
-    desc.max_springls = 2000;
+    desc.max_springls = MOST_SPRINGLS;
     FUZZ_CHECK(springls_create(&desc, &ctx) == SPRINGLS_OK);
     make_mesh(&b, &mesh);
     status = springls_set_mesh(ctx, mesh.positions, mesh.points, 0, mesh.triangles, mesh.count,

@@ -2,7 +2,10 @@
 #include "fuzz.h"
 #include "snapshot_seal.h"
 
-enum { SIZE = 16, MODELS = 3, MOST_BYTES = 1 << 22 };
+#ifndef SMALL_MODELS /* fuzz_small_snapshot.c has them */
+enum { SIZE = 16, MOST_SPRINGLS = 3000 };
+#endif
+enum { MODELS = 3, MOST_BYTES = 1 << 22 };
 
 typedef struct original { uint8_t *bytes; size_t size; } original;
 
@@ -12,7 +15,7 @@ static void make_original(int which, original *out)
 {
     springls_params params = which == 1 ? springls_paper_params() : springls_default_params();
     springls_desc desc = fixture_desc(SIZE, &params);
-    springls_sphere ball = fixture_ball(7.0f, 7.5f, 8.0f, 3.2f);
+    springls_sphere ball = fixture_ball(0.5f * SIZE - 1.0f, 0.5f * SIZE - 0.5f, 0.5f * SIZE, 0.2f * SIZE);
     springls_attribute_desc color = { "color", 3, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_BLEND, SPRINGLS_POLICY_COPY };
     float wind[3] = { 0.9f, 0.2f, 0.1f };
     springls_forces forces = fixture_forces(fixture_wind, wind);
@@ -67,7 +70,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     fixture_seal(bytes, length);
     desc.backend = NULL;
     desc.follow = which == 2;
-    desc.max_springls = 3000; /* edges may be so short that remeshing takes minutes */
+    desc.max_springls = MOST_SPRINGLS; /* edges may be so short that remeshing takes minutes */
     desc.allocator = fixture_allocator(&heap);
     FUZZ_CHECK(springls_create(&desc, &ctx) == SPRINGLS_OK);
     status = springls_restore(ctx, bytes, length);
