@@ -967,7 +967,7 @@ typedef struct springls_threads springls_threads;
 
 /* Creates a pool in which `count` threads work, the one that calls parallel_for among them: it starts count - 1, at most 255.
    count 0 or less: one a processor of the machine. When the system refuses to start a thread, the pool has those before it.
-   NULL: compiled without SPRINGLS_THREADS, or no memory. Its memory comes from calloc. */
+   NULL: compiled without SPRINGLS_THREADS, no memory, or the system has refused a lock. Its memory comes from calloc. */
 SPRINGLS_API springls_threads *springls_threads_create(int count);
 
 /* Ends the threads and frees the pool; NULL is allowed. No loop of it may run any more, and contexts that have it can only be
@@ -1528,7 +1528,8 @@ typedef enum springls_snapshot_kind {
 /* Writes the model into `out`, at most `capacity` bytes, and their number into *size; out NULL: the number only. A context
    of the same springls_desc.grid that restores it continues with the same bits as this one, on any backend,
    number of threads, or machine. Equal states are equal bytes. The bytes are a file format, which later versions of the library
-   read too (docs/snapshot-format.md). INVALID_ARGUMENT: also when capacity is less than *size. */
+   read too (docs/snapshot-format.md). Completes a step in progress, and finds components that are out of date: their failures are
+   returned, too. INVALID_ARGUMENT: also when capacity is less than *size. */
 SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out, size_t capacity,
                                                size_t *size);
 
@@ -1579,8 +1580,9 @@ typedef struct springls_component {
 } springls_component;
 
 /* Lists the components of the present level set by ascending ids. They are found by this call when the level set has changed since
-   the last step; ids and events are the same whether or not anybody asks. Needs params.components or params.volume_lock: INVALID_ARGUMENT without. Completes a step in progress. The
-   list belongs to the context, until the next call that changes the model. */
+   the last step; ids and events are the same whether or not anybody asks. Needs params.components or params.volume_lock:
+   INVALID_ARGUMENT without. Completes a step in progress. The list belongs to the context, until the next call that changes the
+   model. */
 SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count);
 
 /* Returns the ids of the bodies that the springls belong to, one each, in springl order; 0: none. New springls have that of the
@@ -1615,7 +1617,7 @@ typedef struct springls_event {
 } springls_event;
 
 /* Lists the events of the last step and of the calls before and after it, in order of time: those of springls_combine, _offset,
-   _remesh or a stage call between two steps are listed until the second of these steps has ended, so that a caller who asks after
+   _remesh or a stage call between two steps are listed until the step after the second begins, so that a caller who asks after
    each step sees all of them. Conditions and ownership as for springls_components. Parts of a few voxels are included: their
    volumes show which. */
 SPRINGLS_API springls_status springls_events(springls_context *ctx, const springls_event **events, int *count);
@@ -2878,7 +2880,7 @@ typedef union springls__arguments {
     X(brick_rank, uint32_t, 0)                  /* of a slot: its place among the active ones                                 */ \
     X(synced_distance2, float, 7)               /* of a particle: squared distance to synced_position                         */ \
     X(cell_count, uint32_t, 0)                  /* on a device, of an active brick: springls in its cells; scanned: before it */ \
-    X(large_number, uint32_t, 0)                /* on a device: 1 for a large springl; scanned: its number                    */ \
+    X(unbinned_number, uint32_t, 0)                /* on a device: 1 for a large springl; scanned: its number                    */ \
     X(stay_number, uint32_t, 0)                 /* on a device: 1 for a springl that stays; scanned: its new place            */ \
     /* advect */                                                                                                                 \
     X(moved_springls, springls__springl, 0)     /* springls after a motion; trades places with S                              */ \
@@ -3393,7 +3395,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(PLACES, float, 3, cells, places)              /* particles in the order of ids, in blocks: eight x, eight y, eight z    */ \
     X(BRICK_LIST_FIRST, uint32_t, 1, cells, brick_list_first) /* list of active brick i: [i] .. [i + 1] - 1 of brick_list_ids */ \
     X(BRICK_LIST_IDS, uint32_t, 1, cells, brick_list_ids)                                                                        \
-    X(LARGE, uint32_t, 1, cells, large)             /* springls in no cell: too large, or outside all active bricks           */
+    X(UNBINNED, uint32_t, 1, cells, unbinned)       /* springls in no cell: too large, or outside all active bricks           */
 
 /* Lists what moves springls: on a device (advect.h), or as the caller has it (write.h). */
 #define SPRINGLS__FORCE_ARRAYS(X)                                                                                                \
@@ -3501,7 +3503,7 @@ typedef struct springls__cell_list {
     SPRINGLS__SEARCH_ARRAYS(SPRINGLS__ARRAY_MEMBER)
     SPRINGLS__LIST_ARRAYS(SPRINGLS__ARRAY_MEMBER)
     float bounding_radius;  /* the largest of the springls that are not too large for cells          */
-    int large_count;        /* springls in no cell                                                   */
+    int unbinned_count;        /* springls in no cell                                                   */
     int some_large;         /* 1: some of these are too large; 0: all are outside all active bricks  */
     int asleep_count;       /* springls that `asleep` is of: later ones are awake                    */
 } springls__cell_list;
@@ -3677,7 +3679,7 @@ SPRINGLS__MATHS void springls__displacement_element(const springls__model *model
 #define SPRINGLS__MODEL_NUMBERS(X)                                                                                               \
     X(int, springls, set.count) X(int, at_edges, set.at_edges) X(uint32_t, next_id, set.next_id) X(uint32_t, step, set.step)     \
     X(int, active_count, grid.active_count) X(int, free_count, grid.free_count) X(int, slot_count, grid.slot_count)              \
-    X(int, large_count, cells.large_count) X(int, some_large, cells.some_large)                                                  \
+    X(int, unbinned_count, cells.unbinned_count) X(int, some_large, cells.some_large)                                            \
     X(float, bounding_radius, cells.bounding_radius)                                                                             \
     X(int, some_asleep, grid.some_asleep) X(int, asleep_count, cells.asleep_count)                                               \
     X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)
@@ -4426,7 +4428,7 @@ SPRINGLS__MATHS void springls__fill_new_brick(const springls__grid *g, int slot)
 
 /* ======== >>cell_list:kernel  (kernels_embed/model/cell_list.h) ================================================ */
 /* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius
-   is listed in `large` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all
+   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all
    active bricks, for the cells are in these. */
 
 /* Returns the cell of a voxel within its brick. */
@@ -4447,7 +4449,7 @@ SPRINGLS__MATHS void springls__put_place(const springls__model *model, uint32_t 
 /* Fills the last block of places: it is read whole. */
 SPRINGLS__MATHS void springls__fill_last_places(const springls__model *model)
 {
-    uint32_t at = (uint32_t)(model->set.count - model->cells.large_count);
+    uint32_t at = (uint32_t)(model->set.count - model->cells.unbinned_count);
     for (; at & 7u; at++) springls__put_place(model, at, springls__v3_make(0.0f, 0.0f, 0.0f));
 }
 
@@ -4511,9 +4513,9 @@ SPRINGLS__INNER bool springls__cell_walk_row(springls__cell_walk *walk)
     if (walk->z > walk->hi[2]) {
         if (walk->slot < 0) return false;
         walk->slot = -1;
-        walk->ids = walk->cells->large;
+        walk->ids = walk->cells->unbinned;
         walk->next = 0;
-        walk->end = walk->outside || walk->cells->some_large ? (uint32_t)walk->cells->large_count : 0u;
+        walk->end = walk->outside || walk->cells->some_large ? (uint32_t)walk->cells->unbinned_count : 0u;
         return true;
     }
     last = springls__imin(walk->x | 7, walk->hi[0]);
@@ -4680,7 +4682,7 @@ SPRINGLS__MATHS uint32_t springls__cells_neighbor_mask(SPRINGLS__GLOBAL const ui
 }
 
 /* Finds the bricks that searches around active brick i need, as a mask about `origin`: those within one cell of its particles.
-   From active_count on i counts the large springls, which are in no cell: all bricks around theirs. */
+   From active_count on i counts the springls in no cell: all bricks around theirs. */
 SPRINGLS__MATHS uint32_t springls__bricks_to_cover(const springls__model *model, int i, int origin[3])
 {
     const springls__grid *g = &model->grid;
@@ -4688,7 +4690,7 @@ SPRINGLS__MATHS uint32_t springls__bricks_to_cover(const springls__model *model,
         springls__slot_origin(g, g->active[i], origin);
         return springls__cells_neighbor_mask(springls__cells_of(g, g->active[i]));
     }
-    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);
+    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);
     return SPRINGLS__ALL_AROUND;
 }
 
@@ -6156,7 +6158,7 @@ struct springls_context {
     springls__buffer component_memory; /* components as found last, by id (components.h)                        */
     springls__buffer next_component_memory; /* the next ones while they are found; springls_components lends it  */
     springls__buffer label_rank, label_voxel, label_node, label_id_memory; /* of voxels (label_components.h)     */
-    springls__buffer event_memory, event_part_memory;         /* since the last step began (events.h)            */
+    springls__buffer event_memory, event_part_memory;         /* of the last step and since (events.h)            */
     int component_count, label_first_brick, label_count, event_count, event_part_count;
     int new_events;                 /* how many events, the last ones, have been found since the last step              */
     uint32_t last_component_id;
@@ -6374,8 +6376,8 @@ SPRINGLS__FN void springls__swap(springls_context *ctx, springls__array a, sprin
 #define SPRINGLS__LEVEL_SET_BITS                                                                                                 \
     (SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PLANE) | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK))
 
-/* Notes that arrays are being written: what was found from the level set is out of date when one of its arrays is. All that kernels
-   and host code write comes through here, so nobody has to remember it. */
+/* Notes that arrays are being written: what was found from the level set is out of date when one of its arrays is. Kernels and
+   springls__to_host do so by the arrays that they declare; what swaps, clears or puts back whole arrays does so itself. */
 SPRINGLS__FN void springls__note_writes(springls_context *ctx, uint64_t writes)
 {
     if (writes & SPRINGLS__LEVEL_SET_BITS) ctx->phi_version++;
@@ -9480,13 +9482,13 @@ SPRINGLS__MATHS int springls__side_of_bodies(const springls__model *model, sprin
 
 #define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */
 
-/* Writes oriented springl i, far away when another body covers it: springls in the order of the cells, then the large ones, so
-   that those near a brick lie side by side. */
+/* Writes oriented springl i, far away when another body covers it: springls in the order of the cells, then those in no cell,
+   so that those near a brick lie side by side. */
 SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL springls__oriented *o = springls__oriented_springls(model) + i;
-    int in_cells = model->set.count - model->cells.large_count;
-    uint32_t n = i < in_cells ? model->cells.ids[i] : model->cells.large[i - in_cells];
+    int in_cells = model->set.count - model->cells.unbinned_count;
+    uint32_t n = i < in_cells ? model->cells.ids[i] : model->cells.unbinned[i - in_cells];
     springls__springl s = model->set.s[n];
     (void)args;
     if (i < in_cells && springls__is_fast_asleep(model, s.p)) return;
@@ -9505,7 +9507,7 @@ SPRINGLS__MATHS SPRINGLS__GLOBAL const springls__oriented *springls__all_oriente
 }
 
 /* Ranges of oriented springls that may be near a brick: rows of cells along x, of the brick and one cell around it, and the
-   large springls. */
+   springls in no cell. */
 #define SPRINGLS__NEAR_RANGES 109 /* 6 * 6 * 3 + 1 */
 
 typedef struct springls__near_ranges {
@@ -9543,7 +9545,7 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
                 springls__near_ranges_add(&near_by, (int)cell[first], (int)cell[last + 1], y, z);
             }
     near_by.rows = near_by.count;
-    springls__near_ranges_add(&near_by, model->set.count - model->cells.large_count, model->set.count, 0, 0);
+    springls__near_ranges_add(&near_by, model->set.count - model->cells.unbinned_count, model->set.count, 0, 0);
     return near_by;
 }
 
@@ -11987,7 +11989,7 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(count_chunk, 1) X(largest_chunk, 1) X(largest_sums, 1)                                                                     \
     X(counts_clear, 16)                                                                                                          \
     X(cells_clear, 64) X(cells_count, 512) X(cells_prefix, 64) X(cells_base, 64) X(cells_scatter, 512) X(cells_sort, 64)         \
-    X(large_flag, 4096) X(large_scatter, 4096)                                                                                   \
+    X(unbinned_flag, 4096) X(unbinned_scatter, 4096)                                                                                   \
     X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16)             \
     X(mark_outside, 1024) X(mark_cover, 64) X(mark_band, 64) X(mark_near, 512)                                                   \
     X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_scatter, 128)                   \
@@ -13359,6 +13361,7 @@ SPRINGLS__FN void springls__wake_all(springls_context *ctx)
 /* Makes all of a grid outside; keeps memory. */
 SPRINGLS__FN void springls__grid_clear(springls_context *ctx, springls__grid *g)
 {
+    springls__note_writes(ctx, SPRINGLS__LEVEL_SET_BITS);
     springls__table_clear(g);
     g->active_count = g->free_count = 0;
     g->slot_count = SPRINGLS__FIRST_SLOT;
@@ -13820,7 +13823,7 @@ SPRINGLS__FN springls_status springls__ensure_on_host(const springls_context *ct
 
 /* ======== >>cell_list  (src/model/cell_list.h) ================================================================= */
 /* cell_list.h - the hash grid (section 4.8): lists springls by the cell of their particle, by counting sort. Numbers ascend in a
-   cell, and no cell overflows. A springl with too large a bounding radius is in the list `large` instead, so that one huge
+   cell, and no cell overflows. A springl with too large a bounding radius is in the list `unbinned` instead, so that one huge
    triangle does not widen every search; so is one whose particle lies outside all active bricks: the list leaves the grid as it
    is, since readers build it too. Stages, which need the bricks, make them active by cell_bricks.h. */
 
@@ -13831,12 +13834,12 @@ SPRINGLS__FN int springls__count_cells(springls__model *model)
     springls__cell_list *cells = &model->cells;
     int i, outside = 0;
     cells->bounding_radius = 0.0f;
-    cells->large_count = cells->some_large = 0;
+    cells->unbinned_count = cells->some_large = 0;
     for (i = 0; i < model->grid.active_count; i++) springls__clear_cells(springls__cells_of(&model->grid, model->grid.active[i]));
     for (i = 0; i < model->set.count; i++) {
         const float radius = model->set.s[i].bounding_radius;
         if (springls__is_in_cell(cells->key[i])) springls__count_in_cell(model, i);
-        else cells->large[cells->large_count++] = (uint32_t)i;
+        else cells->unbinned[cells->unbinned_count++] = (uint32_t)i;
         if (cells->key[i] == SPRINGLS__OUTSIDE_KEY) outside++;
         if (springls__is_large(radius)) cells->some_large = 1;
         else cells->bounding_radius = springls__max(cells->bounding_radius, radius);
@@ -13868,7 +13871,7 @@ SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
     uint32_t before = 0;
     int i;
     if (ctx->cells_fresh) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__grow_all(ctx, SPRINGLS__BIT(KEY) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE), n + 1, 0));
+    SPRINGLS__TRY(springls__grow_all(ctx, SPRINGLS__BIT(KEY) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(UNBINNED), n + 1, 0));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_PLACES, n + 8, 0));
     if (ctx->on_device) {
         springls_status status;
@@ -13885,7 +13888,7 @@ SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
     ctx->particles_listed = false; /* until all of the list is new */
     springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, NULL);
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(ACTIVE),
-                                    SPRINGLS__BIT(IDS) | SPRINGLS__BIT(PLACES) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL)));
+                                    SPRINGLS__BIT(IDS) | SPRINGLS__BIT(PLACES) | SPRINGLS__BIT(UNBINNED) | SPRINGLS__BIT(CELL)));
     ctx->particles_outside = springls__count_cells(&ctx->model);
     for (i = 0; i < g->active_count; i++) before = springls__scan_cells(springls__cells_of(g, g->active[i]), before);
     for (i = 0; i < ctx->model.set.count; i++) springls__put_in_cell(&ctx->model, i);
@@ -13908,12 +13911,12 @@ SPRINGLS__FN springls_status springls__add_outside_bricks(springls_context *ctx)
         springls_status status = (ctx->backend->add_outside_bricks)(ctx);
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(LARGE), 0));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(UNBINNED), 0));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, missing_bricks, ctx->particles_outside));
     missing = springls__missing_bricks(&ctx->model);
-    for (i = 0; i < cells->large_count; i++) {
-        if (cells->key[cells->large[i]] != SPRINGLS__OUTSIDE_KEY) continue;
-        springls__origin_of_place(g, ctx->model.set.s[cells->large[i]].p, origin);
+    for (i = 0; i < cells->unbinned_count; i++) {
+        if (cells->key[cells->unbinned[i]] != SPRINGLS__OUTSIDE_KEY) continue;
+        springls__origin_of_place(g, ctx->model.set.s[cells->unbinned[i]].p, origin);
         missing[n++] = springls__brick_at(g, origin[0], origin[1], origin[2]);
     }
     return springls__grid_add_bricks(ctx, missing, n);
@@ -13940,12 +13943,12 @@ SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     SPRINGLS__TRY(springls__to_host(ctx,
-                                    SPRINGLS__BIT(S) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(SLOT_BRICK)
+                                    SPRINGLS__BIT(S) | SPRINGLS__BIT(UNBINNED) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(SLOT_BRICK)
                                         | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
                                     0));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, missing_bricks, 26 * ((size_t)g->active_count + (size_t)ctx->model.cells.large_count)));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, missing_bricks, 26 * ((size_t)g->active_count + (size_t)ctx->model.cells.unbinned_count)));
     missing = springls__missing_bricks(&ctx->model);
-    for (i = 0; i < g->active_count + ctx->model.cells.large_count; i++) {
+    for (i = 0; i < g->active_count + ctx->model.cells.unbinned_count; i++) {
         int origin[3], at[3];
         uint32_t around = springls__bricks_to_cover(&ctx->model, i, origin);
         for (d = 0; d < 27 && around; d++)
@@ -14481,7 +14484,7 @@ SPRINGLS__FN springls_status springls__list_region(springls__motion *motion)
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, region_springls, ctx->model.set.count));
     motion->listed = springls__region_springls(&ctx->model);
     motion->count = 0;
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE)
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(UNBINNED)
                                              | SPRINGLS__BIT(TOP),
                                     SPRINGLS__ROLE_BIT(region_springls)));
     if (ctx->cells_fresh) {
@@ -16883,8 +16886,7 @@ SPRINGLS__FN springls_status springls__rebuild(springls_context *ctx)
 /* ======== >>neighbors  (src/model/neighbors.h) ================================================================= */
 /* neighbors.h - the neighbour lists of all springls (section 4.8). */
 
-/* Builds the lists, unless as few relaxations have used them as there are steps in the resampling period: neighbours move
-   together, and the closest points slide along their edges (section 4.3.1 keeps the lists during a relaxation for the same
+/* Builds the lists where they are used up: one build serves resample_period + 1 relaxations, because neighbours move together, and the closest points slide along their edges (section 4.3.1 keeps the lists during a relaxation for the same
    reason). Springls that have woken since get theirs then. Ends with a loop, after which springls__neighbors_found is called. */
 SPRINGLS__FN springls_status springls__neighbors_build(springls_context *ctx)
 {
@@ -17638,7 +17640,6 @@ SPRINGLS__FN bool springls__find_seam(springls__seam *seam, springls__v3 *middle
 
 /* ---- the list ---- */
 
-/* Clears the list of events. */
 /* Drops the events of the last step, before another begins. Those that calls since then have made stay: the next step's list has
    them, whether or not somebody has read them before. */
 SPRINGLS__FN void springls__drop_past_events(springls_context *ctx)
@@ -18858,7 +18859,7 @@ SPRINGLS__FN springls_status springls__begin_reading(springls_context *ctx)
 
 /* Finds the components where they are outdated. Calls that read them, and calls that change phi, begin with this: so components get
    the ids that they would have got if somebody had read them before. */
-SPRINGLS__FN springls_status springls__settle_components(springls_context *ctx)
+SPRINGLS__FN springls_status springls__update_outdated_components(springls_context *ctx)
 {
     if (!springls__components_outdated(ctx)) return SPRINGLS_OK;
     return springls__report_device_failure(ctx, springls__update_components(ctx));
@@ -18869,7 +18870,7 @@ SPRINGLS__FN springls_status springls__begin_change(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__change_level_set(ctx));
-    return springls__settle_components(ctx);
+    return springls__update_outdated_components(ctx);
 }
 
 SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const springls_step_desc *step)
@@ -21743,7 +21744,7 @@ SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, in
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "write: vertices and particles are NULL");
     SPRINGLS__TRY(springls__check_written(ctx, vertices, first, count, 3));
     SPRINGLS__TRY(springls__check_written(ctx, particles, first, count, 1));
-    SPRINGLS__TRY(springls__change_level_set(ctx));
+    SPRINGLS__TRY(springls__begin_change(ctx));
     springls__use_device(ctx);
     ctx->calls++;
     ctx->lag = ctx->away = FLT_MAX;
@@ -24253,7 +24254,7 @@ SPRINGLS__FN springls_status springls__prepare_level(springls_context *ctx, bool
         springls__use_device(ctx);
         SPRINGLS__TRY(springls__report_device_failure(ctx, springls__cell_list_build(ctx)));
     }
-    return springls__ensure_on_host(ctx, SPRINGLS__BIT(IDS) | SPRINGLS__BIT(PLACES) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL));
+    return springls__ensure_on_host(ctx, SPRINGLS__BIT(IDS) | SPRINGLS__BIT(PLACES) | SPRINGLS__BIT(UNBINNED) | SPRINGLS__BIT(CELL));
 }
 
 /* Runs a query of either surface. */
@@ -24322,7 +24323,7 @@ SPRINGLS__FN springls_status springls__refresh_components(springls_context *ctx,
     if (!springls__components_enabled(ctx))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: params.components is 0", call);
     SPRINGLS__TRY(springls__begin_reading(ctx));
-    return springls__settle_components(ctx);
+    return springls__update_outdated_components(ctx);
 }
 
 SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count)
@@ -25421,10 +25422,10 @@ SPRINGLS__FN void springls__code_neighbors(springls__coder *counts, springls__co
 /* Lists the numbers of a model and the sizes of its arrays: X(type of 4 or 8 bytes, name of at most 23 characters). */
 #define SPRINGLS__SNAPSHOT_NUMBERS(X)                                                                                            \
     X(int32_t, kind) X(double, time) X(uint64_t, reference_stamp) X(int32_t, iteration) X(uint32_t, step) X(uint32_t, next_id)   \
-    X(int32_t, springls) X(int32_t, at_edges) X(int32_t, neighbors_uses) X(int64_t, neighbors) X(int32_t, bricks)                \
-    X(int32_t, attributes) X(int32_t, components) X(int32_t, events) X(int32_t, event_parts) X(int32_t, new_events)              \
-    X(int32_t, components_found)                                                                                                 \
-    X(int32_t, volumes_locked) X(uint32_t, last_component_id) X(uint32_t, last_contact_body)                                     \
+    X(int32_t, springls) X(int32_t, at_edges) X(int32_t, neighbors_uses) X(int32_t, neighbors_missing) X(int64_t, neighbors)     \
+    X(int32_t, bricks) X(int32_t, attributes) X(int32_t, components) X(int32_t, events) X(int32_t, event_parts)                  \
+    X(int32_t, new_events) X(int32_t, components_found) X(int32_t, volumes_locked)                                               \
+    X(uint32_t, last_component_id) X(uint32_t, last_contact_body)                                     \
     X(int32_t, reference_bricks) X(int32_t, original) X(int32_t, given) X(int32_t, has_source)                                   \
     X(int32_t, steps) X(int64_t, added) X(int64_t, split) X(int64_t, removed) X(int64_t, reshaped) X(int64_t, refused)           \
     X(float, volume_correction) X(float, largest_displacement) X(float, moving_share) X(float, lag) X(float, lag_turned)         \
@@ -25794,6 +25795,7 @@ SPRINGLS__FN void springls__snapshot_fill(springls_context *ctx, springls_snapsh
     s->reference_stamp = kind == SPRINGLS_SNAPSHOT_KIND_FRAME ? springls__reference_stamp(ctx) : 0;
     s->params = ctx->model.params;
     s->neighbors = springls__neighbors_listed(ctx);
+    s->neighbors_missing = ctx->neighbors_uses > 0 && ctx->neighbors_missing;
     s->bricks = ctx->model.grid.active_count;
     s->reference_bricks = springls__active_bricks(&ctx->model.reference);
     s->original = ctx->original.count;
@@ -25958,7 +25960,7 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
     SPRINGLS__TRY(springls__finish_step(ctx));
     if (springls__components_outdated(ctx)) {
         SPRINGLS__TRY(springls__read_level_set(ctx));
-        SPRINGLS__TRY(springls__settle_components(ctx));
+        SPRINGLS__TRY(springls__update_outdated_components(ctx));
     }
     springls__end_reading(ctx);
     SPRINGLS__TRY(springls__use_host(ctx, false));
@@ -26108,7 +26110,7 @@ SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
     if (s->original < 0 || s->bricks < 0 || s->reference_bricks < 0) return false;
     if (s->inside_runs < 0 || s->reference_inside_runs < 0) return false;
     if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return false;
-    if (!springls__flag_good(s->has_source) || !springls__flag_good(s->components_found)
+    if (!springls__flag_good(s->neighbors_missing) || !springls__flag_good(s->has_source) || !springls__flag_good(s->components_found)
         || !springls__flag_good(s->components_fresh)) return false;
     if (springls__is_nan_float(s->lag) || s->lag < 0.0f) return false;
     if (springls__is_nan_float(s->lag_turned) || s->lag_turned < 0.0f || !springls__flag_good(s->opposed)) return false;
@@ -26298,7 +26300,7 @@ SPRINGLS__FN int springls__section_of_tag(const springls__layout *layout, const 
     return section;
 }
 
-/* Finds the sections of a block. Those that are unknown and optional are skipped. */
+/* Finds the sections of a block. Those that are unknown and optional, or have no data, are as if they were not there. */
 SPRINGLS__FN springls_status springls__find_sections(springls_context *ctx, const char *block, size_t size, uint32_t count,
                                                      springls__layout *layout)
 {
@@ -26319,7 +26321,7 @@ SPRINGLS__FN springls_status springls__find_sections(springls_context *ctx, cons
         at += SPRINGLS__SECTION_HEAD_BYTES;
         if (bytes > size - at || springls__padded(bytes) > size - at)
             return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "%s", damaged);
-        if (section >= 0) {
+        if (section >= 0 && bytes > 0) {
             if (section >= SPRINGLS__SECTIONS || layout->at[section])
                 return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "%s", damaged);
             layout->at[section] = at;
@@ -26601,9 +26603,12 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
 #define SPRINGLS__RESTORE(name, member) ctx->member = s->name;
     SPRINGLS__SNAPSHOT_COPIES(SPRINGLS__RESTORE)
 #undef SPRINGLS__RESTORE
-    if (layout->at[SPRINGLS__SECTION_NEIGHBORS]) ctx->neighbors_uses = springls__imax(0, s->params.resample_period - s->neighbors_age);
+    ctx->neighbors_missing = s->neighbors_missing;
+    if (layout->at[SPRINGLS__SECTION_NEIGHBORS]) { /* an older block */
+        ctx->neighbors_uses = springls__imax(0, s->params.resample_period - s->neighbors_age);
+        ctx->neighbors_missing = true;
+    }
     ctx->components_version = s->components_fresh ? ctx->phi_version : 0;
-    ctx->neighbors_missing = true;
     ctx->model.grid.some_asleep = 0;
     ctx->away = FLT_MAX;
     ctx->saved.in_use = false;
@@ -26858,7 +26863,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2075 \"springls.h\"\n",
+    "#line 2077 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -26951,7 +26956,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2169 \"springls.h\"\n",
+    "#line 2171 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -26973,7 +26978,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2192 \"springls.h\"\n",
+    "#line 2194 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -26988,7 +26993,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2208 \"springls.h\"\n",
+    "#line 2210 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -27112,7 +27117,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2332 \"springls.h\"\n",
+    "#line 2334 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -27182,7 +27187,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2403 \"springls.h\"\n",
+    "#line 2405 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -27402,7 +27407,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2624 \"springls.h\"\n",
+    "#line 2626 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27417,7 +27422,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2639 \"springls.h\"\n",
+    "#line 2641 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -27541,14 +27546,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2763 \"springls.h\"\n",
+    "#line 2765 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2771 \"springls.h\"\n",
+    "#line 2773 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -27647,7 +27652,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 2871 \"springls.h\"\n",
+    "#line 2873 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -27658,7 +27663,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_rank, uint32_t, 0)                  /* of a slot: its place among the active ones                                 */ \\\n",
     "    X(synced_distance2, float, 7)               /* of a particle: squared distance to synced_position                         */ \\\n",
     "    X(cell_count, uint32_t, 0)                  /* on a device, of an active brick: springls in its cells; scanned: before it */ \\\n",
-    "    X(large_number, uint32_t, 0)                /* on a device: 1 for a large springl; scanned: its number                    */ \\\n",
+    "    X(unbinned_number, uint32_t, 0)                /* on a device: 1 for a large springl; scanned: its number                    */ \\\n",
     "    X(stay_number, uint32_t, 0)                 /* on a device: 1 for a springl that stays; scanned: its new place            */ \\\n",
     "    /* advect */                                                                                                                 \\\n",
     "    X(moved_springls, springls__springl, 0)     /* springls after a motion; trades places with S                              */ \\\n",
@@ -27742,7 +27747,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 2967 \"springls.h\"\n",
+    "#line 2969 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -27754,7 +27759,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2979 \"springls.h\"\n",
+    "#line 2981 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27769,7 +27774,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2995 \"springls.h\"\n",
+    "#line 2997 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -27813,7 +27818,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3039 \"springls.h\"\n",
+    "#line 3041 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27828,7 +27833,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3054 \"springls.h\"\n",
+    "#line 3056 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -27872,7 +27877,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3098 \"springls.h\"\n",
+    "#line 3100 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -27951,7 +27956,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3177 \"springls.h\"\n",
+    "#line 3179 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27966,7 +27971,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3193 \"springls.h\"\n",
+    "#line 3195 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -28033,7 +28038,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3260 \"springls.h\"\n",
+    "#line 3262 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28048,7 +28053,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3275 \"springls.h\"\n",
+    "#line 3277 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -28115,7 +28120,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3343 \"springls.h\"\n",
+    "#line 3345 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -28169,7 +28174,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(PLACES, float, 3, cells, places)              /* particles in the order of ids, in blocks: eight x, eight y, eight z    */ \\\n",
     "    X(BRICK_LIST_FIRST, uint32_t, 1, cells, brick_list_first) /* list of active brick i: [i] .. [i + 1] - 1 of brick_list_ids */ \\\n",
     "    X(BRICK_LIST_IDS, uint32_t, 1, cells, brick_list_ids)                                                                        \\\n",
-    "    X(LARGE, uint32_t, 1, cells, large)             /* springls in no cell: too large, or outside all active bricks           */\n",
+    "    X(UNBINNED, uint32_t, 1, cells, unbinned)       /* springls in no cell: too large, or outside all active bricks           */\n",
     "\n",
     "/* Lists what moves springls: on a device (advect.h), or as the caller has it (write.h). */\n",
     "#define SPRINGLS__FORCE_ARRAYS(X)                                                                                                \\\n",
@@ -28277,7 +28282,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__SEARCH_ARRAYS(SPRINGLS__ARRAY_MEMBER)\n",
     "    SPRINGLS__LIST_ARRAYS(SPRINGLS__ARRAY_MEMBER)\n",
     "    float bounding_radius;  /* the largest of the springls that are not too large for cells          */\n",
-    "    int large_count;        /* springls in no cell                                                   */\n",
+    "    int unbinned_count;        /* springls in no cell                                                   */\n",
     "    int some_large;         /* 1: some of these are too large; 0: all are outside all active bricks  */\n",
     "    int asleep_count;       /* springls that `asleep` is of: later ones are awake                    */\n",
     "} springls__cell_list;\n",
@@ -28453,7 +28458,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__MODEL_NUMBERS(X)                                                                                               \\\n",
     "    X(int, springls, set.count) X(int, at_edges, set.at_edges) X(uint32_t, next_id, set.next_id) X(uint32_t, step, set.step)     \\\n",
     "    X(int, active_count, grid.active_count) X(int, free_count, grid.free_count) X(int, slot_count, grid.slot_count)              \\\n",
-    "    X(int, large_count, cells.large_count) X(int, some_large, cells.some_large)                                                  \\\n",
+    "    X(int, unbinned_count, cells.unbinned_count) X(int, some_large, cells.some_large)                                            \\\n",
     "    X(float, bounding_radius, cells.bounding_radius)                                                                             \\\n",
     "    X(int, some_asleep, grid.some_asleep) X(int, asleep_count, cells.asleep_count)                                               \\\n",
     "    X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)\n",
@@ -28495,7 +28500,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3724 \"springls.h\"\n",
+    "#line 3726 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -29198,9 +29203,9 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4428 \"springls.h\"\n",
+    "#line 4430 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
-    "   is listed in `large` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
+    "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
     "\n",
     "/* Returns the cell of a voxel within its brick. */\n",
@@ -29221,7 +29226,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Fills the last block of places: it is read whole. */\n",
     "SPRINGLS__MATHS void springls__fill_last_places(const springls__model *model)\n",
     "{\n",
-    "    uint32_t at = (uint32_t)(model->set.count - model->cells.large_count);\n",
+    "    uint32_t at = (uint32_t)(model->set.count - model->cells.unbinned_count);\n",
     "    for (; at & 7u; at++) springls__put_place(model, at, springls__v3_make(0.0f, 0.0f, 0.0f));\n",
     "}\n",
     "\n",
@@ -29285,9 +29290,9 @@ static const char *const springls__kernel_lines[] = {
     "    if (walk->z > walk->hi[2]) {\n",
     "        if (walk->slot < 0) return false;\n",
     "        walk->slot = -1;\n",
-    "        walk->ids = walk->cells->large;\n",
+    "        walk->ids = walk->cells->unbinned;\n",
     "        walk->next = 0;\n",
-    "        walk->end = walk->outside || walk->cells->some_large ? (uint32_t)walk->cells->large_count : 0u;\n",
+    "        walk->end = walk->outside || walk->cells->some_large ? (uint32_t)walk->cells->unbinned_count : 0u;\n",
     "        return true;\n",
     "    }\n",
     "    last = springls__imin(walk->x | 7, walk->hi[0]);\n",
@@ -29454,7 +29459,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Finds the bricks that searches around active brick i need, as a mask about `origin`: those within one cell of its particles.\n",
-    "   From active_count on i counts the large springls, which are in no cell: all bricks around theirs. */\n",
+    "   From active_count on i counts the springls in no cell: all bricks around theirs. */\n",
     "SPRINGLS__MATHS uint32_t springls__bricks_to_cover(const springls__model *model, int i, int origin[3])\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
@@ -29462,10 +29467,10 @@ static const char *const springls__kernel_lines[] = {
     "        springls__slot_origin(g, g->active[i], origin);\n",
     "        return springls__cells_neighbor_mask(springls__cells_of(g, g->active[i]));\n",
     "    }\n",
-    "    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);\n",
+    "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4696 \"springls.h\"\n",
+    "#line 4698 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -29667,7 +29672,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 4899 \"springls.h\"\n",
+    "#line 4901 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -29784,7 +29789,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5017 \"springls.h\"\n",
+    "#line 5019 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -29934,7 +29939,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5167 \"springls.h\"\n",
+    "#line 5169 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29949,7 +29954,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5183 \"springls.h\"\n",
+    "#line 5185 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -30297,7 +30302,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5531 \"springls.h\"\n",
+    "#line 5533 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30312,7 +30317,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5546 \"springls.h\"\n",
+    "#line 5548 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -30660,7 +30665,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5894 \"springls.h\"\n",
+    "#line 5896 \"springls.h\"\n",
     "\n",
     "/* Displaces springl i by the forces of the rule, into moved_springls. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -30677,7 +30682,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 6518 \"springls.h\"\n",
+    "#line 6520 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -30703,7 +30708,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6545 \"springls.h\"\n",
+    "#line 6547 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -30792,7 +30797,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6635 \"springls.h\"\n",
+    "#line 6637 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -30932,7 +30937,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6776 \"springls.h\"\n",
+    "#line 6778 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -31034,7 +31039,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6879 \"springls.h\"\n",
+    "#line 6881 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -31266,7 +31271,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7112 \"springls.h\"\n",
+    "#line 7114 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -31296,7 +31301,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7142 \"springls.h\"\n",
+    "#line 7144 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31311,7 +31316,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7158 \"springls.h\"\n",
+    "#line 7160 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -31480,7 +31485,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7327 \"springls.h\"\n",
+    "#line 7329 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31495,7 +31500,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7342 \"springls.h\"\n",
+    "#line 7344 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -31664,7 +31669,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7511 \"springls.h\"\n",
+    "#line 7513 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -31718,7 +31723,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7566 \"springls.h\"\n",
+    "#line 7568 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -31744,7 +31749,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7592 \"springls.h\"\n",
+    "#line 7594 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31759,7 +31764,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7608 \"springls.h\"\n",
+    "#line 7610 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -31842,7 +31847,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7691 \"springls.h\"\n",
+    "#line 7693 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31857,7 +31862,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7706 \"springls.h\"\n",
+    "#line 7708 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -31940,7 +31945,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7789 \"springls.h\"\n",
+    "#line 7791 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -32014,7 +32019,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7864 \"springls.h\"\n",
+    "#line 7866 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -32567,7 +32572,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8418 \"springls.h\"\n",
+    "#line 8420 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -32663,7 +32668,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8515 \"springls.h\"\n",
+    "#line 8517 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -32784,7 +32789,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8637 \"springls.h\"\n",
+    "#line 8639 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -33054,7 +33059,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8908 \"springls.h\"\n",
+    "#line 8910 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -33130,7 +33135,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8985 \"springls.h\"\n",
+    "#line 8987 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -33272,7 +33277,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9128 \"springls.h\"\n",
+    "#line 9130 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -33461,7 +33466,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9318 \"springls.h\"\n",
+    "#line 9320 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -33587,7 +33592,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9445 \"springls.h\"\n",
+    "#line 9447 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -33620,18 +33625,18 @@ static const char *const springls__kernel_lines[] = {
     "    if (others == 0) return 0;\n",
     "    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;\n",
     "}\n",
-    "#line 9479 \"springls.h\"\n",
+    "#line 9481 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
     "\n",
-    "/* Writes oriented springl i, far away when another body covers it: springls in the order of the cells, then the large ones, so\n",
-    "   that those near a brick lie side by side. */\n",
+    "/* Writes oriented springl i, far away when another body covers it: springls in the order of the cells, then those in no cell,\n",
+    "   so that those near a brick lie side by side. */\n",
     "SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    SPRINGLS__GLOBAL springls__oriented *o = springls__oriented_springls(model) + i;\n",
-    "    int in_cells = model->set.count - model->cells.large_count;\n",
-    "    uint32_t n = i < in_cells ? model->cells.ids[i] : model->cells.large[i - in_cells];\n",
+    "    int in_cells = model->set.count - model->cells.unbinned_count;\n",
+    "    uint32_t n = i < in_cells ? model->cells.ids[i] : model->cells.unbinned[i - in_cells];\n",
     "    springls__springl s = model->set.s[n];\n",
     "    (void)args;\n",
     "    if (i < in_cells && springls__is_fast_asleep(model, s.p)) return;\n",
@@ -33650,7 +33655,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Ranges of oriented springls that may be near a brick: rows of cells along x, of the brick and one cell around it, and the\n",
-    "   large springls. */\n",
+    "   springls in no cell. */\n",
     "#define SPRINGLS__NEAR_RANGES 109 /* 6 * 6 * 3 + 1 */\n",
     "\n",
     "typedef struct springls__near_ranges {\n",
@@ -33688,7 +33693,7 @@ static const char *const springls__kernel_lines[] = {
     "                springls__near_ranges_add(&near_by, (int)cell[first], (int)cell[last + 1], y, z);\n",
     "            }\n",
     "    near_by.rows = near_by.count;\n",
-    "    springls__near_ranges_add(&near_by, model->set.count - model->cells.large_count, model->set.count, 0, 0);\n",
+    "    springls__near_ranges_add(&near_by, model->set.count - model->cells.unbinned_count, model->set.count, 0, 0);\n",
     "    return near_by;\n",
     "}\n",
     "\n",
@@ -34164,7 +34169,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10024 \"springls.h\"\n",
+    "#line 10026 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -34314,7 +34319,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10175 \"springls.h\"\n",
+    "#line 10177 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -34418,7 +34423,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10280 \"springls.h\"\n",
+    "#line 10282 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -34515,7 +34520,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10378 \"springls.h\"\n",
+    "#line 10380 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -35053,7 +35058,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10917 \"springls.h\"\n",
+    "#line 10919 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -35131,7 +35136,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10996 \"springls.h\"\n",
+    "#line 10998 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -35380,7 +35385,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11246 \"springls.h\"\n",
+    "#line 11248 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -35413,7 +35418,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11280 \"springls.h\"\n",
+    "#line 11282 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -35438,14 +35443,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11306 \"springls.h\"\n",
+    "#line 11308 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11313 \"springls.h\"\n",
+    "#line 11315 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35460,7 +35465,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11329 \"springls.h\"\n",
+    "#line 11331 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35590,7 +35595,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11459 \"springls.h\"\n",
+    "#line 11461 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35605,7 +35610,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11474 \"springls.h\"\n",
+    "#line 11476 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35735,7 +35740,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11605 \"springls.h\"\n",
+    "#line 11607 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -36026,7 +36031,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11897 \"springls.h\"\n",
+    "#line 11899 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -36120,14 +36125,14 @@ static const char *const springls__kernel_lines[] = {
     "    X(count_chunk, 1) X(largest_chunk, 1) X(largest_sums, 1)                                                                     \\\n",
     "    X(counts_clear, 16)                                                                                                          \\\n",
     "    X(cells_clear, 64) X(cells_count, 512) X(cells_prefix, 64) X(cells_base, 64) X(cells_scatter, 512) X(cells_sort, 64)         \\\n",
-    "    X(large_flag, 4096) X(large_scatter, 4096)                                                                                   \\\n",
+    "    X(unbinned_flag, 4096) X(unbinned_scatter, 4096)                                                                                   \\\n",
     "    X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16)             \\\n",
     "    X(mark_outside, 1024) X(mark_cover, 64) X(mark_band, 64) X(mark_near, 512)                                                   \\\n",
     "    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_scatter, 128)                   \\\n",
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 36131 \"springls.h\"\n",
+    "#line 36136 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -36305,16 +36310,16 @@ static const char *const springls__kernel_lines[] = {
     "    if (i == 0) springls__fill_last_places(model);\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__large_flag_element(const springls__model *model, springls__arguments args, int i)\n",
+    "SPRINGLS__MATHS void springls__unbinned_flag_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
-    "    springls__large_number(model)[i] = springls__is_in_cell(model->cells.key[i]) ? 0u : 1u;\n",
+    "    springls__unbinned_number(model)[i] = springls__is_in_cell(model->cells.key[i]) ? 0u : 1u;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__large_scatter_element(const springls__model *model, springls__arguments args, int i)\n",
+    "SPRINGLS__MATHS void springls__unbinned_scatter_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    (void)args;\n",
-    "    if (!springls__is_in_cell(model->cells.key[i])) model->cells.large[springls__large_number(model)[i]] = (uint)i;\n",
+    "    if (!springls__is_in_cell(model->cells.key[i])) model->cells.unbinned[springls__unbinned_number(model)[i]] = (uint)i;\n",
     "}\n",
     "\n",
     "/* ---- bricks come and go: those flagged become the active ones (springls__cl_bricks) ---- */\n",
@@ -37942,7 +37947,7 @@ SPRINGLS__FN void springls__threads_for(void *user, int count, int grain, spring
 /* ---- life ---- */
 
 /* Returns true when the pool has what its threads meet by; leaves nothing otherwise. */
-SPRINGLS__FN bool springls__create_meeting(springls_threads *pool)
+SPRINGLS__FN bool springls__create_locks(springls_threads *pool)
 {
     if (!springls__mutex_create(&pool->lock)) return false;
     if (springls__condition_create(&pool->begun)) {
@@ -37959,7 +37964,7 @@ SPRINGLS_API springls_threads *springls_threads_create(int count)
     long wanted = count > 0 ? count : springls__processors();
     if (wanted > SPRINGLS__MOST_THREADS) wanted = SPRINGLS__MOST_THREADS;
     if (!pool) return NULL;
-    if (!springls__create_meeting(pool)) {
+    if (!springls__create_locks(pool)) {
         free(pool);
         return NULL;
     }

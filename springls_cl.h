@@ -519,7 +519,7 @@ SPRINGLS__FN springls_status springls__cl_bricks(springls_context *ctx, springls
 
 SPRINGLS__FN springls_status springls__cl_cell_list_cover_around(springls_context *ctx)
 {
-    int elements = ctx->model.grid.active_count + ctx->model.cells.large_count;
+    int elements = ctx->model.grid.active_count + ctx->model.cells.unbinned_count;
     return springls__cl_bricks(ctx, SPRINGLS__COLLECTIVE_mark_cover, elements, true);
 }
 
@@ -554,7 +554,7 @@ SPRINGLS__FN springls_status springls__cl_resolve_regions(springls_context *ctx)
 SPRINGLS__FN springls_status springls__cl_cells_count(springls_context *ctx, uint32_t counts[4])
 {
     const uint64_t list = SPRINGLS__BIT(KEY) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(PLACES)
-                        | SPRINGLS__BIT(LARGE);
+                        | SPRINGLS__BIT(UNBINNED);
     int springls = ctx->model.set.count;
     SPRINGLS__TRY(springls__cl_reserve(ctx, list));
     SPRINGLS__TRY(springls__run_on_device(ctx, SPRINGLS__KERNEL_cell_key, springls, NULL));
@@ -584,15 +584,15 @@ SPRINGLS__FN springls_status springls__cl_cell_list_build(springls_context *ctx)
     SPRINGLS__TRY(springls__cl_cells_count(ctx, counts));
     ctx->particles_outside = (int)counts[0];
     memcpy(&cells->bounding_radius, &counts[1], sizeof cells->bounding_radius);
-    cells->large_count = (int)counts[2];
+    cells->unbinned_count = (int)counts[2];
     cells->some_large = counts[3] > 0;
     SPRINGLS__TRY(springls__cl_cells_fill(ctx));
-    if (cells->large_count == 0) return SPRINGLS_OK;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, large_number, springls));
-    SPRINGLS__TRY(springls__cl_reserve(ctx, SPRINGLS__ROLE_BIT(large_number)));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_large_flag, springls, NULL));
-    SPRINGLS__TRY(springls__cl_prefix(ctx, SPRINGLS__ROLE_ARRAY(large_number), springls, 0));
-    return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_large_scatter, springls, NULL);
+    if (cells->unbinned_count == 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, unbinned_number, springls));
+    SPRINGLS__TRY(springls__cl_reserve(ctx, SPRINGLS__ROLE_BIT(unbinned_number)));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_unbinned_flag, springls, NULL));
+    SPRINGLS__TRY(springls__cl_prefix(ctx, SPRINGLS__ROLE_ARRAY(unbinned_number), springls, 0));
+    return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_unbinned_scatter, springls, NULL);
 }
 
 SPRINGLS__FN springls_status springls__cl_add_outside_bricks(springls_context *ctx)

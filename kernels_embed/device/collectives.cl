@@ -175,16 +175,16 @@ SPRINGLS__MATHS void springls__cells_sort_element(const springls__model *model, 
     if (i == 0) springls__fill_last_places(model);
 }
 
-SPRINGLS__MATHS void springls__large_flag_element(const springls__model *model, springls__arguments args, int i)
+SPRINGLS__MATHS void springls__unbinned_flag_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
-    springls__large_number(model)[i] = springls__is_in_cell(model->cells.key[i]) ? 0u : 1u;
+    springls__unbinned_number(model)[i] = springls__is_in_cell(model->cells.key[i]) ? 0u : 1u;
 }
 
-SPRINGLS__MATHS void springls__large_scatter_element(const springls__model *model, springls__arguments args, int i)
+SPRINGLS__MATHS void springls__unbinned_scatter_element(const springls__model *model, springls__arguments args, int i)
 {
     (void)args;
-    if (!springls__is_in_cell(model->cells.key[i])) model->cells.large[springls__large_number(model)[i]] = (uint)i;
+    if (!springls__is_in_cell(model->cells.key[i])) model->cells.unbinned[springls__unbinned_number(model)[i]] = (uint)i;
 }
 
 /* ---- bricks come and go: those flagged become the active ones (springls__cl_bricks) ---- */

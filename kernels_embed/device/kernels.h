@@ -118,7 +118,7 @@
     X(count_chunk, 1) X(largest_chunk, 1) X(largest_sums, 1)                                                                     \
     X(counts_clear, 16)                                                                                                          \
     X(cells_clear, 64) X(cells_count, 512) X(cells_prefix, 64) X(cells_base, 64) X(cells_scatter, 512) X(cells_sort, 64)         \
-    X(large_flag, 4096) X(large_scatter, 4096)                                                                                   \
+    X(unbinned_flag, 4096) X(unbinned_scatter, 4096)                                                                                   \
     X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16)             \
     X(mark_outside, 1024) X(mark_cover, 64) X(mark_band, 64) X(mark_near, 512)                                                   \
     X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_scatter, 128)                   \

@@ -1,5 +1,5 @@
 /* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius
-   is listed in `large` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all
+   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all
    active bricks, for the cells are in these. */
 #ifndef SPRINGLS__KERNEL_MODEL_CELL_LIST_H
 #define SPRINGLS__KERNEL_MODEL_CELL_LIST_H
@@ -26,7 +26,7 @@ SPRINGLS__MATHS void springls__put_place(const springls__model *model, uint32_t 
 /* Fills the last block of places: it is read whole. */
 SPRINGLS__MATHS void springls__fill_last_places(const springls__model *model)
 {
-    uint32_t at = (uint32_t)(model->set.count - model->cells.large_count);
+    uint32_t at = (uint32_t)(model->set.count - model->cells.unbinned_count);
     for (; at & 7u; at++) springls__put_place(model, at, springls__v3_make(0.0f, 0.0f, 0.0f));
 }
 
@@ -90,9 +90,9 @@ SPRINGLS__INNER bool springls__cell_walk_row(springls__cell_walk *walk)
     if (walk->z > walk->hi[2]) {
         if (walk->slot < 0) return false;
         walk->slot = -1;
-        walk->ids = walk->cells->large;
+        walk->ids = walk->cells->unbinned;
         walk->next = 0;
-        walk->end = walk->outside || walk->cells->some_large ? (uint32_t)walk->cells->large_count : 0u;
+        walk->end = walk->outside || walk->cells->some_large ? (uint32_t)walk->cells->unbinned_count : 0u;
         return true;
     }
     last = springls__imin(walk->x | 7, walk->hi[0]);
@@ -259,7 +259,7 @@ SPRINGLS__MATHS uint32_t springls__cells_neighbor_mask(SPRINGLS__GLOBAL const ui
 }
 
 /* Finds the bricks that searches around active brick i need, as a mask about `origin`: those within one cell of its particles.
-   From active_count on i counts the large springls, which are in no cell: all bricks around theirs. */
+   From active_count on i counts the springls in no cell: all bricks around theirs. */
 SPRINGLS__MATHS uint32_t springls__bricks_to_cover(const springls__model *model, int i, int origin[3])
 {
     const springls__grid *g = &model->grid;
@@ -267,7 +267,7 @@ SPRINGLS__MATHS uint32_t springls__bricks_to_cover(const springls__model *model,
         springls__slot_origin(g, g->active[i], origin);
         return springls__cells_neighbor_mask(springls__cells_of(g, g->active[i]));
     }
-    springls__origin_of_place(g, model->set.s[model->cells.large[i - g->active_count]].p, origin);
+    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);
     return SPRINGLS__ALL_AROUND;
 }
 

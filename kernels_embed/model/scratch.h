@@ -10,7 +10,7 @@
     X(brick_rank, uint32_t, 0)                  /* of a slot: its place among the active ones                                 */ \
     X(synced_distance2, float, 7)               /* of a particle: squared distance to synced_position                         */ \
     X(cell_count, uint32_t, 0)                  /* on a device, of an active brick: springls in its cells; scanned: before it */ \
-    X(large_number, uint32_t, 0)                /* on a device: 1 for a large springl; scanned: its number                    */ \
+    X(unbinned_number, uint32_t, 0)                /* on a device: 1 for a large springl; scanned: its number                    */ \
     X(stay_number, uint32_t, 0)                 /* on a device: 1 for a springl that stays; scanned: its new place            */ \
     /* advect */                                                                                                                 \
     X(moved_springls, springls__springl, 0)     /* springls after a motion; trades places with S                              */ \

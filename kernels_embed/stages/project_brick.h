@@ -13,13 +13,13 @@
 
 #define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */
 
-/* Writes oriented springl i, far away when another body covers it: springls in the order of the cells, then the large ones, so
-   that those near a brick lie side by side. */
+/* Writes oriented springl i, far away when another body covers it: springls in the order of the cells, then those in no cell,
+   so that those near a brick lie side by side. */
 SPRINGLS__MATHS void springls__oriented_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL springls__oriented *o = springls__oriented_springls(model) + i;
-    int in_cells = model->set.count - model->cells.large_count;
-    uint32_t n = i < in_cells ? model->cells.ids[i] : model->cells.large[i - in_cells];
+    int in_cells = model->set.count - model->cells.unbinned_count;
+    uint32_t n = i < in_cells ? model->cells.ids[i] : model->cells.unbinned[i - in_cells];
     springls__springl s = model->set.s[n];
     (void)args;
     if (i < in_cells && springls__is_fast_asleep(model, s.p)) return;
@@ -38,7 +38,7 @@ SPRINGLS__MATHS SPRINGLS__GLOBAL const springls__oriented *springls__all_oriente
 }
 
 /* Ranges of oriented springls that may be near a brick: rows of cells along x, of the brick and one cell around it, and the
-   large springls. */
+   springls in no cell. */
 #define SPRINGLS__NEAR_RANGES 109 /* 6 * 6 * 3 + 1 */
 
 typedef struct springls__near_ranges {
@@ -76,7 +76,7 @@ SPRINGLS__MATHS springls__near_ranges springls__near_brick(const springls__model
                 springls__near_ranges_add(&near_by, (int)cell[first], (int)cell[last + 1], y, z);
             }
     near_by.rows = near_by.count;
-    springls__near_ranges_add(&near_by, model->set.count - model->cells.large_count, model->set.count, 0, 0);
+    springls__near_ranges_add(&near_by, model->set.count - model->cells.unbinned_count, model->set.count, 0, 0);
     return near_by;
 }
 

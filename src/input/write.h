@@ -77,7 +77,7 @@ SPRINGLS_API springls_status springls_write(springls_context *ctx, int first, in
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "write: vertices and particles are NULL");
     SPRINGLS__TRY(springls__check_written(ctx, vertices, first, count, 3));
     SPRINGLS__TRY(springls__check_written(ctx, particles, first, count, 1));
-    SPRINGLS__TRY(springls__change_level_set(ctx));
+    SPRINGLS__TRY(springls__begin_change(ctx));
     springls__use_device(ctx);
     ctx->calls++;
     ctx->lag = ctx->away = FLT_MAX;

@@ -108,7 +108,7 @@ typedef struct springls_threads springls_threads;
 
 /* Creates a pool in which `count` threads work, the one that calls parallel_for among them: it starts count - 1, at most 255.
    count 0 or less: one a processor of the machine. When the system refuses to start a thread, the pool has those before it.
-   NULL: compiled without SPRINGLS_THREADS, or no memory. Its memory comes from calloc. */
+   NULL: compiled without SPRINGLS_THREADS, no memory, or the system has refused a lock. Its memory comes from calloc. */
 SPRINGLS_API springls_threads *springls_threads_create(int count);
 
 /* Ends the threads and frees the pool; NULL is allowed. No loop of it may run any more, and contexts that have it can only be
@@ -560,7 +560,8 @@ typedef enum springls_snapshot_kind {
 /* Writes the model into `out`, at most `capacity` bytes, and their number into *size; out NULL: the number only. A context
    of the same springls_desc.grid that restores it continues with the same bits as this one, on any backend,
    number of threads, or machine. Equal states are equal bytes. The bytes are a file format, which later versions of the library
-   read too (docs/snapshot-format.md). INVALID_ARGUMENT: also when capacity is less than *size. */
+   read too (docs/snapshot-format.md). Completes a step in progress, and finds components that are out of date: their failures are
+   returned, too. INVALID_ARGUMENT: also when capacity is less than *size. */
 SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_snapshot_kind kind, void *out, size_t capacity,
                                                size_t *size);
 
@@ -611,8 +612,9 @@ typedef struct springls_component {
 } springls_component;
 
 /* Lists the components of the present level set by ascending ids. They are found by this call when the level set has changed since
-   the last step; ids and events are the same whether or not anybody asks. Needs params.components or params.volume_lock: INVALID_ARGUMENT without. Completes a step in progress. The
-   list belongs to the context, until the next call that changes the model. */
+   the last step; ids and events are the same whether or not anybody asks. Needs params.components or params.volume_lock:
+   INVALID_ARGUMENT without. Completes a step in progress. The list belongs to the context, until the next call that changes the
+   model. */
 SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count);
 
 /* Returns the ids of the bodies that the springls belong to, one each, in springl order; 0: none. New springls have that of the
@@ -647,7 +649,7 @@ typedef struct springls_event {
 } springls_event;
 
 /* Lists the events of the last step and of the calls before and after it, in order of time: those of springls_combine, _offset,
-   _remesh or a stage call between two steps are listed until the second of these steps has ended, so that a caller who asks after
+   _remesh or a stage call between two steps are listed until the step after the second begins, so that a caller who asks after
    each step sees all of them. Conditions and ownership as for springls_components. Parts of a few voxels are included: their
    volumes show which. */
 SPRINGLS_API springls_status springls_events(springls_context *ctx, const springls_event **events, int *count);

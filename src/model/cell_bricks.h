@@ -19,12 +19,12 @@ SPRINGLS__FN springls_status springls__add_outside_bricks(springls_context *ctx)
         springls_status status = (ctx->backend->add_outside_bricks)(ctx);
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(LARGE), 0));
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(UNBINNED), 0));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, missing_bricks, ctx->particles_outside));
     missing = springls__missing_bricks(&ctx->model);
-    for (i = 0; i < cells->large_count; i++) {
-        if (cells->key[cells->large[i]] != SPRINGLS__OUTSIDE_KEY) continue;
-        springls__origin_of_place(g, ctx->model.set.s[cells->large[i]].p, origin);
+    for (i = 0; i < cells->unbinned_count; i++) {
+        if (cells->key[cells->unbinned[i]] != SPRINGLS__OUTSIDE_KEY) continue;
+        springls__origin_of_place(g, ctx->model.set.s[cells->unbinned[i]].p, origin);
         missing[n++] = springls__brick_at(g, origin[0], origin[1], origin[2]);
     }
     return springls__grid_add_bricks(ctx, missing, n);
@@ -51,12 +51,12 @@ SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *
         if (!springls__repeat_on_host(ctx, &status)) return status;
     }
     SPRINGLS__TRY(springls__to_host(ctx,
-                                    SPRINGLS__BIT(S) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(SLOT_BRICK)
+                                    SPRINGLS__BIT(S) | SPRINGLS__BIT(UNBINNED) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(SLOT_BRICK)
                                         | SPRINGLS__BIT(TOP) | SPRINGLS__BIT(ACTIVE),
                                     0));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, missing_bricks, 26 * ((size_t)g->active_count + (size_t)ctx->model.cells.large_count)));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, missing_bricks, 26 * ((size_t)g->active_count + (size_t)ctx->model.cells.unbinned_count)));
     missing = springls__missing_bricks(&ctx->model);
-    for (i = 0; i < g->active_count + ctx->model.cells.large_count; i++) {
+    for (i = 0; i < g->active_count + ctx->model.cells.unbinned_count; i++) {
         int origin[3], at[3];
         uint32_t around = springls__bricks_to_cover(&ctx->model, i, origin);
         for (d = 0; d < 27 && around; d++)

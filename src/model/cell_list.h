@@ -1,5 +1,5 @@
 /* cell_list.h - the hash grid (section 4.8): lists springls by the cell of their particle, by counting sort. Numbers ascend in a
-   cell, and no cell overflows. A springl with too large a bounding radius is in the list `large` instead, so that one huge
+   cell, and no cell overflows. A springl with too large a bounding radius is in the list `unbinned` instead, so that one huge
    triangle does not widen every search; so is one whose particle lies outside all active bricks: the list leaves the grid as it
    is, since readers build it too. Stages, which need the bricks, make them active by cell_bricks.h. */
 #ifndef SPRINGLS__MODEL_CELL_LIST_H
@@ -16,12 +16,12 @@ SPRINGLS__FN int springls__count_cells(springls__model *model)
     springls__cell_list *cells = &model->cells;
     int i, outside = 0;
     cells->bounding_radius = 0.0f;
-    cells->large_count = cells->some_large = 0;
+    cells->unbinned_count = cells->some_large = 0;
     for (i = 0; i < model->grid.active_count; i++) springls__clear_cells(springls__cells_of(&model->grid, model->grid.active[i]));
     for (i = 0; i < model->set.count; i++) {
         const float radius = model->set.s[i].bounding_radius;
         if (springls__is_in_cell(cells->key[i])) springls__count_in_cell(model, i);
-        else cells->large[cells->large_count++] = (uint32_t)i;
+        else cells->unbinned[cells->unbinned_count++] = (uint32_t)i;
         if (cells->key[i] == SPRINGLS__OUTSIDE_KEY) outside++;
         if (springls__is_large(radius)) cells->some_large = 1;
         else cells->bounding_radius = springls__max(cells->bounding_radius, radius);
@@ -53,7 +53,7 @@ SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
     uint32_t before = 0;
     int i;
     if (ctx->cells_fresh) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__grow_all(ctx, SPRINGLS__BIT(KEY) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE), n + 1, 0));
+    SPRINGLS__TRY(springls__grow_all(ctx, SPRINGLS__BIT(KEY) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(UNBINNED), n + 1, 0));
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_PLACES, n + 8, 0));
     if (ctx->on_device) {
         springls_status status;
@@ -70,7 +70,7 @@ SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
     ctx->particles_listed = false; /* until all of the list is new */
     springls__run(ctx, SPRINGLS__KERNEL_cell_key, ctx->model.set.count, NULL);
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(KEY) | SPRINGLS__BIT(ACTIVE),
-                                    SPRINGLS__BIT(IDS) | SPRINGLS__BIT(PLACES) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL)));
+                                    SPRINGLS__BIT(IDS) | SPRINGLS__BIT(PLACES) | SPRINGLS__BIT(UNBINNED) | SPRINGLS__BIT(CELL)));
     ctx->particles_outside = springls__count_cells(&ctx->model);
     for (i = 0; i < g->active_count; i++) before = springls__scan_cells(springls__cells_of(g, g->active[i]), before);
     for (i = 0; i < ctx->model.set.count; i++) springls__put_in_cell(&ctx->model, i);

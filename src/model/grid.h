@@ -72,6 +72,7 @@ SPRINGLS__FN void springls__wake_all(springls_context *ctx)
 /* Makes all of a grid outside; keeps memory. */
 SPRINGLS__FN void springls__grid_clear(springls_context *ctx, springls__grid *g)
 {
+    springls__note_writes(ctx, SPRINGLS__LEVEL_SET_BITS);
     springls__table_clear(g);
     g->active_count = g->free_count = 0;
     g->slot_count = SPRINGLS__FIRST_SLOT;

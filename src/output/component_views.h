@@ -16,7 +16,7 @@ SPRINGLS__FN springls_status springls__refresh_components(springls_context *ctx,
     if (!springls__components_enabled(ctx))
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "%s: params.components is 0", call);
     SPRINGLS__TRY(springls__begin_reading(ctx));
-    return springls__settle_components(ctx);
+    return springls__update_outdated_components(ctx);
 }
 
 SPRINGLS_API springls_status springls_components(springls_context *ctx, const springls_component **components, int *count)

@@ -526,7 +526,7 @@ SPRINGLS__FN springls_status springls__prepare_level(springls_context *ctx, bool
         springls__use_device(ctx);
         SPRINGLS__TRY(springls__report_device_failure(ctx, springls__cell_list_build(ctx)));
     }
-    return springls__ensure_on_host(ctx, SPRINGLS__BIT(IDS) | SPRINGLS__BIT(PLACES) | SPRINGLS__BIT(LARGE) | SPRINGLS__BIT(CELL));
+    return springls__ensure_on_host(ctx, SPRINGLS__BIT(IDS) | SPRINGLS__BIT(PLACES) | SPRINGLS__BIT(UNBINNED) | SPRINGLS__BIT(CELL));
 }
 
 /* Runs a query of either surface. */

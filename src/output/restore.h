@@ -217,9 +217,12 @@ SPRINGLS__FN void springls__numbers_take(springls_context *ctx, const springls__
 #define SPRINGLS__RESTORE(name, member) ctx->member = s->name;
     SPRINGLS__SNAPSHOT_COPIES(SPRINGLS__RESTORE)
 #undef SPRINGLS__RESTORE
-    if (layout->at[SPRINGLS__SECTION_NEIGHBORS]) ctx->neighbors_uses = springls__imax(0, s->params.resample_period - s->neighbors_age);
+    ctx->neighbors_missing = s->neighbors_missing;
+    if (layout->at[SPRINGLS__SECTION_NEIGHBORS]) { /* an older block */
+        ctx->neighbors_uses = springls__imax(0, s->params.resample_period - s->neighbors_age);
+        ctx->neighbors_missing = true;
+    }
     ctx->components_version = s->components_fresh ? ctx->phi_version : 0;
-    ctx->neighbors_missing = true;
     ctx->model.grid.some_asleep = 0;
     ctx->away = FLT_MAX;
     ctx->saved.in_use = false;

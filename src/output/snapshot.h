@@ -115,6 +115,7 @@ SPRINGLS__FN void springls__snapshot_fill(springls_context *ctx, springls_snapsh
     s->reference_stamp = kind == SPRINGLS_SNAPSHOT_KIND_FRAME ? springls__reference_stamp(ctx) : 0;
     s->params = ctx->model.params;
     s->neighbors = springls__neighbors_listed(ctx);
+    s->neighbors_missing = ctx->neighbors_uses > 0 && ctx->neighbors_missing;
     s->bricks = ctx->model.grid.active_count;
     s->reference_bricks = springls__active_bricks(&ctx->model.reference);
     s->original = ctx->original.count;
@@ -279,7 +280,7 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
     SPRINGLS__TRY(springls__finish_step(ctx));
     if (springls__components_outdated(ctx)) {
         SPRINGLS__TRY(springls__read_level_set(ctx));
-        SPRINGLS__TRY(springls__settle_components(ctx));
+        SPRINGLS__TRY(springls__update_outdated_components(ctx));
     }
     springls__end_reading(ctx);
     SPRINGLS__TRY(springls__use_host(ctx, false));

@@ -136,7 +136,7 @@ SPRINGLS__FN bool springls__numbers_in_range(const springls__snapshot_state *s)
     if (s->original < 0 || s->bricks < 0 || s->reference_bricks < 0) return false;
     if (s->inside_runs < 0 || s->reference_inside_runs < 0) return false;
     if (s->given < s->original || s->given > INT32_MAX / 3 || (!s->has_source && s->given != s->original)) return false;
-    if (!springls__flag_good(s->has_source) || !springls__flag_good(s->components_found)
+    if (!springls__flag_good(s->neighbors_missing) || !springls__flag_good(s->has_source) || !springls__flag_good(s->components_found)
         || !springls__flag_good(s->components_fresh)) return false;
     if (springls__is_nan_float(s->lag) || s->lag < 0.0f) return false;
     if (springls__is_nan_float(s->lag_turned) || s->lag_turned < 0.0f || !springls__flag_good(s->opposed)) return false;
@@ -326,7 +326,7 @@ SPRINGLS__FN int springls__section_of_tag(const springls__layout *layout, const 
     return section;
 }
 
-/* Finds the sections of a block. Those that are unknown and optional are skipped. */
+/* Finds the sections of a block. Those that are unknown and optional, or have no data, are as if they were not there. */
 SPRINGLS__FN springls_status springls__find_sections(springls_context *ctx, const char *block, size_t size, uint32_t count,
                                                      springls__layout *layout)
 {
@@ -347,7 +347,7 @@ SPRINGLS__FN springls_status springls__find_sections(springls_context *ctx, cons
         at += SPRINGLS__SECTION_HEAD_BYTES;
         if (bytes > size - at || springls__padded(bytes) > size - at)
             return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "%s", damaged);
-        if (section >= 0) {
+        if (section >= 0 && bytes > 0) {
             if (section >= SPRINGLS__SECTIONS || layout->at[section])
                 return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "%s", damaged);
             layout->at[section] = at;

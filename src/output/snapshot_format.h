@@ -252,10 +252,10 @@ SPRINGLS__FN void springls__code_neighbors(springls__coder *counts, springls__co
 /* Lists the numbers of a model and the sizes of its arrays: X(type of 4 or 8 bytes, name of at most 23 characters). */
 #define SPRINGLS__SNAPSHOT_NUMBERS(X)                                                                                            \
     X(int32_t, kind) X(double, time) X(uint64_t, reference_stamp) X(int32_t, iteration) X(uint32_t, step) X(uint32_t, next_id)   \
-    X(int32_t, springls) X(int32_t, at_edges) X(int32_t, neighbors_uses) X(int64_t, neighbors) X(int32_t, bricks)                \
-    X(int32_t, attributes) X(int32_t, components) X(int32_t, events) X(int32_t, event_parts) X(int32_t, new_events)              \
-    X(int32_t, components_found)                                                                                                 \
-    X(int32_t, volumes_locked) X(uint32_t, last_component_id) X(uint32_t, last_contact_body)                                     \
+    X(int32_t, springls) X(int32_t, at_edges) X(int32_t, neighbors_uses) X(int32_t, neighbors_missing) X(int64_t, neighbors)     \
+    X(int32_t, bricks) X(int32_t, attributes) X(int32_t, components) X(int32_t, events) X(int32_t, event_parts)                  \
+    X(int32_t, new_events) X(int32_t, components_found) X(int32_t, volumes_locked)                                               \
+    X(uint32_t, last_component_id) X(uint32_t, last_contact_body)                                     \
     X(int32_t, reference_bricks) X(int32_t, original) X(int32_t, given) X(int32_t, has_source)                                   \
     X(int32_t, steps) X(int64_t, added) X(int64_t, split) X(int64_t, removed) X(int64_t, reshaped) X(int64_t, refused)           \
     X(float, volume_correction) X(float, largest_displacement) X(float, moving_share) X(float, lag) X(float, lag_turned)         \

@@ -250,7 +250,7 @@ struct springls_context {
     springls__buffer component_memory; /* components as found last, by id (components.h)                        */
     springls__buffer next_component_memory; /* the next ones while they are found; springls_components lends it  */
     springls__buffer label_rank, label_voxel, label_node, label_id_memory; /* of voxels (label_components.h)     */
-    springls__buffer event_memory, event_part_memory;         /* since the last step began (events.h)            */
+    springls__buffer event_memory, event_part_memory;         /* of the last step and since (events.h)            */
     int component_count, label_first_brick, label_count, event_count, event_part_count;
     int new_events;                 /* how many events, the last ones, have been found since the last step              */
     uint32_t last_component_id;

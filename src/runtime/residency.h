@@ -11,8 +11,8 @@
 #define SPRINGLS__LEVEL_SET_BITS                                                                                                 \
     (SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PLANE) | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK))
 
-/* Notes that arrays are being written: what was found from the level set is out of date when one of its arrays is. All that kernels
-   and host code write comes through here, so nobody has to remember it. */
+/* Notes that arrays are being written: what was found from the level set is out of date when one of its arrays is. Kernels and
+   springls__to_host do so by the arrays that they declare; what swaps, clears or puts back whole arrays does so itself. */
 SPRINGLS__FN void springls__note_writes(springls_context *ctx, uint64_t writes)
 {
     if (writes & SPRINGLS__LEVEL_SET_BITS) ctx->phi_version++;

@@ -242,7 +242,7 @@ SPRINGLS__FN void springls__threads_for(void *user, int count, int grain, spring
 /* ---- life ---- */
 
 /* Returns true when the pool has what its threads meet by; leaves nothing otherwise. */
-SPRINGLS__FN bool springls__create_meeting(springls_threads *pool)
+SPRINGLS__FN bool springls__create_locks(springls_threads *pool)
 {
     if (!springls__mutex_create(&pool->lock)) return false;
     if (springls__condition_create(&pool->begun)) {
@@ -259,7 +259,7 @@ SPRINGLS_API springls_threads *springls_threads_create(int count)
     long wanted = count > 0 ? count : springls__processors();
     if (wanted > SPRINGLS__MOST_THREADS) wanted = SPRINGLS__MOST_THREADS;
     if (!pool) return NULL;
-    if (!springls__create_meeting(pool)) {
+    if (!springls__create_locks(pool)) {
         free(pool);
         return NULL;
     }

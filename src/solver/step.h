@@ -66,7 +66,7 @@ SPRINGLS__FN springls_status springls__begin_reading(springls_context *ctx)
 
 /* Finds the components where they are outdated. Calls that read them, and calls that change phi, begin with this: so components get
    the ids that they would have got if somebody had read them before. */
-SPRINGLS__FN springls_status springls__settle_components(springls_context *ctx)
+SPRINGLS__FN springls_status springls__update_outdated_components(springls_context *ctx)
 {
     if (!springls__components_outdated(ctx)) return SPRINGLS_OK;
     return springls__report_device_failure(ctx, springls__update_components(ctx));
@@ -77,7 +77,7 @@ SPRINGLS__FN springls_status springls__begin_change(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__change_level_set(ctx));
-    return springls__settle_components(ctx);
+    return springls__update_outdated_components(ctx);
 }
 
 SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const springls_step_desc *step)

@@ -89,7 +89,7 @@ SPRINGLS__FN springls_status springls__list_region(springls__motion *motion)
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, region_springls, ctx->model.set.count));
     motion->listed = springls__region_springls(&ctx->model);
     motion->count = 0;
-    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(LARGE)
+    SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(UNBINNED)
                                              | SPRINGLS__BIT(TOP),
                                     SPRINGLS__ROLE_BIT(region_springls)));
     if (ctx->cells_fresh) {

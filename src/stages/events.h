@@ -95,7 +95,6 @@ SPRINGLS__FN bool springls__find_seam(springls__seam *seam, springls__v3 *middle
 
 /* ---- the list ---- */
 
-/* Clears the list of events. */
 /* Drops the events of the last step, before another begins. Those that calls since then have made stay: the next step's list has
    them, whether or not somebody has read them before. */
 SPRINGLS__FN void springls__drop_past_events(springls_context *ctx)

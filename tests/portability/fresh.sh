@@ -53,7 +53,8 @@ for command in mmdebstrap git unshare; do command -v $command > /dev/null || ski
 [ "$ID" = debian ] && [ -n "${VERSION_CODENAME:-}" ] || skip "this system is no release of Debian"
 alone true 2> /dev/null || skip "nothing can be mounted here"
 [ -x "$bare/usr/bin/make" ] || make_bare_system || exit 1
-data=${SPRINGLS_DATA:+$(cd "$SPRINGLS_DATA" && pwd)}
+data=
+[ -z "${SPRINGLS_DATA:-}" ] || data=$(cd "$SPRINGLS_DATA" && pwd) || exit 1
 failed=0
 for target; do try "$target" || failed=1; done
 exit $failed

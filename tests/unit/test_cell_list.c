@@ -104,12 +104,12 @@ TEST changed_triangles_keep_the_list(int huge)
         ASSERT_EQ(ctx->backend == NULL, ctx->particles_listed);
         ASSERT_OK(fixture_stage(ctx, springls__cell_list_cover));
         radius = ctx->model.cells.bounding_radius;
-        large = ctx->model.cells.large_count;
+        large = ctx->model.cells.unbinned_count;
         ids = (uint32_t *)malloc((size_t)n * sizeof *ids);
         memcpy(ids, ctx->model.cells.ids, (size_t)(n - large) * sizeof *ids);
         springls__constellation_moved(ctx);
         ASSERT_OK(fixture_stage(ctx, springls__cell_list_cover));
-        ASSERT_EQ(large, ctx->model.cells.large_count);
+        ASSERT_EQ(large, ctx->model.cells.unbinned_count);
         ASSERT_EQ(radius, ctx->model.cells.bounding_radius);
         ASSERT_EQ(0, memcmp(ids, ctx->model.cells.ids, (size_t)(n - large) * sizeof *ids));
         free(ids);

@@ -1,6 +1,6 @@
 /* test_fit.c - the quadratic fit: exact for what it can represent, planar with few neighbours, silent with fewer. */
 #include "fixtures.h"
-#include "../../src/model/cell_list.h"
+#include "../../src/model/cell_bricks.h"
 
 typedef struct patch { d3 origin, e1, e2, n; double height[6], a[3][6]; } patch;
 

@@ -127,8 +127,56 @@ TEST reading_components_changes_nothing_later(void)
     PASS();
 }
 
+/* Writes springls where they would link components that nobody has asked for to the wrong ones: each ball's go to the other's place. */
+static springls_status exchange(springls_context *ctx)
+{
+    const int count = springls_count(ctx);
+    float *p = (float *)malloc((size_t)count * 3 * sizeof *p);
+    springls_status status;
+    int i;
+    for (i = 0; i < count; i++) {
+        springls__v3 at = fixture_particle(ctx, i);
+        p[3 * i] = at.x < 23.5f ? at.x + 24.0f : at.x - 24.0f;
+        p[3 * i + 1] = at.y;
+        p[3 * i + 2] = at.z;
+    }
+    status = springls_write(ctx, 0, count, NULL, p);
+    free(p);
+    return status;
+}
+
+/* Components are found before springls are written, not only when somebody asks: the larger ball keeps its id. */
+TEST writing_changes_no_ids(int ask)
+{
+    springls_params params = springls_default_params();
+    springls_sphere second = fixture_ball(36.0f, 23.5f, 23.5f, 5.0f);
+    const springls_component *components;
+    const springls_event *events;
+    springls_context *ctx;
+    int count;
+    params.components = 1;
+    ctx = fixture_sphere(48, &params, 12.0f, 23.5f, 23.5f, 7.0f);
+    ASSERT_OK(springls_components(ctx, &components, &count));
+    ASSERT_EQ(1, components[0].id);
+    ASSERT_OK(springls_combine_implicit(ctx, SPRINGLS_OPERATION_UNION, springls_implicit_sphere, &second));
+    if (ask) ASSERT_OK(springls_events(ctx, &events, &count));
+    ASSERT_OK(exchange(ctx));
+    ASSERT_OK(springls_components(ctx, &components, &count));
+    ASSERT_EQ(2, count);
+    ASSERT_EQ(1, components[0].id);
+    ASSERT_GT(components[0].volume, components[1].volume);
+    ASSERT_OK(springls_events(ctx, &events, &count));
+    ASSERT_EQ(1, count);
+    ASSERT_EQ(SPRINGLS_EVENT_KIND_BIRTH, events[0].kind);
+    ASSERT_GT(events[0].place[0], 30.0f);
+    springls_destroy(ctx);
+    PASS();
+}
+
 SUITE(reading)
 {
+    RUN_TESTp(writing_changes_no_ids, 0);
+    RUN_TESTp(writing_changes_no_ids, 1);
     RUN_TEST(readers_leave_the_grid);
     RUN_TEST(components_are_of_the_present_level_set);
     RUN_TEST(reading_components_changes_nothing_later);

@@ -240,6 +240,39 @@ TEST damage_is_refused(void)
     PASS();
 }
 
+/* A section without data is as if it was not there, also one of neighbor lists, whatever the numbers say of them. */
+TEST empty_sections_are_none(const char *tag, const char *number, int32_t value)
+{
+    scene s, other;
+    block b;
+    char *bytes;
+    uint32_t sections;
+    size_t i;
+    ASSERT_OK(scene_begin(&s, FLUID, NULL, fixture_backend(), 0));
+    ASSERT_OK(scene_begin(&other, FLUID, NULL, fixture_backend(), 0));
+    ASSERT_OK(take(s.ctx, SPRINGLS_SNAPSHOT_KIND_ALL, &b));
+    bytes = (char *)calloc(b.size + SPRINGLS__SECTION_HEAD_BYTES, 1);
+    memcpy(bytes, b.bytes, b.size);
+    for (i = 0; strcmp(bytes + i, "neighbors_uses") != 0; i++) continue;
+    memset(bytes + i, 0, SPRINGLS__NAMED_BYTES);
+    strcpy(bytes + i, number);
+    memcpy(bytes + i + SPRINGLS__NAME_BYTES, &value, sizeof value);
+    memcpy(bytes + b.size, tag, 4);
+    memcpy(&sections, bytes + 12, 4);
+    sections++;
+    memcpy(bytes + 12, &sections, 4);
+    fixture_seal(bytes, b.size + SPRINGLS__SECTION_HEAD_BYTES);
+    ASSERT_OK(springls_restore(other.ctx, bytes, b.size + SPRINGLS__SECTION_HEAD_BYTES));
+    ASSERT_OK(steps(&s, 3));
+    ASSERT_OK(steps(&other, 3));
+    ASSERT_EQ(digest(s.ctx), digest(other.ctx));
+    springls_destroy(s.ctx);
+    springls_destroy(other.ctx);
+    free(b.bytes);
+    free(bytes);
+    PASS();
+}
+
 /* Numbers that cannot be, under a good checksum: refused, or else harmless. */
 TEST impossible_numbers_are_refused(int frame)
 {
@@ -774,6 +807,8 @@ int main(int argc, char **argv)
     }
     RUN_TEST(nothing_is_kept_as_nothing);
     RUN_TEST(damage_is_refused);
+    RUN_TESTp(empty_sections_are_none, "NCNT", "neighbors_uses", 0);
+    RUN_TESTp(empty_sections_are_none, "NEAR", "neighbors_age", -1);
     RUN_TESTp(impossible_numbers_are_refused, 0);
     RUN_TESTp(impossible_numbers_are_refused, 1);
     RUN_TEST(runs_of_bricks_are_checked);

@@ -1,6 +1,6 @@
 /* test_track.c - correspondences (section 4.7): projection on the original surface, and the rule for new springls. */
 #include "fixtures.h"
-#include "../../src/model/cell_list.h"
+#include "../../src/model/cell_bricks.h"
 #include "../../kernels_embed/stages/track.h"
 
 static const d3 center = { 15.5, 15.5, 15.5 };
