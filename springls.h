@@ -3502,9 +3502,8 @@ typedef struct springls__grid {
 typedef struct springls__cell_list {
     SPRINGLS__SEARCH_ARRAYS(SPRINGLS__ARRAY_MEMBER)
     SPRINGLS__LIST_ARRAYS(SPRINGLS__ARRAY_MEMBER)
-    float bounding_radius;  /* the largest of the springls that are not too large for cells          */
+    float bounding_radius;  /* the largest of the springls that are in cells                         */
     int unbinned_count;        /* springls in no cell                                                   */
-    int some_large;         /* 1: some of these are too large; 0: all are outside all active bricks  */
     int asleep_count;       /* springls that `asleep` is of: later ones are awake                    */
 } springls__cell_list;
 
@@ -3679,8 +3678,7 @@ SPRINGLS__MATHS void springls__displacement_element(const springls__model *model
 #define SPRINGLS__MODEL_NUMBERS(X)                                                                                               \
     X(int, springls, set.count) X(int, at_edges, set.at_edges) X(uint32_t, next_id, set.next_id) X(uint32_t, step, set.step)     \
     X(int, active_count, grid.active_count) X(int, free_count, grid.free_count) X(int, slot_count, grid.slot_count)              \
-    X(int, unbinned_count, cells.unbinned_count) X(int, some_large, cells.some_large)                                            \
-    X(float, bounding_radius, cells.bounding_radius)                                                                             \
+    X(int, unbinned_count, cells.unbinned_count) X(float, bounding_radius, cells.bounding_radius)                                \
     X(int, some_asleep, grid.some_asleep) X(int, asleep_count, cells.asleep_count)                                               \
     X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)
 
@@ -4468,14 +4466,13 @@ SPRINGLS__VEC_MATHS uint32_t springls__places_within(SPRINGLS__GLOBAL const floa
     return bits;
 }
 
-/* A walk over the springls whose particle lies in a box of cells, row by row within each brick; then over those in no cell, unless
-   these are outside active bricks and the box is not. Of those in cells it may be limited to particles near a place. */
+/* A walk over the springls whose particle lies in a box of cells, row by row within each brick; then over those in no cell. Of those
+   in cells it may be limited to particles near a place. */
 typedef struct springls__cell_walk {
     const springls__grid *g;
     const springls__cell_list *cells;
     int lo[3], hi[3], x, y, z;
     int slot, first, last;                /* of the row: its brick, its cells in there; slot -1: of those in no cell     */
-    bool outside;                         /* the box has come upon a brick that is not active                            */
     SPRINGLS__GLOBAL const uint32_t *ids; /* springls of the row that are left: next, ..., end - 1                       */
     uint32_t next, end;
     uint32_t block, found;                /* the first of the eight springls looked at, and a bit for each that is left  */
@@ -4496,7 +4493,6 @@ SPRINGLS__INNER springls__cell_walk springls__cell_walk_begin(const springls__mo
     walk.y = walk.lo[1] &= -SPRINGLS__CELL;
     walk.z = walk.lo[2] &= -SPRINGLS__CELL;
     walk.slot = walk.first = walk.last = 0;
-    walk.outside = false;
     walk.ids = model->cells.ids;
     walk.next = walk.end = walk.block = walk.found = 0u;
     walk.near_to = lower;
@@ -4515,13 +4511,12 @@ SPRINGLS__INNER bool springls__cell_walk_row(springls__cell_walk *walk)
         walk->slot = -1;
         walk->ids = walk->cells->unbinned;
         walk->next = 0;
-        walk->end = walk->outside || walk->cells->some_large ? (uint32_t)walk->cells->unbinned_count : 0u;
+        walk->end = (uint32_t)walk->cells->unbinned_count;
         return true;
     }
     last = springls__imin(walk->x | 7, walk->hi[0]);
     row = springls__cell_in_brick(0, walk->y, walk->z);
     walk->slot = springls__slot_at(g, walk->x, walk->y, walk->z);
-    walk->outside = walk->outside || walk->slot < SPRINGLS__FIRST_SLOT;
     walk->first = row + (walk->x & 7) / SPRINGLS__CELL;
     walk->last = row + (last & 7) / SPRINGLS__CELL;
     cell = g->cell + (size_t)walk->slot * SPRINGLS__CELLS;
@@ -13825,7 +13820,7 @@ SPRINGLS__FN springls_status springls__ensure_on_host(const springls_context *ct
 /* cell_list.h - the hash grid (section 4.8): lists springls by the cell of their particle, by counting sort. Numbers ascend in a
    cell, and no cell overflows. A springl with too large a bounding radius is in the list `unbinned` instead, so that one huge
    triangle does not widen every search; so is one whose particle lies outside all active bricks: the list leaves the grid as it
-   is, since readers build it too. Stages, which need the bricks, make them active by cell_bricks.h. */
+   is. Stages make such bricks active first (cell_bricks.h), readers for the time of reading (solver/follow.h). */
 
 /* Counts the springls of each cell, one place late for the scan, and lists those in no cell. Returns how many of these lie outside
    active bricks. */
@@ -13834,15 +13829,16 @@ SPRINGLS__FN int springls__count_cells(springls__model *model)
     springls__cell_list *cells = &model->cells;
     int i, outside = 0;
     cells->bounding_radius = 0.0f;
-    cells->unbinned_count = cells->some_large = 0;
+    cells->unbinned_count = 0;
     for (i = 0; i < model->grid.active_count; i++) springls__clear_cells(springls__cells_of(&model->grid, model->grid.active[i]));
     for (i = 0; i < model->set.count; i++) {
-        const float radius = model->set.s[i].bounding_radius;
-        if (springls__is_in_cell(cells->key[i])) springls__count_in_cell(model, i);
-        else cells->unbinned[cells->unbinned_count++] = (uint32_t)i;
-        if (cells->key[i] == SPRINGLS__OUTSIDE_KEY) outside++;
-        if (springls__is_large(radius)) cells->some_large = 1;
-        else cells->bounding_radius = springls__max(cells->bounding_radius, radius);
+        if (springls__is_in_cell(cells->key[i])) {
+            cells->bounding_radius = springls__max(cells->bounding_radius, model->set.s[i].bounding_radius);
+            springls__count_in_cell(model, i);
+            continue;
+        }
+        cells->unbinned[cells->unbinned_count++] = (uint32_t)i;
+        outside += cells->key[i] == SPRINGLS__OUTSIDE_KEY;
     }
     return outside;
 }
@@ -13898,8 +13894,8 @@ SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
 }
 
 /* ======== >>cell_bricks  (src/model/cell_bricks.h) ============================================================= */
-/* cell_bricks.h - makes bricks active that the search for springls needs. Only stages may: readers leave the grid as it is, and
-   include cell_list.h alone. */
+/* cell_bricks.h - makes bricks active that the search for springls needs. Stages do so; readers leave the grid as it is, and build the
+   cell list by springls__read_cell_list (solver/follow.h). */
 
 /* Makes bricks active that have a particle and are not. Precondition: the cell list. */
 SPRINGLS__FN springls_status springls__add_outside_bricks(springls_context *ctx)
@@ -15046,6 +15042,7 @@ SPRINGLS__FN void springls__nearest_source(const springls__interpolation_search 
 {
     const springls__surface *surface = &search->ctx->springl_surface;
     springls__near_walk walk = springls__near_walk_begin(surface, x, 1e18f);
+    const float wider = 1.0001f; /* what is as far away stays within it, however it is rounded */
     float best = FLT_MAX;
     int j;
     while ((j = springls__near_walk_next(&walk)) >= 0) {
@@ -15054,6 +15051,7 @@ SPRINGLS__FN void springls__nearest_source(const springls__interpolation_search 
         d2 = springls__tri_closest(springls__surface_triangle(surface, j), x).d2;
         if (d2 > best || (d2 == best && sources->count && j > sources->index[0])) continue;
         best = d2;
+        walk.r = wider * springls__sqrt(best); /* nothing further away is looked at */
         sources->index[0] = j;
         sources->count = 1;
     }
@@ -18246,8 +18244,8 @@ SPRINGLS__FN springls_status springls__follow_model(springls_context *ctx)
 
 /* ======== >>follow  (src/solver/follow.h) ====================================================================== */
 /* follow.h - makes phi follow the springls that lazy steps (params.lazy_distance) have moved, before anything but a lazy step
-   uses it. For a reader phi follows for the time of reading only: the next step begins from phi as the steps have left it, so
-   that reading changes no later bits. */
+   uses it. For a reader phi follows, and bricks are added, for the time of reading only: the next step begins from phi as the
+   steps have left it, so that reading changes no later bits. */
 
 /* Returns true when phi is behind the springls by lazy steps. */
 SPRINGLS__FN bool springls__phi_lags(const springls_context *ctx) { return ctx->lag > 0.0f && ctx->lag < FLT_MAX; }
@@ -18339,12 +18337,20 @@ SPRINGLS__FN springls_status springls__read_level_set(springls_context *ctx)
     return status;
 }
 
+/* Builds the cell list for a reader. Bricks that particles outside all active ones need are there for the time of reading. */
+SPRINGLS__FN springls_status springls__read_cell_list(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    if (ctx->particles_outside == 0) return SPRINGLS_OK;
+    if (!ctx->saved.in_use) SPRINGLS__TRY(springls__save_level_set(ctx));
+    return springls__cell_list_cover(ctx);
+}
+
 /* Makes phi and springls agree for good, for a call that changes the model; no step is in progress. */
 SPRINGLS__FN springls_status springls__change_level_set(springls_context *ctx)
 {
-    if (springls__phi_lags(ctx)) SPRINGLS__TRY(springls__follow(ctx));
-    ctx->saved.in_use = false;
-    return SPRINGLS_OK;
+    springls__end_reading(ctx);
+    return springls__phi_lags(ctx) ? springls__follow(ctx) : SPRINGLS_OK;
 }
 
 /* ======== >>algorithm_tables  (src/solver/algorithm_tables.h) ================================================== */
@@ -22944,7 +22950,7 @@ SPRINGLS__FN springls_status springls__update_chunks(springls_context *ctx)
     case SPRINGLS__CHUNKS_PUBLISH:
         SPRINGLS__TRY(springls__use_host(ctx, false));
         SPRINGLS__TRY(springls__chunks_follow(ctx, c));
-        if (c->desc.correspondences) SPRINGLS__TRY(springls__cell_list_build(ctx));
+        if (c->desc.correspondences) SPRINGLS__TRY(springls__read_cell_list(ctx));
         if (c->publishing) springls__mark_all(c); /* an update was dropped halfway */
         SPRINGLS__TRY(springls__list_bricks(ctx, c));
         c->publishing = true;
@@ -24252,7 +24258,7 @@ SPRINGLS__FN springls_status springls__prepare_level(springls_context *ctx, bool
     }
     if (!ctx->cells_fresh) {
         springls__use_device(ctx);
-        SPRINGLS__TRY(springls__report_device_failure(ctx, springls__cell_list_build(ctx)));
+        SPRINGLS__TRY(springls__report_device_failure(ctx, springls__read_cell_list(ctx)));
     }
     return springls__ensure_on_host(ctx, SPRINGLS__BIT(IDS) | SPRINGLS__BIT(PLACES) | SPRINGLS__BIT(UNBINNED) | SPRINGLS__BIT(CELL));
 }
@@ -24454,7 +24460,7 @@ SPRINGLS__FN springls_status springls__run_error_estimates(springls_context *ctx
 {
     job->ctx = ctx;
     SPRINGLS__TRY(springls__use_host(ctx, false));
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(springls__read_cell_list(ctx));
     springls__parallel(ctx, count, 32, task, job);
     return SPRINGLS_OK;
 }
@@ -25013,7 +25019,7 @@ SPRINGLS__FN springls_status springls__isosurface_with_data(springls_context *ct
     springls__raw_mesh raw;
     springls__vertex_data_job job;
     size_t vertices;
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(springls__read_cell_list(ctx));
     SPRINGLS__TRY(springls__isosurface(ctx, &raw));
     vertices = (size_t)raw.vertex_count;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_gradient, vertices));
@@ -28281,9 +28287,8 @@ static const char *const springls__kernel_lines[] = {
     "typedef struct springls__cell_list {\n",
     "    SPRINGLS__SEARCH_ARRAYS(SPRINGLS__ARRAY_MEMBER)\n",
     "    SPRINGLS__LIST_ARRAYS(SPRINGLS__ARRAY_MEMBER)\n",
-    "    float bounding_radius;  /* the largest of the springls that are not too large for cells          */\n",
+    "    float bounding_radius;  /* the largest of the springls that are in cells                         */\n",
     "    int unbinned_count;        /* springls in no cell                                                   */\n",
-    "    int some_large;         /* 1: some of these are too large; 0: all are outside all active bricks  */\n",
     "    int asleep_count;       /* springls that `asleep` is of: later ones are awake                    */\n",
     "} springls__cell_list;\n",
     "\n",
@@ -28458,8 +28463,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__MODEL_NUMBERS(X)                                                                                               \\\n",
     "    X(int, springls, set.count) X(int, at_edges, set.at_edges) X(uint32_t, next_id, set.next_id) X(uint32_t, step, set.step)     \\\n",
     "    X(int, active_count, grid.active_count) X(int, free_count, grid.free_count) X(int, slot_count, grid.slot_count)              \\\n",
-    "    X(int, unbinned_count, cells.unbinned_count) X(int, some_large, cells.some_large)                                            \\\n",
-    "    X(float, bounding_radius, cells.bounding_radius)                                                                             \\\n",
+    "    X(int, unbinned_count, cells.unbinned_count) X(float, bounding_radius, cells.bounding_radius)                                \\\n",
     "    X(int, some_asleep, grid.some_asleep) X(int, asleep_count, cells.asleep_count)                                               \\\n",
     "    X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)\n",
     "\n",
@@ -28500,7 +28504,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3726 \"springls.h\"\n",
+    "#line 3724 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -29203,7 +29207,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4430 \"springls.h\"\n",
+    "#line 4428 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -29245,14 +29249,13 @@ static const char *const springls__kernel_lines[] = {
     "    return bits;\n",
     "}\n",
     "\n",
-    "/* A walk over the springls whose particle lies in a box of cells, row by row within each brick; then over those in no cell, unless\n",
-    "   these are outside active bricks and the box is not. Of those in cells it may be limited to particles near a place. */\n",
+    "/* A walk over the springls whose particle lies in a box of cells, row by row within each brick; then over those in no cell. Of those\n",
+    "   in cells it may be limited to particles near a place. */\n",
     "typedef struct springls__cell_walk {\n",
     "    const springls__grid *g;\n",
     "    const springls__cell_list *cells;\n",
     "    int lo[3], hi[3], x, y, z;\n",
     "    int slot, first, last;                /* of the row: its brick, its cells in there; slot -1: of those in no cell     */\n",
-    "    bool outside;                         /* the box has come upon a brick that is not active                            */\n",
     "    SPRINGLS__GLOBAL const uint32_t *ids; /* springls of the row that are left: next, ..., end - 1                       */\n",
     "    uint32_t next, end;\n",
     "    uint32_t block, found;                /* the first of the eight springls looked at, and a bit for each that is left  */\n",
@@ -29273,7 +29276,6 @@ static const char *const springls__kernel_lines[] = {
     "    walk.y = walk.lo[1] &= -SPRINGLS__CELL;\n",
     "    walk.z = walk.lo[2] &= -SPRINGLS__CELL;\n",
     "    walk.slot = walk.first = walk.last = 0;\n",
-    "    walk.outside = false;\n",
     "    walk.ids = model->cells.ids;\n",
     "    walk.next = walk.end = walk.block = walk.found = 0u;\n",
     "    walk.near_to = lower;\n",
@@ -29292,13 +29294,12 @@ static const char *const springls__kernel_lines[] = {
     "        walk->slot = -1;\n",
     "        walk->ids = walk->cells->unbinned;\n",
     "        walk->next = 0;\n",
-    "        walk->end = walk->outside || walk->cells->some_large ? (uint32_t)walk->cells->unbinned_count : 0u;\n",
+    "        walk->end = (uint32_t)walk->cells->unbinned_count;\n",
     "        return true;\n",
     "    }\n",
     "    last = springls__imin(walk->x | 7, walk->hi[0]);\n",
     "    row = springls__cell_in_brick(0, walk->y, walk->z);\n",
     "    walk->slot = springls__slot_at(g, walk->x, walk->y, walk->z);\n",
-    "    walk->outside = walk->outside || walk->slot < SPRINGLS__FIRST_SLOT;\n",
     "    walk->first = row + (walk->x & 7) / SPRINGLS__CELL;\n",
     "    walk->last = row + (last & 7) / SPRINGLS__CELL;\n",
     "    cell = g->cell + (size_t)walk->slot * SPRINGLS__CELLS;\n",
@@ -29470,7 +29471,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4698 \"springls.h\"\n",
+    "#line 4693 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -29672,7 +29673,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 4901 \"springls.h\"\n",
+    "#line 4896 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -29789,7 +29790,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5019 \"springls.h\"\n",
+    "#line 5014 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -29939,7 +29940,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5169 \"springls.h\"\n",
+    "#line 5164 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29954,7 +29955,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5185 \"springls.h\"\n",
+    "#line 5180 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -30302,7 +30303,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5533 \"springls.h\"\n",
+    "#line 5528 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30317,7 +30318,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5548 \"springls.h\"\n",
+    "#line 5543 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -30665,7 +30666,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5896 \"springls.h\"\n",
+    "#line 5891 \"springls.h\"\n",
     "\n",
     "/* Displaces springl i by the forces of the rule, into moved_springls. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -30682,7 +30683,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 6520 \"springls.h\"\n",
+    "#line 6515 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -30708,7 +30709,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6547 \"springls.h\"\n",
+    "#line 6542 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -30797,7 +30798,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6637 \"springls.h\"\n",
+    "#line 6632 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -30937,7 +30938,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6778 \"springls.h\"\n",
+    "#line 6773 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -31039,7 +31040,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6881 \"springls.h\"\n",
+    "#line 6876 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -31271,7 +31272,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7114 \"springls.h\"\n",
+    "#line 7109 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -31301,7 +31302,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7144 \"springls.h\"\n",
+    "#line 7139 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31316,7 +31317,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7160 \"springls.h\"\n",
+    "#line 7155 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -31485,7 +31486,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7329 \"springls.h\"\n",
+    "#line 7324 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31500,7 +31501,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7344 \"springls.h\"\n",
+    "#line 7339 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -31669,7 +31670,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7513 \"springls.h\"\n",
+    "#line 7508 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -31723,7 +31724,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7568 \"springls.h\"\n",
+    "#line 7563 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -31749,7 +31750,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7594 \"springls.h\"\n",
+    "#line 7589 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31764,7 +31765,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7610 \"springls.h\"\n",
+    "#line 7605 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -31847,7 +31848,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7693 \"springls.h\"\n",
+    "#line 7688 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31862,7 +31863,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7708 \"springls.h\"\n",
+    "#line 7703 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -31945,7 +31946,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7791 \"springls.h\"\n",
+    "#line 7786 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -32019,7 +32020,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7866 \"springls.h\"\n",
+    "#line 7861 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -32572,7 +32573,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8420 \"springls.h\"\n",
+    "#line 8415 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -32668,7 +32669,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8517 \"springls.h\"\n",
+    "#line 8512 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -32789,7 +32790,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8639 \"springls.h\"\n",
+    "#line 8634 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -33059,7 +33060,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8910 \"springls.h\"\n",
+    "#line 8905 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -33135,7 +33136,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8987 \"springls.h\"\n",
+    "#line 8982 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -33277,7 +33278,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9130 \"springls.h\"\n",
+    "#line 9125 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -33466,7 +33467,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9320 \"springls.h\"\n",
+    "#line 9315 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -33592,7 +33593,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9447 \"springls.h\"\n",
+    "#line 9442 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -33625,7 +33626,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (others == 0) return 0;\n",
     "    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;\n",
     "}\n",
-    "#line 9481 \"springls.h\"\n",
+    "#line 9476 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -34169,7 +34170,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10026 \"springls.h\"\n",
+    "#line 10021 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -34319,7 +34320,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10177 \"springls.h\"\n",
+    "#line 10172 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -34423,7 +34424,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10282 \"springls.h\"\n",
+    "#line 10277 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -34520,7 +34521,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10380 \"springls.h\"\n",
+    "#line 10375 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -35058,7 +35059,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10919 \"springls.h\"\n",
+    "#line 10914 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -35136,7 +35137,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10998 \"springls.h\"\n",
+    "#line 10993 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -35385,7 +35386,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11248 \"springls.h\"\n",
+    "#line 11243 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -35418,7 +35419,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11282 \"springls.h\"\n",
+    "#line 11277 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -35443,14 +35444,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11308 \"springls.h\"\n",
+    "#line 11303 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11315 \"springls.h\"\n",
+    "#line 11310 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35465,7 +35466,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11331 \"springls.h\"\n",
+    "#line 11326 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35595,7 +35596,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11461 \"springls.h\"\n",
+    "#line 11456 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35610,7 +35611,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11476 \"springls.h\"\n",
+    "#line 11471 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35740,7 +35741,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11607 \"springls.h\"\n",
+    "#line 11602 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -36031,7 +36032,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11899 \"springls.h\"\n",
+    "#line 11894 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -36132,7 +36133,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 36136 \"springls.h\"\n",
+    "#line 36137 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -36262,19 +36263,19 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(&model->grid, model->grid.active[i]));\n",
     "}\n",
     "\n",
-    "/* Counts springl i: in its cell, or in counts[2] when it is in none, and then also in counts[0] when it is outside active bricks. In\n",
-    "   counts[3] when it is too large; else the largest bounding radius goes to counts[1], for floats above 0 are ordered as their\n",
-    "   bits are. */\n",
+    "/* Counts springl i: in its cell, or in counts[2] when it is in none, and then also in counts[0] when it is outside active bricks. The\n",
+    "   largest bounding radius of those in cells goes to counts[1], for floats above 0 are ordered as their bits are. */\n",
     "SPRINGLS__MATHS void springls__cells_count_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    const uint key = model->cells.key[i];\n",
-    "    const float radius = model->set.s[i].bounding_radius;\n",
     "    (void)args;\n",
-    "    if (springls__is_in_cell(key)) springls__count_in_cell(model, i);\n",
-    "    else SPRINGLS__NEXT(model->work.counts + 2);\n",
+    "    if (springls__is_in_cell(key)) {\n",
+    "        springls__count_in_cell(model, i);\n",
+    "        atomic_max((volatile __global uint *)(model->work.counts + 1), as_uint(model->set.s[i].bounding_radius));\n",
+    "        return;\n",
+    "    }\n",
+    "    SPRINGLS__NEXT(model->work.counts + 2);\n",
     "    if (key == SPRINGLS__OUTSIDE_KEY) SPRINGLS__NEXT(model->work.counts);\n",
-    "    if (springls__is_large(radius)) SPRINGLS__NEXT(model->work.counts + 3);\n",
-    "    else atomic_max((volatile __global uint *)(model->work.counts + 1), as_uint(radius));\n",
     "}\n",
     "\n",
     "/* Scans the cells of active brick i as if it began at 0; a scan of what they hold gives where it begins. */\n",

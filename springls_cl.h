@@ -549,19 +549,19 @@ SPRINGLS__FN springls_status springls__cl_resolve_regions(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Finds the keys of all springls, and counts: of particles outside active bricks, the largest bounding radius (its bits), of springls
-   in no cell, and of those that are too large. */
-SPRINGLS__FN springls_status springls__cl_cells_count(springls_context *ctx, uint32_t counts[4])
+/* Finds the keys of all springls, and counts: of particles outside active bricks, the largest bounding radius (its bits), and of
+   springls in no cell. */
+SPRINGLS__FN springls_status springls__cl_cells_count(springls_context *ctx, uint32_t counts[3])
 {
     const uint64_t list = SPRINGLS__BIT(KEY) | SPRINGLS__BIT(CELL) | SPRINGLS__BIT(IDS) | SPRINGLS__BIT(PLACES)
                         | SPRINGLS__BIT(UNBINNED);
     int springls = ctx->model.set.count;
     SPRINGLS__TRY(springls__cl_reserve(ctx, list));
     SPRINGLS__TRY(springls__run_on_device(ctx, SPRINGLS__KERNEL_cell_key, springls, NULL));
-    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_counts_clear, 4, NULL));
+    SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_counts_clear, 3, NULL));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_clear, ctx->model.grid.active_count, NULL));
     SPRINGLS__TRY(springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_cells_count, springls, NULL));
-    return springls__cl_counted(ctx, 4, counts);
+    return springls__cl_counted(ctx, 3, counts);
 }
 
 SPRINGLS__FN springls_status springls__cl_cells_fill(springls_context *ctx)
@@ -580,12 +580,11 @@ SPRINGLS__FN springls_status springls__cl_cell_list_build(springls_context *ctx)
 {
     springls__cell_list *cells = &ctx->model.cells;
     int springls = ctx->model.set.count;
-    uint32_t counts[4];
+    uint32_t counts[3];
     SPRINGLS__TRY(springls__cl_cells_count(ctx, counts));
     ctx->particles_outside = (int)counts[0];
     memcpy(&cells->bounding_radius, &counts[1], sizeof cells->bounding_radius);
     cells->unbinned_count = (int)counts[2];
-    cells->some_large = counts[3] > 0;
     SPRINGLS__TRY(springls__cl_cells_fill(ctx));
     if (cells->unbinned_count == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, unbinned_number, springls));

@@ -127,19 +127,19 @@ SPRINGLS__MATHS void springls__cells_clear_element(const springls__model *model,
     springls__clear_cells(springls__cells_of(&model->grid, model->grid.active[i]));
 }
 
-/* Counts springl i: in its cell, or in counts[2] when it is in none, and then also in counts[0] when it is outside active bricks. In
-   counts[3] when it is too large; else the largest bounding radius goes to counts[1], for floats above 0 are ordered as their
-   bits are. */
+/* Counts springl i: in its cell, or in counts[2] when it is in none, and then also in counts[0] when it is outside active bricks. The
+   largest bounding radius of those in cells goes to counts[1], for floats above 0 are ordered as their bits are. */
 SPRINGLS__MATHS void springls__cells_count_element(const springls__model *model, springls__arguments args, int i)
 {
     const uint key = model->cells.key[i];
-    const float radius = model->set.s[i].bounding_radius;
     (void)args;
-    if (springls__is_in_cell(key)) springls__count_in_cell(model, i);
-    else SPRINGLS__NEXT(model->work.counts + 2);
+    if (springls__is_in_cell(key)) {
+        springls__count_in_cell(model, i);
+        atomic_max((volatile __global uint *)(model->work.counts + 1), as_uint(model->set.s[i].bounding_radius));
+        return;
+    }
+    SPRINGLS__NEXT(model->work.counts + 2);
     if (key == SPRINGLS__OUTSIDE_KEY) SPRINGLS__NEXT(model->work.counts);
-    if (springls__is_large(radius)) SPRINGLS__NEXT(model->work.counts + 3);
-    else atomic_max((volatile __global uint *)(model->work.counts + 1), as_uint(radius));
 }
 
 /* Scans the cells of active brick i as if it began at 0; a scan of what they hold gives where it begins. */

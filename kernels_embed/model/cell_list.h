@@ -45,14 +45,13 @@ SPRINGLS__VEC_MATHS uint32_t springls__places_within(SPRINGLS__GLOBAL const floa
     return bits;
 }
 
-/* A walk over the springls whose particle lies in a box of cells, row by row within each brick; then over those in no cell, unless
-   these are outside active bricks and the box is not. Of those in cells it may be limited to particles near a place. */
+/* A walk over the springls whose particle lies in a box of cells, row by row within each brick; then over those in no cell. Of those
+   in cells it may be limited to particles near a place. */
 typedef struct springls__cell_walk {
     const springls__grid *g;
     const springls__cell_list *cells;
     int lo[3], hi[3], x, y, z;
     int slot, first, last;                /* of the row: its brick, its cells in there; slot -1: of those in no cell     */
-    bool outside;                         /* the box has come upon a brick that is not active                            */
     SPRINGLS__GLOBAL const uint32_t *ids; /* springls of the row that are left: next, ..., end - 1                       */
     uint32_t next, end;
     uint32_t block, found;                /* the first of the eight springls looked at, and a bit for each that is left  */
@@ -73,7 +72,6 @@ SPRINGLS__INNER springls__cell_walk springls__cell_walk_begin(const springls__mo
     walk.y = walk.lo[1] &= -SPRINGLS__CELL;
     walk.z = walk.lo[2] &= -SPRINGLS__CELL;
     walk.slot = walk.first = walk.last = 0;
-    walk.outside = false;
     walk.ids = model->cells.ids;
     walk.next = walk.end = walk.block = walk.found = 0u;
     walk.near_to = lower;
@@ -92,13 +90,12 @@ SPRINGLS__INNER bool springls__cell_walk_row(springls__cell_walk *walk)
         walk->slot = -1;
         walk->ids = walk->cells->unbinned;
         walk->next = 0;
-        walk->end = walk->outside || walk->cells->some_large ? (uint32_t)walk->cells->unbinned_count : 0u;
+        walk->end = (uint32_t)walk->cells->unbinned_count;
         return true;
     }
     last = springls__imin(walk->x | 7, walk->hi[0]);
     row = springls__cell_in_brick(0, walk->y, walk->z);
     walk->slot = springls__slot_at(g, walk->x, walk->y, walk->z);
-    walk->outside = walk->outside || walk->slot < SPRINGLS__FIRST_SLOT;
     walk->first = row + (walk->x & 7) / SPRINGLS__CELL;
     walk->last = row + (last & 7) / SPRINGLS__CELL;
     cell = g->cell + (size_t)walk->slot * SPRINGLS__CELLS;

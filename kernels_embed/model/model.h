@@ -170,9 +170,8 @@ typedef struct springls__grid {
 typedef struct springls__cell_list {
     SPRINGLS__SEARCH_ARRAYS(SPRINGLS__ARRAY_MEMBER)
     SPRINGLS__LIST_ARRAYS(SPRINGLS__ARRAY_MEMBER)
-    float bounding_radius;  /* the largest of the springls that are not too large for cells          */
+    float bounding_radius;  /* the largest of the springls that are in cells                         */
     int unbinned_count;        /* springls in no cell                                                   */
-    int some_large;         /* 1: some of these are too large; 0: all are outside all active bricks  */
     int asleep_count;       /* springls that `asleep` is of: later ones are awake                    */
 } springls__cell_list;
 
@@ -347,8 +346,7 @@ SPRINGLS__MATHS void springls__displacement_element(const springls__model *model
 #define SPRINGLS__MODEL_NUMBERS(X)                                                                                               \
     X(int, springls, set.count) X(int, at_edges, set.at_edges) X(uint32_t, next_id, set.next_id) X(uint32_t, step, set.step)     \
     X(int, active_count, grid.active_count) X(int, free_count, grid.free_count) X(int, slot_count, grid.slot_count)              \
-    X(int, unbinned_count, cells.unbinned_count) X(int, some_large, cells.some_large)                                            \
-    X(float, bounding_radius, cells.bounding_radius)                                                                             \
+    X(int, unbinned_count, cells.unbinned_count) X(float, bounding_radius, cells.bounding_radius)                                \
     X(int, some_asleep, grid.some_asleep) X(int, asleep_count, cells.asleep_count)                                               \
     X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)
 

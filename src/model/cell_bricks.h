@@ -1,5 +1,5 @@
-/* cell_bricks.h - makes bricks active that the search for springls needs. Only stages may: readers leave the grid as it is, and
-   include cell_list.h alone. */
+/* cell_bricks.h - makes bricks active that the search for springls needs. Stages do so; readers leave the grid as it is, and build the
+   cell list by springls__read_cell_list (solver/follow.h). */
 #ifndef SPRINGLS__MODEL_CELL_BRICKS_H
 #define SPRINGLS__MODEL_CELL_BRICKS_H
 

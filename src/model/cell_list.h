@@ -1,7 +1,7 @@
 /* cell_list.h - the hash grid (section 4.8): lists springls by the cell of their particle, by counting sort. Numbers ascend in a
    cell, and no cell overflows. A springl with too large a bounding radius is in the list `unbinned` instead, so that one huge
    triangle does not widen every search; so is one whose particle lies outside all active bricks: the list leaves the grid as it
-   is, since readers build it too. Stages, which need the bricks, make them active by cell_bricks.h. */
+   is. Stages make such bricks active first (cell_bricks.h), readers for the time of reading (solver/follow.h). */
 #ifndef SPRINGLS__MODEL_CELL_LIST_H
 #define SPRINGLS__MODEL_CELL_LIST_H
 
@@ -16,15 +16,16 @@ SPRINGLS__FN int springls__count_cells(springls__model *model)
     springls__cell_list *cells = &model->cells;
     int i, outside = 0;
     cells->bounding_radius = 0.0f;
-    cells->unbinned_count = cells->some_large = 0;
+    cells->unbinned_count = 0;
     for (i = 0; i < model->grid.active_count; i++) springls__clear_cells(springls__cells_of(&model->grid, model->grid.active[i]));
     for (i = 0; i < model->set.count; i++) {
-        const float radius = model->set.s[i].bounding_radius;
-        if (springls__is_in_cell(cells->key[i])) springls__count_in_cell(model, i);
-        else cells->unbinned[cells->unbinned_count++] = (uint32_t)i;
-        if (cells->key[i] == SPRINGLS__OUTSIDE_KEY) outside++;
-        if (springls__is_large(radius)) cells->some_large = 1;
-        else cells->bounding_radius = springls__max(cells->bounding_radius, radius);
+        if (springls__is_in_cell(cells->key[i])) {
+            cells->bounding_radius = springls__max(cells->bounding_radius, model->set.s[i].bounding_radius);
+            springls__count_in_cell(model, i);
+            continue;
+        }
+        cells->unbinned[cells->unbinned_count++] = (uint32_t)i;
+        outside += cells->key[i] == SPRINGLS__OUTSIDE_KEY;
     }
     return outside;
 }

@@ -150,6 +150,7 @@ SPRINGLS__FN void springls__nearest_source(const springls__interpolation_search 
 {
     const springls__surface *surface = &search->ctx->springl_surface;
     springls__near_walk walk = springls__near_walk_begin(surface, x, 1e18f);
+    const float wider = 1.0001f; /* what is as far away stays within it, however it is rounded */
     float best = FLT_MAX;
     int j;
     while ((j = springls__near_walk_next(&walk)) >= 0) {
@@ -158,6 +159,7 @@ SPRINGLS__FN void springls__nearest_source(const springls__interpolation_search 
         d2 = springls__tri_closest(springls__surface_triangle(surface, j), x).d2;
         if (d2 > best || (d2 == best && sources->count && j > sources->index[0])) continue;
         best = d2;
+        walk.r = wider * springls__sqrt(best); /* nothing further away is looked at */
         sources->index[0] = j;
         sources->count = 1;
     }

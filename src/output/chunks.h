@@ -11,7 +11,6 @@
 #include "../runtime/errors.h"
 #include "../runtime/memory.h"
 #include "../runtime/parallel.h"
-#include "../model/cell_list.h"
 #include "../model/grid.h"
 #include "../model/host_access.h"
 #include "../model/transform.h"
@@ -717,7 +716,7 @@ SPRINGLS__FN springls_status springls__update_chunks(springls_context *ctx)
     case SPRINGLS__CHUNKS_PUBLISH:
         SPRINGLS__TRY(springls__use_host(ctx, false));
         SPRINGLS__TRY(springls__chunks_follow(ctx, c));
-        if (c->desc.correspondences) SPRINGLS__TRY(springls__cell_list_build(ctx));
+        if (c->desc.correspondences) SPRINGLS__TRY(springls__read_cell_list(ctx));
         if (c->publishing) springls__mark_all(c); /* an update was dropped halfway */
         SPRINGLS__TRY(springls__list_bricks(ctx, c));
         c->publishing = true;

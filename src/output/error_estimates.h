@@ -5,7 +5,6 @@
 #include "../../kernels_embed/model/error_estimates.h"
 #include "../runtime/errors.h"
 #include "../runtime/parallel.h"
-#include "../model/cell_list.h"
 #include "../model/host_access.h"
 #include "../model/indexed_mesh.h"
 #include "../model/transform.h"
@@ -61,7 +60,7 @@ SPRINGLS__FN springls_status springls__run_error_estimates(springls_context *ctx
 {
     job->ctx = ctx;
     SPRINGLS__TRY(springls__use_host(ctx, false));
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(springls__read_cell_list(ctx));
     springls__parallel(ctx, count, 32, task, job);
     return SPRINGLS_OK;
 }

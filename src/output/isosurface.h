@@ -10,7 +10,6 @@
 #include "../runtime/memory.h"
 #include "../runtime/parallel.h"
 #include "../runtime/residency.h"
-#include "../model/cell_list.h"
 #include "../model/host_access.h"
 #include "../model/transform.h"
 #include "../solver/step.h"
@@ -108,7 +107,7 @@ SPRINGLS__FN springls_status springls__isosurface_with_data(springls_context *ct
     springls__raw_mesh raw;
     springls__vertex_data_job job;
     size_t vertices;
-    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    SPRINGLS__TRY(springls__read_cell_list(ctx));
     SPRINGLS__TRY(springls__isosurface(ctx, &raw));
     vertices = (size_t)raw.vertex_count;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_gradient, vertices));

@@ -8,7 +8,6 @@
 #include "../runtime/errors.h"
 #include "../runtime/parallel.h"
 #include "../runtime/residency.h"
-#include "../model/cell_list.h"
 #include "../model/closest_point.h"
 #include "../model/host_access.h"
 #include "../model/ray.h"
@@ -524,7 +523,7 @@ SPRINGLS__FN springls_status springls__prepare_level(springls_context *ctx, bool
     }
     if (!ctx->cells_fresh) {
         springls__use_device(ctx);
-        SPRINGLS__TRY(springls__report_device_failure(ctx, springls__cell_list_build(ctx)));
+        SPRINGLS__TRY(springls__report_device_failure(ctx, springls__read_cell_list(ctx)));
     }
     return springls__ensure_on_host(ctx, SPRINGLS__BIT(IDS) | SPRINGLS__BIT(PLACES) | SPRINGLS__BIT(UNBINNED) | SPRINGLS__BIT(CELL));
 }

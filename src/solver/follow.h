@@ -1,6 +1,6 @@
 /* follow.h - makes phi follow the springls that lazy steps (params.lazy_distance) have moved, before anything but a lazy step
-   uses it. For a reader phi follows for the time of reading only: the next step begins from phi as the steps have left it, so
-   that reading changes no later bits. */
+   uses it. For a reader phi follows, and bricks are added, for the time of reading only: the next step begins from phi as the
+   steps have left it, so that reading changes no later bits. */
 #ifndef SPRINGLS__SOLVER_FOLLOW_H
 #define SPRINGLS__SOLVER_FOLLOW_H
 
@@ -8,6 +8,7 @@
 #include "../runtime/residency.h"
 #include "../runtime/resumable.h"
 #include "../runtime/stage_clock.h"
+#include "../model/cell_bricks.h"
 #include "../model/host_access.h"
 #include "../stages/project.h"
 #include "../stages/sleep.h"
@@ -102,12 +103,20 @@ SPRINGLS__FN springls_status springls__read_level_set(springls_context *ctx)
     return status;
 }
 
+/* Builds the cell list for a reader. Bricks that particles outside all active ones need are there for the time of reading. */
+SPRINGLS__FN springls_status springls__read_cell_list(springls_context *ctx)
+{
+    SPRINGLS__TRY(springls__cell_list_build(ctx));
+    if (ctx->particles_outside == 0) return SPRINGLS_OK;
+    if (!ctx->saved.in_use) SPRINGLS__TRY(springls__save_level_set(ctx));
+    return springls__cell_list_cover(ctx);
+}
+
 /* Makes phi and springls agree for good, for a call that changes the model; no step is in progress. */
 SPRINGLS__FN springls_status springls__change_level_set(springls_context *ctx)
 {
-    if (springls__phi_lags(ctx)) SPRINGLS__TRY(springls__follow(ctx));
-    ctx->saved.in_use = false;
-    return SPRINGLS_OK;
+    springls__end_reading(ctx);
+    return springls__phi_lags(ctx) ? springls__follow(ctx) : SPRINGLS_OK;
 }
 
 #endif

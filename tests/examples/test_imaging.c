@@ -130,7 +130,7 @@ TEST tables_become_markdown(void)
     ASSERT(strstr(page, "The paper: A pelvis in CT, 400 steps"));
     ASSERT(strstr(page, "| good ") && strstr(page, "| 7 ") && strstr(page, "|------"));
     ASSERT(strstr(page, "Failed: bad one (exit status 1)."));
-    ASSERT(strstr(page, "/bin/false DATA/a.nii.gz") && !strstr(page, "some"));
+    ASSERT(strstr(page, "/bin/false $SPRINGLS_DATA/a.nii.gz") && !strstr(page, "some"));
     free(page);
     PASS();
 }
