@@ -453,6 +453,10 @@
    each brick of the grid while they are set. springls_memory_used returns the bytes held. Buffers grow and are reused;
    springls_reset keeps them, springls_destroy returns them.
 
+   A surface has about one springl for each voxel^2 of its area, up to 1.4 where it is folded, whatever a flow does to it: a flow
+   that stretches it tenfold makes ten times as many. Folded until it fills the grid it has one to two a voxel: some 40 thousand
+   in 32^3. springls_desc.max_springls is the bound that holds always.
+
    Views (springls_view_*, springls_ids) belong to the context, until the next call that changes the model. A springls_mesh
    belongs to the caller, who frees it by springls_mesh_free. Arrays that are passed in are borrowed during the call.
 

@@ -5,7 +5,7 @@
    - reading leaves the twin's state and snapshot as they were;
    - a fresh context that restores the model answers every query as the twin does;
    - the mesh is closed, measures are the mesh's, and components are the connected parts of mesh and phi;
-   - springls are finite, and their ids unique.
+   - springls are finite, their ids unique, and not more than two a voxel.
    test_lives SEED... lives the lives of these seeds, and prints their calls. LIVES_MINUTES=m lives new ones for m minutes. */
 #include "histories.h"
 
@@ -806,10 +806,10 @@ static void check_components(random_life *l, springls_context *ctx)
     check_bodies(l, ctx, list, count);
 }
 
-/* Checks that springls are finite and ids unique. */
+/* Checks that springls are finite, ids unique, and that there are no more of them than the manual says (MEMORY). */
 static void check_springls(random_life *l, springls_context *ctx)
 {
-    const int n = springls_count(ctx);
+    const int n = springls_count(ctx), *size = l->desc.grid.size;
     int *ids = (int *)malloc(((size_t)n + 1) * sizeof *ids), i, m;
     for (i = 0; i < n; i++) {
         const fixture_springl s = fixture_get(ctx, i);
@@ -818,6 +818,7 @@ static void check_springls(random_life *l, springls_context *ctx)
         if (!finite) l->fault = "springls are finite";
         ids[i] = (int)s.id;
     }
+    if (n > 2 * size[0] * size[1] * size[2]) l->fault = "springls are not more than two a voxel";
     qsort(ids, (size_t)n, sizeof *ids, fixture_compare_int);
     for (i = 1; i < n; i++)
         if (ids[i - 1] == ids[i]) l->fault = "ids are unique";
