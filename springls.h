@@ -12915,6 +12915,7 @@ SPRINGLS__FN springls_status springls__find_displacement(springls_context *ctx)
 {
     const int count = ctx->model.set.count;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, count));
+    if (ctx->on_device) SPRINGLS__TRY(springls__reserve_counts(ctx));
     springls__run(ctx, SPRINGLS__KERNEL_displacement, count, NULL);
     springls__largest_later(ctx, SPRINGLS__COUNT_DISPLACEMENT, SPRINGLS__ROLE_ARRAY(synced_distance2), count, 0.0f);
     return SPRINGLS_OK;
@@ -36137,7 +36138,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 36141 \"springls.h\"\n",
+    "#line 36142 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

@@ -88,6 +88,7 @@ SPRINGLS__FN springls_status springls__find_displacement(springls_context *ctx)
 {
     const int count = ctx->model.set.count;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, synced_distance2, count));
+    if (ctx->on_device) SPRINGLS__TRY(springls__reserve_counts(ctx));
     springls__run(ctx, SPRINGLS__KERNEL_displacement, count, NULL);
     springls__largest_later(ctx, SPRINGLS__COUNT_DISPLACEMENT, SPRINGLS__ROLE_ARRAY(synced_distance2), count, 0.0f);
     return SPRINGLS_OK;

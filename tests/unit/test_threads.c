@@ -247,6 +247,7 @@ static uint64_t whirled(springls_threads *pool, float dt)
     springls_context *ctx = NULL;
     uint64_t hash = 0;
     memset(&force, 0, sizeof force);
+    desc.backend = NULL; /* a device has one queue, for one thread of the host */
     force.tasks = desc.tasks = springls_threads_tasks(pool);
     if (springls_create(&desc, &ctx) != SPRINGLS_OK) return 0;
     springls_set_implicit(ctx, springls_implicit_sphere, &ball);
