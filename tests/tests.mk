@@ -186,8 +186,9 @@ ifeq ($(VARIANT)$(ALL),tsan)
   PLAIN_TESTS = examples/test_engine $(patsubst tests/%.c,%,$(shell grep -l -e pthread -e fixture_tasks -e histories.h tests/unit/test_*.c))
 endif
 # MemorySanitizer needs all of a program compiled with it, other libraries too.
+# Quick are those of stages and of what is saved and read.
 ifeq ($(VARIANT),msan)
-  PLAIN_TESTS = $(UNIT_TESTS)
+  PLAIN_TESTS = $(call chosen,$(STAGE_TESTS) $(addprefix unit/test_,lives reading snapshot),$(UNIT_TESTS))
 endif
 # The tests of the library once more without SIMD, and once more with their contexts on OpenCL.
 ALL_LIBRARY   = $(patsubst tests/%.c,%,$(shell grep -l -e 'include "fixtures.h"' -e 'include "histories.h"' tests/unit/test_*.c)) portability/same_hashes
