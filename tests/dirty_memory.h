@@ -58,9 +58,8 @@ DIRTY void dirty_free(void *memory, size_t size, void *pattern)
 DIRTY unsigned char *dirty_pattern(void)
 {
     static unsigned char patterns[2] = { 0x77, 0xff };
-    static int turn;
-    turn = !turn;
-    return &patterns[turn];
+    static unsigned turn;
+    return &patterns[__atomic_fetch_add(&turn, 1u, __ATOMIC_RELAXED) & 1u]; /* contexts may be made in several threads */
 }
 
 DIRTY springls_allocator dirty_allocator(void)
