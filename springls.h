@@ -2048,7 +2048,7 @@ SPRINGLS_API void springls_kernel_source(const char *const **strings, int *count
     } while (0)
 
 /* ======== >>finite  (src/runtime/finite.h) ===================================================================== */
-/* finite.h - tells numbers from NaN and infinity by their bits: a compiler that may assume finite numbers (-ffast-math) takes every
+/* finite.h - distinguishes numbers from NaN and infinity by their bits: a compiler that may assume finite numbers (-ffast-math) takes every
    comparison with a NaN for true or false as it likes. All input is checked with these, before it is compared. */
 
 /* Returns the bits of |x|; volatile, because compilers know what numbers the bits of a float may be. */
@@ -26526,8 +26526,9 @@ SPRINGLS__FN void springls__get_neighbors(springls_context *ctx, const springls_
     for (i = 0; i < s->springls; i++) {
         int *row = ctx->model.cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
         if (listed) springls__code_neighbors(&counts, &edges, row);
-        else if (old) springls__code(&rows, row, SPRINGLS__NEIGHBOR_ROW, sizeof *row);
-        if (!listed && old && row[0] == SPRINGLS__NOT_FOUND) springls__no_neighbors_yet(row);
+        if (!old) continue;
+        springls__code(&rows, row, SPRINGLS__NEIGHBOR_ROW, sizeof *row);
+        if (row[0] == SPRINGLS__NOT_FOUND) springls__no_neighbors_yet(row);
     }
 }
 
@@ -36138,7 +36139,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 36142 \"springls.h\"\n",
+    "#line 36143 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

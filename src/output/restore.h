@@ -129,8 +129,9 @@ SPRINGLS__FN void springls__get_neighbors(springls_context *ctx, const springls_
     for (i = 0; i < s->springls; i++) {
         int *row = ctx->model.cells.neighbors + (size_t)i * SPRINGLS__NEIGHBOR_ROW;
         if (listed) springls__code_neighbors(&counts, &edges, row);
-        else if (old) springls__code(&rows, row, SPRINGLS__NEIGHBOR_ROW, sizeof *row);
-        if (!listed && old && row[0] == SPRINGLS__NOT_FOUND) springls__no_neighbors_yet(row);
+        if (!old) continue;
+        springls__code(&rows, row, SPRINGLS__NEIGHBOR_ROW, sizeof *row);
+        if (row[0] == SPRINGLS__NOT_FOUND) springls__no_neighbors_yet(row);
     }
 }
 

@@ -1,4 +1,4 @@
-/* finite.h - tells numbers from NaN and infinity by their bits: a compiler that may assume finite numbers (-ffast-math) takes every
+/* finite.h - distinguishes numbers from NaN and infinity by their bits: a compiler that may assume finite numbers (-ffast-math) takes every
    comparison with a NaN for true or false as it likes. All input is checked with these, before it is compared. */
 #ifndef SPRINGLS__RUNTIME_FINITE_H
 #define SPRINGLS__RUNTIME_FINITE_H
