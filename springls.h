@@ -14036,14 +14036,24 @@ SPRINGLS__FN bool springls__is_on_own_grid(const springls_sampled_field *field)
 /* Checks the integrator, the region and the grids of sampled fields. */
 SPRINGLS__FN springls_status springls__check_forces(springls_context *ctx, const springls_forces *forces)
 {
+    static const char *const weight_names[4] = { "pressure", "velocity", "affine", "curvature" };
     const springls_sampled_field *fields[2];
     double inverse[12];
+    float weights[4];
     int k;
     fields[0] = &forces->pressure_grid;
     fields[1] = &forces->velocity_grid;
+    weights[0] = forces->pressure_weight;
+    weights[1] = forces->velocity_weight;
+    weights[2] = forces->affine_weight;
+    weights[3] = forces->curvature_weight;
     if (forces->integrator != SPRINGLS_INTEGRATOR_RK4 && forces->integrator != SPRINGLS_INTEGRATOR_EULER)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "forces: there is no integrator %d: it may be 0 or 1",
                               (int)forces->integrator);
+    for (k = 0; k < 4; k++)
+        if (!springls__finite_float(weights[k]))
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "forces: %s_weight is %g, not finite", weight_names[k],
+                                  (double)weights[k]);
     for (k = 0; k < 3; k++) {
         const float lower = forces->region_lower[k], upper = forces->region_upper[k];
         if (!springls__finite_float(lower) || !springls__finite_float(upper) || lower > upper)
@@ -36139,7 +36149,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 36143 \"springls.h\"\n",
+    "#line 36153 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

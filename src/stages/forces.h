@@ -29,14 +29,24 @@ SPRINGLS__FN bool springls__is_on_own_grid(const springls_sampled_field *field)
 /* Checks the integrator, the region and the grids of sampled fields. */
 SPRINGLS__FN springls_status springls__check_forces(springls_context *ctx, const springls_forces *forces)
 {
+    static const char *const weight_names[4] = { "pressure", "velocity", "affine", "curvature" };
     const springls_sampled_field *fields[2];
     double inverse[12];
+    float weights[4];
     int k;
     fields[0] = &forces->pressure_grid;
     fields[1] = &forces->velocity_grid;
+    weights[0] = forces->pressure_weight;
+    weights[1] = forces->velocity_weight;
+    weights[2] = forces->affine_weight;
+    weights[3] = forces->curvature_weight;
     if (forces->integrator != SPRINGLS_INTEGRATOR_RK4 && forces->integrator != SPRINGLS_INTEGRATOR_EULER)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "forces: there is no integrator %d: it may be 0 or 1",
                               (int)forces->integrator);
+    for (k = 0; k < 4; k++)
+        if (!springls__finite_float(weights[k]))
+            return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "forces: %s_weight is %g, not finite", weight_names[k],
+                                  (double)weights[k]);
     for (k = 0; k < 3; k++) {
         const float lower = forces->region_lower[k], upper = forces->region_upper[k];
         if (!springls__finite_float(lower) || !springls__finite_float(upper) || lower > upper)

@@ -75,7 +75,9 @@ TEST steps_and_forces(float bad)
     float wind[3] = { 0.2f, 0.0f, 0.0f }, speed, data[3] = { 0.0f, 0.0f, 0.0f };
     springls_forces forces = fixture_forces(fixture_wind, wind);
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, bad);
+    float *const weights[4] = { &forces.pressure_weight, &forces.velocity_weight, &forces.affine_weight, &forces.curvature_weight };
     bool done;
+    int i;
     ASSERT_ARGUMENT(ctx, springls_step(ctx, &step), "dt is");
     step.dt = 1.0f;
     step.max_displacement = bad;
@@ -85,6 +87,13 @@ TEST steps_and_forces(float bad)
     ASSERT_ARGUMENT(ctx, springls_advect(ctx, &forces, bad, 1.0f), "time is");
     ASSERT_ARGUMENT(ctx, springls_advect(ctx, &forces, 0.0f, bad), "dt is");
     ASSERT_ARGUMENT(ctx, springls_max_speed(ctx, &forces, bad, &speed), "time is");
+    for (i = 0; i < 4; i++) { /* also those of forces that there are none of */
+        *weights[i] = bad;
+        ASSERT_ARGUMENT(ctx, springls_advect(ctx, &forces, 0.0f, 1.0f), "_weight is");
+        ASSERT_ARGUMENT(ctx, springls_step(ctx, &step), "_weight is");
+        ASSERT_ARGUMENT(ctx, springls_max_speed(ctx, &forces, 0.0f, &speed), "_weight is");
+        *weights[i] = 0.0f;
+    }
     forces.region_upper[2] = bad;
     ASSERT_ARGUMENT(ctx, springls_step(ctx, &step), "ascending and finite");
     forces.region_upper[2] = 0.0f;
