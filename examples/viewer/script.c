@@ -1,3 +1,5 @@
+#define _POSIX_C_SOURCE 200809L
+
 #include "viewer/script.h"
 
 #include "base/cli.h"
@@ -6,6 +8,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/types.h>
 
 enum { MAX_WORDS = 5, MAX_FRAMES = 100000 };
 #define FRAME_SECONDS (1.0 / 60.0)
@@ -14,7 +17,7 @@ struct run {
     struct viewer_app *app;
     viewer_show_fn show;
     void *user;
-    char *words[MAX_WORDS + 1];
+    const char *words[MAX_WORDS + 1];
     int count;
 };
 
@@ -141,9 +144,14 @@ static enum result obey(struct run *run)
     return WRONG;
 }
 
-static void cut_into_words(struct run *run, char *line)
+static void cut_into_words(struct run *run, char *line, size_t length)
 {
     static const char blanks[] = " \t\r\n";
+    if (strlen(line) < length) {
+        run->words[0] = "a byte of 0"; /* which no event is called */
+        run->count = 1;
+        return;
+    }
     line[strcspn(line, "#")] = '\0';
     run->count = 0;
     for (char *word = strtok(line, blanks); word && run->count <= MAX_WORDS; word = strtok(NULL, blanks)) {
@@ -154,15 +162,17 @@ static void cut_into_words(struct run *run, char *line)
 bool viewer_script_run(const char *path, struct viewer_app *app, viewer_show_fn show, void *user, char error[VIEWER_TEXT])
 {
     struct run run = {.app = app, .show = show, .user = user};
-    char line[1024];
+    char *line = NULL;
+    size_t room = 0;
+    ssize_t length;
     enum result result = DONE;
     FILE *file = fopen(path, "r");
     if (!file) {
         snprintf(error, VIEWER_TEXT, "%.200s: cannot open", path);
         return false;
     }
-    for (int row = 1; result == DONE && !app->quit && fgets(line, sizeof line, file); ++row) {
-        cut_into_words(&run, line);
+    for (int row = 1; result == DONE && !app->quit && (length = getline(&line, &room, file)) >= 0; ++row) {
+        cut_into_words(&run, line, (size_t)length);
         result = run.count > 0 ? obey(&run) : DONE;
         if (result == WRONG) {
             snprintf(error, VIEWER_TEXT, "%.200s: line %d: no such event, or not with these arguments: %.40s", path, row,
@@ -171,6 +181,7 @@ bool viewer_script_run(const char *path, struct viewer_app *app, viewer_show_fn 
             snprintf(error, VIEWER_TEXT, "%s", app->message);
         }
     }
+    free(line);
     if (ferror(file)) {
         snprintf(error, VIEWER_TEXT, "%.200s: cannot be read", path);
         result = FAILED;

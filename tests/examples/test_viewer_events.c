@@ -425,6 +425,11 @@ TEST a_script_that_is_wrong_is_refused(void)
         ASSERT_FALSE(play(&app, wrong[i], error));
         ASSERT(strstr(error, "line 1"));
     }
+    FILE *file = fopen(scratch("zero.txt"), "wb");
+    ASSERT(file && fwrite("key 3\n\0key 4\n", 1, 13, file) == 13 && fclose(file) == 0);
+    ASSERT_FALSE(viewer_script_run(scratch("zero.txt"), &app, NULL, NULL, error));
+    ASSERT(strstr(error, "line 2") && strstr(error, "a byte of 0"));
+    ASSERT_EQ(VIEWER_INFLATE, app.tool);
     ASSERT_FALSE(viewer_script_run(scratch("none.txt"), &app, NULL, NULL, error));
     ASSERT(strstr(error, "cannot open"));
     ASSERT(play(&app, "# a remark\n\nkey 3 # another\n", error));
