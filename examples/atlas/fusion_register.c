@@ -2,7 +2,7 @@
 #include "atlas/fusion.h"
 
 #include "base/vec3.h"
-#include "imaging/segment_image.h"
+#include "imaging/resample.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -51,7 +51,7 @@ static float value_at(const struct volume *image, const float place[3])
 {
     float index[3];
     volume_world_to_index(image, place, index);
-    return segment_trilinear(image->dims, image->data, index);
+    return resample_at(image->dims, image->data, index);
 }
 
 static void voxel_place(const struct volume *grid, size_t n, float place[3])

@@ -2,7 +2,7 @@
 #include "atlas/atlas.h"
 
 #include "base/vec3.h"
-#include "imaging/segment_image.h"
+#include "imaging/resample.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -106,7 +106,7 @@ float atlas_fused_at(const struct atlas_segment *run, const float place[3])
         float there[3], index[3];
         fusion_back(&run->maps[t], place, 1, there);
         volume_world_to_index(&template->image, there, index);
-        sum += run->trust[t] * (segment_trilinear(template->image.dims, run->probabilities[t], index) - template->level);
+        sum += run->trust[t] * (resample_at(template->image.dims, run->probabilities[t], index) - template->level);
     }
     return sum;
 }

@@ -1,6 +1,7 @@
 /* forces.c - forces of an active contour: pressure, region, edges, flow, and the push back to the start. */
 #include "segment/segment.h"
 
+#include "imaging/resample.h"
 #include "imaging/segment_image.h"
 #include "springls/segment_model.h"
 
@@ -60,7 +61,7 @@ static bool region_means(struct segment *run, float *inside, float *outside)
     if (!resampled) {
         return segment_no_memory();
     }
-    segment_resample(&run->image, run->blurred, grid, resampled);
+    resample_volume(&run->image, run->blurred, NULL, grid, resampled, NULL);
     for (size_t n = 0; n < total; ++n) {
         if (fabsf(grid->data[n]) < band) {
             const int side = grid->data[n] < 0.0f;
@@ -78,7 +79,7 @@ static bool region_means(struct segment *run, float *inside, float *outside)
 static void limit_flow(struct segment *run)
 {
     struct volume *grid = &run->flow.grid; /* its edge map is not needed any more */
-    segment_resample(&run->start, run->start.data, grid, grid->data);
+    resample_volume(&run->start, run->start.data, NULL, grid, grid->data, NULL);
     for (size_t n = 0; n < volume_voxels(grid); ++n) {
         const float left = ((float)run->settings.stay - fabsf(grid->data[n])) / run->grid.spacing[0];
         for (int c = 0; c < 3; ++c) {
@@ -102,7 +103,7 @@ bool segment_forces_update(struct segment *run)
         if (!run->away) {
             return segment_no_memory();
         }
-        segment_resample(&run->start, run->start.data, &run->push, run->away);
+        resample_volume(&run->start, run->start.data, NULL, &run->push, run->away, NULL);
         push.away = run->away;
         if (run->flow.field) {
             limit_flow(run);
@@ -141,7 +142,7 @@ void segment_speed(struct segment *run, const float *points, const float *normal
             const float *m = run->push_map[r];
             x[r] = m[0] * points[0] + m[1] * points[1] + m[2] * points[2] + m[3];
         }
-        out[i] += segment_trilinear(run->push.dims, run->push.data, x);
+        out[i] += resample_at(run->push.dims, run->push.data, x);
     }
 }
 
@@ -153,9 +154,9 @@ springls_forces segment_forces(struct segment *run)
     forces.pressure_grid.grid = segment_model_grid(run->push.dims, run->push.spacing, run->push.origin, run->push.direction[0]);
     forces.curvature_weight = (float)run->settings.curvature;
     forces.integrator = SPRINGLS_INTEGRATOR_EULER; /* the path does not matter, only where it ends */
-    segment_voxel_map(&run->grid, &run->push, run->push_map);
+    resample_map(&run->grid, NULL, &run->push, run->push_map);
     if (run->flow.field) {
-        segment_voxel_map(&run->grid, &run->flow.grid, run->flow_map);
+        resample_map(&run->grid, NULL, &run->flow.grid, run->flow_map);
         forces.pressure = flow_along_normal;
         forces.user = run;
     }

@@ -2,6 +2,7 @@
 #include "segment/segment.h"
 
 #include "base/progress.h"
+#include "imaging/resample.h"
 #include "imaging/segment_image.h"
 
 #include <math.h>
@@ -97,7 +98,7 @@ bool segment_map_back(struct segment *run)
 {
     const float size = run->grid.spacing[0], *spacing = run->image.spacing;
     struct segment_parts parts;
-    segment_resample(&run->grid, run->grid.data, &run->image, run->distance);
+    resample_volume(&run->grid, run->grid.data, NULL, &run->image, run->distance, NULL);
     if (!remove_parts(run, run->image.dims, (double)(spacing[0] * spacing[1] * spacing[2]), run->distance, &parts)) {
         return false;
     }

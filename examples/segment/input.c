@@ -2,6 +2,7 @@
 #include "segment/segment.h"
 
 #include "imaging/mirror.h"
+#include "imaging/resample.h"
 #include "imaging/segment_image.h"
 #include "springls/segment_model.h"
 #include "surface/mesh_io.h"
@@ -122,7 +123,7 @@ bool segment_begin(struct segment *run, int object)
 bool segment_start_from(struct segment *run, const struct volume *from, const char *doing)
 {
     struct volume *grid = &run->grid;
-    segment_resample(from, from->data, grid, grid->data);
+    resample_volume(from, from->data, NULL, grid, grid->data, NULL);
     if (run->settings.largest && !segment_keep_largest(grid->dims, grid->data)) {
         return segment_no_memory();
     }
@@ -150,7 +151,7 @@ static bool place_mask(struct segment *run, const struct volume *mask, struct vo
     if (!volume_create_padded(&run->image, 0, placed)) {
         return segment_no_memory();
     }
-    segment_resample(mask, mask->data, placed, placed->data);
+    resample_volume(mask, mask->data, NULL, placed, placed->data, NULL);
     if (!run->settings.mirror) {
         return true;
     }

@@ -1,6 +1,7 @@
 /* input.c - images, labels, landmarks and the reference's surface. */
 #include "track4d/track.h"
 
+#include "imaging/resample.h"
 #include "imaging/segment_image.h"
 #include "registration/points.h"
 #include "springls/run_options.h"
@@ -333,7 +334,7 @@ static bool make_level_set(const struct track *track)
         memcpy(blurred.data, mask.data, total * sizeof *blurred.data);
         good = segment_blur(&mask, blur, blurred.data);
         const float level = volume_level(mask.data, blurred.data, total);
-        segment_resample(&blurred, blurred.data, &track->grid, track->grid.data);
+        resample_volume(&blurred, blurred.data, NULL, &track->grid, track->grid.data, NULL);
         for (size_t n = 0; n < volume_voxels(&track->grid); ++n) {
             track->grid.data[n] = level - track->grid.data[n];
         }

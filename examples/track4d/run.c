@@ -4,7 +4,7 @@
 #include "base/progress.h"
 #include "base/vec3.h"
 #include "imaging/overlap.h"
-#include "imaging/segment_image.h"
+#include "imaging/resample.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -157,7 +157,7 @@ static bool copy_distance(struct track *track, float *distance)
     if (!track_check(track->ctx, springls_copy_level_set(track->ctx, track->grid.data), "level set")) {
         return false;
     }
-    segment_resample(&track->grid, track->grid.data, &track->image, distance);
+    resample_volume(&track->grid, track->grid.data, NULL, &track->image, distance, NULL);
     for (size_t n = 0; n < volume_voxels(&track->image); ++n) {
         distance[n] *= track->grid.spacing[0];
     }

@@ -4,6 +4,7 @@
 #include "paper.h"
 
 #include "examples/common/base/vec3.h"
+#include "examples/common/imaging/resample.h"
 #include "examples/common/imaging/segment_image.h"
 #include "examples/common/springls/segment_model.h"
 #include "examples/common/springls/volume_raycast.h"
@@ -32,7 +33,7 @@ static float *read_head(struct volume *cubes)
     }
     const bool made = blurred && segment_blur(&image, head_voxel, blurred) && volume_create_cubes(&image, head_voxel, 2, cubes);
     if (made) {
-        segment_resample(&image, blurred, cubes, cubes->data);
+        resample_volume(&image, blurred, NULL, cubes, cubes->data, NULL);
     }
     free(blurred);
     volume_free(&image);

@@ -1,6 +1,7 @@
 /* prepare.c - prepare IN OUT.nii.gz [--voxel MM] [--mirror] [--labels] [--above L]: an image on coarser cubes, its mirror
  * image, a mask of it. What make imaging has of one head, where a pipeline wants two images. */
 #include "../../examples/common/base/cli.h"
+#include "../../examples/common/imaging/resample.h"
 #include "../../examples/common/imaging/segment_image.h"
 
 #include <math.h>
@@ -11,15 +12,16 @@ static void take_nearest(const struct volume *from, const struct volume *to, flo
 {
     float map[3][4];
     size_t n = 0;
-    segment_voxel_map(to, from, map);
+    resample_map(to, NULL, from, map);
     for (int k = 0; k < to->dims[2]; ++k) {
         for (int j = 0; j < to->dims[1]; ++j) {
             for (int i = 0; i < to->dims[0]; ++i, ++n) {
                 size_t at = 0, stride = 1;
+                float x[3];
+                resample_place((const float(*)[4])map, i, j, k, x);
                 for (int r = 0; r < 3; ++r) {
-                    const float x = map[r][0] * (float)i + map[r][1] * (float)j + map[r][2] * (float)k + map[r][3];
                     const float last = (float)(from->dims[r] - 1);
-                    at += stride * (size_t)fmaxf(0.0f, fminf(last, floorf(x + 0.5f)));
+                    at += stride * (size_t)fmaxf(0.0f, fminf(last, floorf(x[r] + 0.5f)));
                     stride *= (size_t)from->dims[r];
                 }
                 result[n] = from->data[at];
@@ -77,7 +79,7 @@ int main(int argc, char **argv)
         take_nearest(&image, &cubes, cubes.data);
     } else if (good) {
         good = (float)side <= spacing || segment_blur(&image, (float)side, image.data);
-        segment_resample(&image, image.data, &cubes, cubes.data);
+        resample_volume(&image, image.data, NULL, &cubes, cubes.data, NULL);
     }
     for (size_t n = 0; good && !isnan(above) && n < volume_voxels(&cubes); ++n) {
         cubes.data[n] = (double)cubes.data[n] > above;

@@ -91,7 +91,7 @@ MADE void paint(struct volume *volume, const float center[3], field_map_fn back,
 
 MADE void affine_map(const void *map, const float *points, size_t count, float *mapped)
 {
-    for (size_t n = 0; n < count; ++n) register_apply((const double(*)[4])map, points + 3 * n, mapped + 3 * n);
+    for (size_t n = 0; n < count; ++n) volume_apply((const double(*)[4])map, points + 3 * n, mapped + 3 * n);
 }
 
 /* Mean distance, mm, between two maps at voxels of the fixed image within `radius` mm of its middle. */

@@ -63,8 +63,8 @@ TEST affine_maps_are_found(void)
             vec3_sub(x, center, r);
             if (vec3_length(r) > 15.0f) continue;
             float y[3];
-            register_apply((const double(*)[4])found, x, y);
-            register_apply((const double(*)[4])back, y, y);
+            volume_apply((const double(*)[4])found, x, y);
+            volume_apply((const double(*)[4])back, y, y);
             vec3_sub(y, x, y);
             sum += (double)vec3_length(y);
             number += 1.0;
@@ -240,7 +240,7 @@ static void paint_handle(struct volume *volume, const float center[3], const dou
         float index[3], x[3], r[3];
         place_of(volume->dims, n, index);
         volume_index_to_world(volume, index, x);
-        register_apply(back, x, x);
+        volume_apply(back, x, x);
         vec3_sub(x, center, r);
         const float body = sqrtf(r[0] * r[0] / 2.2f + r[1] * r[1] + 1.5f * r[2] * r[2]) - 8.0f;
         const float handle =

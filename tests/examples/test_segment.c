@@ -21,6 +21,7 @@ int main(int argc, char **argv)
 
 #include "springls.h"
 
+#include "../../examples/common/imaging/resample.h"
 #include "../../examples/common/imaging/segment_image.h"
 /* Their inner functions are tested too. */
 #include "../../examples/common/springls/run_options.c"
@@ -93,7 +94,7 @@ TEST resampling_keeps_a_linear_function(void)
     for (int k = 0; k < image.dims[2]; ++k)
         for (int j = 0; j < image.dims[1]; ++j)
             for (int i = 0; i < image.dims[0]; ++i) image.data[voxel_at(&image, i, j, k)] = plane(&image, i, j, k);
-    segment_resample(&image, image.data, &fine, fine.data);
+    resample_volume(&image, image.data, NULL, &fine, fine.data, NULL);
     int inner = 0;
     for (int k = 0; k < fine.dims[2]; ++k)
         for (int j = 0; j < fine.dims[1]; ++j)

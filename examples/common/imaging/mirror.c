@@ -1,5 +1,6 @@
 #include "imaging/mirror.h"
 
+#include "imaging/resample.h"
 #include "imaging/segment_image.h"
 
 #include <float.h>
@@ -287,5 +288,5 @@ void mirror_apply(const struct mirror *mirror, const struct volume *from, const 
             }
         }
     }
-    segment_resample(from, from->data, &moved_to, result);
+    resample_volume(from, from->data, NULL, &moved_to, result, NULL);
 }

@@ -1,19 +1,10 @@
-/* segment_image.h - image processing for active contours: resampling, thresholds, pressure, distances. */
+/* segment_image.h - image processing for active contours: thresholds, pressure, distances. */
 #ifndef EXAMPLES_IMAGING_SEGMENT_IMAGE_H
 #define EXAMPLES_IMAGING_SEGMENT_IMAGE_H
 
 #include "imaging/volume.h"
 
 #include <stdint.h>
-
-/* Computes the map from voxels of `to` to voxels of `from`: rows of a 3x4 matrix. */
-void segment_voxel_map(const struct volume *to, const struct volume *from, float map[3][4]);
-
-/* Interpolates trilinearly at a place in voxels; beyond the outermost voxels values are constant. */
-float segment_trilinear(const int dims[3], const float *values, const float x[3]);
-
-/* Samples values of one grid trilinearly at the voxels of another; beyond the outermost voxels they are constant. */
-void segment_resample(const struct volume *from, const float *values, const struct volume *to, float *result);
 
 /* Removes details that voxels of `size` mm cannot represent, by a Gaussian along every axis with smaller voxels. A voxel's
  * width counts as a standard deviation of half of it. Returns false if memory is short. */

@@ -479,3 +479,14 @@ void volume_world_to_index(const struct volume *volume, const float world[3], fl
         index[r] = (float)((inverse[r][0] * d[0] + inverse[r][1] * d[1] + inverse[r][2] * d[2]) / determinant);
     }
 }
+
+void volume_apply(const double map[3][4], const float x[3], float y[3])
+{
+    double out[3];
+    for (int r = 0; r < 3; ++r) {
+        out[r] = map[r][0] * (double)x[0] + map[r][1] * (double)x[1] + map[r][2] * (double)x[2] + map[r][3];
+    }
+    for (int r = 0; r < 3; ++r) {
+        y[r] = (float)out[r];
+    }
+}

@@ -81,6 +81,9 @@ bool volume_same_grid(const struct volume *a, const struct volume *b);
 void volume_index_to_world(const struct volume *volume, const float index[3], float world[3]);
 void volume_world_to_index(const struct volume *volume, const float world[3], float index[3]);
 
+/* Applies a map between two worlds, the rows of a 3x4 matrix. y may be x. */
+void volume_apply(const double map[3][4], const float x[3], float y[3]);
+
 enum volume_type { VOLUME_UINT8, VOLUME_INT16, VOLUME_FLOAT32 };
 
 /* Writes `data` (of the given type, volume_voxels(like) items) in the geometry of `like`. The name selects the format: .nrrd

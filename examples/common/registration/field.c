@@ -2,6 +2,7 @@
 
 #include "base/threads.h"
 #include "base/vec3.h"
+#include "imaging/resample.h"
 #include "registration/vgrid.h"
 
 #include <math.h>
@@ -194,20 +195,10 @@ static void pull(const struct field *field, const struct volume *image, take_fn 
     threads_for(dims[2], 1, run_pull_loop, &loop);
 }
 
-/* Returns true inside an image, which ends half a voxel beyond the centers of its outermost voxels. */
-static bool in_box(const struct volume *image, const float index[3])
-{
-    bool inside = true;
-    for (int a = 0; a < 3; ++a) {
-        inside = inside && index[a] >= -0.5f && index[a] <= (float)image->dims[a] - 0.5f;
-    }
-    return inside;
-}
-
 static float take_linear(const struct volume *image, const float index[3], float outside)
 {
     float value = outside;
-    if (in_box(image, index)) {
+    if (resample_in_box(image->dims, index)) {
         vgrid_sample(image->dims, 1, image->data, index, &value);
     }
     return value;
@@ -216,7 +207,7 @@ static float take_linear(const struct volume *image, const float index[3], float
 static float take_nearest(const struct volume *image, const float index[3], float outside)
 {
     size_t at = 0;
-    if (!in_box(image, index)) {
+    if (!resample_in_box(image->dims, index)) {
         return outside;
     }
     for (int a = 2; a >= 0; --a) {

@@ -2,6 +2,7 @@
 
 #include "base/threads.h"
 #include "base/vec3.h"
+#include "imaging/resample.h"
 #include "imaging/segment_image.h"
 #include "registration/vgrid.h"
 
@@ -76,17 +77,6 @@ void register_identity(double map[3][4])
     }
 }
 
-void register_apply(const double map[3][4], const float x[3], float y[3])
-{
-    double out[3];
-    for (int r = 0; r < 3; ++r) {
-        out[r] = map[r][0] * (double)x[0] + map[r][1] * (double)x[1] + map[r][2] * (double)x[2] + map[r][3];
-    }
-    for (int r = 0; r < 3; ++r) {
-        y[r] = (float)out[r];
-    }
-}
-
 static void invert_affine(const double m[3][4], double out[3][4])
 {
     double determinant = 0.0;
@@ -105,79 +95,6 @@ static void invert_affine(const double m[3][4], double out[3][4])
         }
         out[r][3] = -(out[r][0] * m[0][3] + out[r][1] * m[1][3] + out[r][2] * m[2][3]);
     }
-}
-
-/* Composes a map from voxels of `to` to voxels of `from`. */
-static void index_map(const struct volume *to, const double map[3][4], const struct volume *from, float out[3][4])
-{
-    const float corners[4][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}, {0, 0, 0}};
-    float place[4][3], world[3];
-    for (int c = 0; c < 4; ++c) {
-        volume_index_to_world(to, corners[c], world);
-        register_apply(map, world, world);
-        volume_world_to_index(from, world, place[c]);
-    }
-    for (int r = 0; r < 3; ++r) {
-        out[r][3] = place[3][r];
-        for (int c = 0; c < 3; ++c) {
-            out[r][c] = place[c][r] - place[3][r];
-        }
-    }
-}
-
-static inline void map_voxel(const float map[3][4], int i, int j, int k, float x[3])
-{
-    for (int r = 0; r < 3; ++r) {
-        x[r] = map[r][0] * (float)i + map[r][1] * (float)j + map[r][2] * (float)k + map[r][3];
-    }
-}
-
-static bool in_box(const int dims[3], const float x[3])
-{
-    return x[0] >= -0.5f && x[1] >= -0.5f && x[2] >= -0.5f && x[0] <= (float)dims[0] - 0.5f && x[1] <= (float)dims[1] - 0.5f
-           && x[2] <= (float)dims[2] - 0.5f;
-}
-
-struct resample_loop {
-    const struct volume *from;
-    const float *values;
-    const struct volume *to;
-    float *result;
-    unsigned char *valid;
-    const float (*m)[4];
-};
-
-static void run_resample_loop(void *arg, int begin, int end)
-{
-    const struct resample_loop *loop = arg;
-    const struct volume *from = loop->from;
-    const float *values = loop->values;
-    const struct volume *to = loop->to;
-    float *result = loop->result;
-    unsigned char *valid = loop->valid;
-    const float (*m)[4] = loop->m;
-    for (int k = begin; k < end; ++k) {
-        size_t n = (size_t)k * (size_t)to->dims[0] * (size_t)to->dims[1];
-        for (int j = 0; j < to->dims[1]; ++j) {
-            for (int i = 0; i < to->dims[0]; ++i, ++n) {
-                float x[3];
-                map_voxel((const float(*)[4])m, i, j, k, x);
-                vgrid_sample(from->dims, 1, values, x, result + n);
-                if (valid) {
-                    valid[n] = in_box(from->dims, x);
-                }
-            }
-        }
-    }
-}
-
-void register_resample(const struct volume *from, const float *values, const double map[3][4], const struct volume *to,
-                       float *result, unsigned char *valid)
-{
-    float m[3][4];
-    index_map(to, map, from, m);
-    struct resample_loop loop = {from, values, to, result, valid, (const float(*)[4])m};
-    threads_for(to->dims[2], 1, run_resample_loop, &loop);
 }
 
 /* ---- demons on one grid ---- */
@@ -245,7 +162,7 @@ static inline bool counts(const struct demons *d, const float *u, size_t n, cons
     for (int a = 0; a < 3; ++a) {
         x[a] = (float)place[a] + u[3 * n + (size_t)a];
     }
-    if (!in_box(d->dims, x)) {
+    if (!resample_in_box(d->dims, x)) {
         return false;
     }
     if (!at_place) {
@@ -424,7 +341,7 @@ static void run_transfer_loop(void *arg, int begin, int end)
         for (int j = 0; j < to->dims[1]; ++j) {
             for (int i = 0; i < to->dims[0]; ++i, ++n) {
                 float x[3];
-                map_voxel((const float(*)[4])m, i, j, k, x);
+                resample_place(m, i, j, k, x);
                 vgrid_sample(from->dims, 3, v, x, out + 3 * n);
                 for (size_t c = 0; c < 3; ++c) {
                     out[3 * n + c] *= ratio;
@@ -438,10 +355,8 @@ static void run_transfer_loop(void *arg, int begin, int end)
 static void transfer(const struct volume *from, const float *v, const struct volume *to, float *out)
 {
     const float ratio = from->spacing[0] / to->spacing[0];
-    double identity[3][4];
     float m[3][4];
-    register_identity(identity);
-    index_map(to, (const double(*)[4])identity, from, m);
+    resample_map(to, NULL, from, m);
     struct transfer_loop loop = {from, v, to, out, ratio, (const float(*)[4])m};
     threads_for(to->dims[2], 1, run_transfer_loop, &loop);
 }
@@ -461,13 +376,11 @@ static bool prepare_pair(struct pair *pair, float side)
 static bool fill_level(struct pair *pair, const struct volume *grid, const struct registration *reg,
                        enum register_similarity similarity, struct demons *d)
 {
-    double identity[3][4];
-    register_identity(identity);
     if (!prepare_pair(pair, grid->spacing[0])) {
         return false;
     }
-    register_resample(pair->fixed, pair->fixed_values, (const double(*)[4])identity, grid, d->fixed, NULL);
-    register_resample(pair->moving, pair->moving_values, (const double(*)[4])reg->affine, grid, d->moving, d->valid);
+    resample_volume(pair->fixed, pair->fixed_values, NULL, grid, d->fixed, NULL);
+    resample_volume(pair->moving, pair->moving_values, (const double(*)[4])reg->affine, grid, d->moving, d->valid);
     return similarity != REGISTER_LCC || (normalize_locally(d->dims, d->fixed) && normalize_locally(d->dims, d->moving));
 }
 
@@ -531,11 +444,9 @@ static bool align(struct pair *pair, const struct register_settings *set, float 
     *overlap = true;
     for (int l = levels - 1; good && *overlap && l >= (set->align == REGISTER_ALIGN_NONE ? levels - 1 : levels / 2); --l) {
         struct volume fixed, moving = *pair->moving;
-        double identity[3][4];
-        register_identity(identity);
         good = prepare_pair(pair, ldexpf(finest, l)) && volume_create_cubes(pair->fixed, ldexpf(finest, l), 0, &fixed);
         if (good) {
-            register_resample(pair->fixed, pair->fixed_values, (const double(*)[4])identity, &fixed, fixed.data, NULL);
+            resample_volume(pair->fixed, pair->fixed_values, NULL, &fixed, fixed.data, NULL);
             moving.data = pair->moving_values;
             good = l < levels - 1 || register_find_start(&fixed, &moving, set->align, set->start, reg->affine, overlap);
             good = good && (set->align == REGISTER_ALIGN_NONE || register_affine(&fixed, &moving, set->align, reg->affine));
@@ -684,7 +595,7 @@ void registration_map(const void *registration, const float *points, size_t coun
     for (size_t n = 0; n < 3 * count; n += 3) {
         float there[3];
         displace(&reg->grid, reg->forward, points + n, there);
-        register_apply((const double(*)[4])reg->affine, there, mapped + n);
+        volume_apply((const double(*)[4])reg->affine, there, mapped + n);
     }
 }
 
@@ -693,7 +604,7 @@ void registration_map_back(const void *registration, const float *points, size_t
     const struct registration *reg = registration;
     for (size_t n = 0; n < 3 * count; n += 3) {
         float there[3];
-        register_apply((const double(*)[4])reg->affine_inverse, points + n, there);
+        volume_apply((const double(*)[4])reg->affine_inverse, points + n, there);
         displace(&reg->grid, reg->inverse, there, mapped + n);
     }
 }

@@ -97,12 +97,6 @@ double register_correlation(const float *a, const float *b, size_t count, size_t
  * already on comparable scales (register_affine.c). */
 bool register_affine(const struct volume *fixed, const struct volume *moving, enum register_align align, double map[3][4]);
 
-/* Samples values of `from` at map(x) for every voxel x of `to`, constant beyond the outermost voxels. valid (may be NULL): 1
- * where map(x) lies inside the box of `from`. */
-void register_resample(const struct volume *from, const float *values, const double map[3][4], const struct volume *to,
-                       float *result, unsigned char *valid);
-
 void register_identity(double map[3][4]);
-void register_apply(const double map[3][4], const float x[3], float y[3]);
 
 #endif

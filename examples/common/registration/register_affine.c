@@ -80,7 +80,7 @@ static void add_voxel(const struct problem *p, const double map[3][4], const flo
 {
     double gradient[3], m[MAX_PARAMETERS][3], jacobian[MAX_PARAMETERS];
     float mapped[3], value;
-    register_apply(map, world, mapped);
+    volume_apply(map, world, mapped);
     if (!look(p->moving, mapped, &value, gradient)) {
         return;
     }

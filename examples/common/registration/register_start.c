@@ -2,6 +2,8 @@
  * axes laid on each other. Levenberg-Marquardt finds the nearest minimum only, some centimetres and 30 degrees away. */
 #include "registration/register.h"
 
+#include "imaging/resample.h"
+
 #include <lapacke.h>
 #include <math.h>
 #include <stdlib.h>
@@ -134,7 +136,7 @@ static double agreement(const struct volume *fixed, const struct volume *moving,
                         unsigned char *valid)
 {
     size_t common = 0;
-    register_resample(moving, moving->data, map, fixed, values, valid);
+    resample_volume(moving, moving->data, map, fixed, values, valid);
     for (size_t n = 0; n < volume_voxels(fixed); ++n) {
         values[n] = valid[n] ? values[n] : NAN;
     }

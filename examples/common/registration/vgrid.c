@@ -1,7 +1,7 @@
 #include "registration/vgrid.h"
 
-#include "base/scalar.h"
 #include "base/threads.h"
+#include "imaging/resample.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -9,41 +9,12 @@
 
 /* ---- interpolation ---- */
 
-/* Finds the sample before x on an axis of n samples, the weight of the next one, and the offset to it, 0 at the end. */
-static inline size_t corner(float x, int n, float *t, size_t *step)
-{
-    const float inside = scalar_clamp(x, 0.0f, (float)(n - 1));
-    const size_t low = (size_t)inside;
-    *t = inside - (float)low;
-    *step = low + 1 < (size_t)n ? 1 : 0;
-    return low;
-}
-
-/* Interpolates; inlined with a constant number of channels, so that the loops over it unroll. */
-static inline void sample(const int dims[3], size_t channels, const float *values, const float x[3], float *out)
-{
-    float t[3];
-    size_t step[3], low[3];
-    for (int a = 0; a < 3; ++a) {
-        low[a] = corner(x[a], dims[a], &t[a], &step[a]);
-    }
-    const size_t row = (size_t)dims[0] * channels, slice = row * (size_t)dims[1];
-    const float *at = values + low[0] * channels + low[1] * row + low[2] * slice;
-    const size_t dx = step[0] * channels, dy = step[1] * row, dz = step[2] * slice;
-    for (size_t c = 0; c < channels; ++c, ++at) {
-        const float a = at[0] + t[0] * (at[dx] - at[0]), b = at[dy] + t[0] * (at[dy + dx] - at[dy]);
-        const float d = at[dz] + t[0] * (at[dz + dx] - at[dz]), e = at[dz + dy] + t[0] * (at[dz + dy + dx] - at[dz + dy]);
-        const float front = a + t[1] * (b - a), back = d + t[1] * (e - d);
-        out[c] = front + t[2] * (back - front);
-    }
-}
-
 void vgrid_sample(const int dims[3], int channels, const float *values, const float x[3], float *out)
 {
     if (channels == 3) {
-        sample(dims, 3, values, x, out);
+        resample_channels(dims, 3, values, x, out);
     } else {
-        sample(dims, 1, values, x, out);
+        resample_channels(dims, 1, values, x, out);
     }
 }
 
@@ -221,7 +192,7 @@ static void run_warp_loop(void *arg, int begin, int end)
             for (int i = 0; i < dims[0]; ++i, ++n) {
                 float x[3];
                 target(u + 3 * n, 1.0f, i, j, k, x);
-                sample(dims, 1, values, x, out + n);
+                resample_channels(dims, 1, values, x, out + n);
             }
         }
     }
@@ -262,7 +233,7 @@ static void run_blend_loop(void *arg, int begin, int end)
             for (int i = 0; i < dims[0]; ++i, ++n) {
                 float x[3], there[3];
                 target(first + 3 * n, s, i, j, k, x);
-                sample(dims, 3, after, x, there);
+                resample_channels(dims, 3, after, x, there);
                 for (size_t c = 0; c < 3; ++c) {
                     out[3 * n + c] = a * first[3 * n + c] + b * there[c];
                 }
