@@ -30,7 +30,7 @@ compiler_package() { case "$1" in *clang*) echo clang ;; *g++*|*c++*) echo g++ ;
 
 headers='stdio.h libc6-dev'
 programs='springls pictures imaging surface shapes atlas viewer engine_embed'
-for group in $(printf '%s\n' "$@" | sed "s/^examples\$/$programs/; s/^bench\$/$programs scan openvdb/; s/^judges\$/judges openvdb/"); do
+for group in $(printf '%s\n' "$@" | sed "s/^examples\$/$programs/; s/^bench\$/$programs scan openvdb/; s/^judges\$/judges openvdb elastix/"); do
     need_command "${CC%% *}" "$(compiler_package "$CC")"
     case $group in
     make)
@@ -78,10 +78,11 @@ for group in $(printf '%s\n' "$@" | sed "s/^examples\$/$programs/; s/^bench\$/$p
             tbb/tbb.h libtbb-dev
             boost/version.hpp libboost-dev
             boost/iostreams/stream.hpp libboost-iostreams-dev" ;;
+    elastix)   # registers beside register
+        need_command elastix elastix ;;
     judges)   # what tests compare with, and skip where it is missing
         headers="$headers
             CGAL/Surface_mesh.h libcgal-dev"
-        need_command elastix elastix
         [ -x /usr/bin/python3 ] && /usr/bin/python3 -c 'import scipy, skimage' 2> /dev/null ||
             for package in python3-scipy python3-skimage; do need $package; done
         # Not packages of the system: Khronos' validator of glTF files and a program that shows them, where npm is at hand.

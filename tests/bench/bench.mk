@@ -104,7 +104,7 @@ segmentation: deps-examples   ## the paper's Table 6 on the images of SPRINGLS_D
 	@$(MAKE) --no-print-directory build/segment build/bench/segmentation
 	@build/bench/segmentation $(ROWS)
 
-registration: deps-test   ## register beside elastix, on a beating heart of SPRINGLS_DATA with exact landmarks
+registration: deps-elastix   ## register beside elastix, on a beating heart of SPRINGLS_DATA with exact landmarks
 	@$(MAKE) --no-print-directory build/register build/bench/registration
 	@build/bench/registration
 
