@@ -53,7 +53,7 @@ deps-examples deps-display deps-test deps-elastix deps-opencl deps-oclgrind deps
 
 # ---- the product ----
 
-build/embed: kernels_embed/embed.c
+build/embed: kernels_embed/embed.c | set-up
 	@mkdir -p build
 	$(SAY)$(CC) $(STRICT) -O1 -o $@ $<
 
