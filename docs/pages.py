@@ -15,7 +15,7 @@ A block of a page is
 COMMANDS are lines for the shell. `above ARGUMENTS` are the commands of the code block above, the last one with ARGUMENTS more;
 what the others print is not shown. `picture FILE KEPT CAPTION` keeps a picture and shows it on the page. They run in a folder of
 their own, build/docs/PAGE, in which everything of the repository is at hand; what is named build/NAME is built before. Blocks
-that use SPRINGLS_DATA are skipped where it is not set. Blocks with `test` are quick and run in `make test`, those with `check`
+that use $SPRINGLS_DATA are skipped where it is not set. Blocks with `test` are quick and run in `make test`, those with `check`
 in `make docs-check`. Of blocks with `times` the numbers, or those of the columns named, differ from run to run.
 
 A page that begins with <!-- written by: COMMAND --> is written by that command as a whole.
@@ -196,7 +196,7 @@ def wanted(block, only):
 def do_block(path, page, block, check):
     """Returns a block's new text and whether it differs from the old one in more than times. The text is None where it is skipped."""
     script = script_of(page, block)
-    if 'SPRINGLS_DATA' in script and not os.environ.get('SPRINGLS_DATA'):
+    if re.search(r'\$\{?SPRINGLS_DATA', script) and not os.environ.get('SPRINGLS_DATA'):
         return None, False
     text = '\n' + run(script, path, check).strip('\n') + '\n\n'
     times = flags_of(block)[1]

@@ -487,7 +487,9 @@ static void coverage(struct bench *bench, bool full)
     }
     struct run *zalesak = new_run(bench, "zalesak_coverage", bench->grid);
     run_command(zalesak, "build/zalesak --grid %d --params default --quiet --json -", bench->grid);
-    coverage_row(&table, zalesak, "zalesak");
+    char name[TABLE_CELL];
+    snprintf(name, sizeof name, "zalesak %d^3", bench->grid);
+    coverage_row(&table, zalesak, name);
     if (scan && level) {
         char word[1024];
         struct run *brain = new_run(bench, "segment_coverage", 1);

@@ -68,7 +68,8 @@ busy: deps-examples   ## LeVeque's test beside LOADS=8 busy loops, by the pool o
 	@$(MAKE) --no-print-directory build/leveque build/bench/leveque_openmp
 	@tests/bench/busy.sh
 
-paper: deps-examples   ## docs/results.md: the paper's tables and figures, theirs and ours (PAPER=help; PAPER="table3 fig14"; FULL=1; KEEP=1; JOBS=1)
+paper:   ## docs/results.md: the paper's tables and figures, theirs and ours (PAPER=help; PAPER="table3 fig14"; FULL=1; KEEP=1; JOBS=1)
+	@$(DEPS) examples scan
 	@$(MAKE) --no-print-directory $(if $(filter help page,$(PAPER)),build/bench/paper,$(PAPER_PROGRAMS))
 	@build/bench/paper $(if $(filter 1,$(FULL)),--full) $(if $(filter 1,$(KEEP)),--keep) $(if $(JOBS),--jobs $(JOBS)) $(PAPER)
 
@@ -85,7 +86,8 @@ morph-pairs: deps-examples   ## every character of CHARACTERS=DIR becomes every 
 	@tests/bench/morph_pairs.py $(or $(CHARACTERS),$(SPRINGLS_DATA)/rigged) build/bench/morph_pairs --grid $(or $(GRID),96) \
 	    -- --frames 40 --blend 24
 
-coverage: deps-examples   ## how well springls cover the surface: leveque, zalesak, segment's brain, motions (FULL=1: 256^3 too; ORDERS=3)
+coverage:   ## how well springls cover the surface: leveque, zalesak, segment's brain, motions (FULL=1: 256^3 too; ORDERS=3)
+	@$(DEPS) examples scan
 	@$(MAKE) --no-print-directory build/leveque build/zalesak build/segment build/bench/bench build/bench/motions
 	@ONLY=cover HEAD_SCAN='$(HEAD_SCAN)' HEAD_LEVEL='$(HEAD_LEVEL)' build/bench/bench
 	@ONLY=cover build/bench/motions
@@ -111,7 +113,8 @@ registration: deps-elastix   ## register beside elastix, on a beating heart of S
 IMAGING_PROGRAMS := $(addprefix build/,segment register track4d atlas bench/prepare bench/imaging)
 quoted = $(if $(2),--$(1) '$(subst ','\'',$(2))')
 
-imaging: deps-examples   ## the imaging programs from end to end: one page (SPRINGLS_DATA; or IMAGE= LABELS= SERIES= ..., see docs/imaging.md)
+imaging:   ## the imaging programs from end to end: one page (SPRINGLS_DATA; or IMAGE= LABELS= SERIES= ..., see docs/imaging.md)
+	@$(DEPS) examples scan
 	@$(MAKE) --no-print-directory $(IMAGING_PROGRAMS)
 	@$(if $(filter 1,$(KEEP)),,rm -rf build/imaging)
 	@build/bench/imaging --templates $(patsubst %/,%,$(dir $(HEAD_SCAN))) $(call quoted,image,$(IMAGE)) $(call quoted,level,$(LEVEL)) \
