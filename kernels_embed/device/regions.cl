@@ -6,7 +6,6 @@
    each: a smaller number in its region, or its own; in the end the smallest, the root. -1: in no region. */
 
 typedef struct springls__regions {
-    const springls__model *model;
     __global int *label;
     __global int *votes; /* of a root: voxels around its region that are outside less those inside (in the memory of phi_next) */
     int voxels;          /* numbers of voxels; entries of the top table have those from here on                                */
@@ -16,7 +15,6 @@ typedef struct springls__regions {
 SPRINGLS__MATHS springls__regions springls__regions_of(const springls__model *model)
 {
     springls__regions r;
-    r.model = model;
     r.label = springls__region_label(model);
     r.votes = (__global int *)model->grid.phi_next;
     r.voxels = model->grid.slot_count * SPRINGLS__BRICK_VOXELS;
@@ -84,32 +82,32 @@ SPRINGLS__MATHS void springls__region_unite(__global int *label, int a, int b)
 }
 
 /* Returns the node at a voxel of the domain, or -1. */
-SPRINGLS__MATHS int springls__region_node(const springls__regions *r, int x, int y, int z)
+SPRINGLS__MATHS int springls__region_node(const springls__model *model, const springls__regions *r, int x, int y, int z)
 {
-    const springls__grid *g = &r->model->grid;
+    const springls__grid *g = &model->grid;
     int entry, v;
     if (!springls__table_contains(g, x, y, z)) return -1;
     entry = springls__entry_at(g, x, y, z);
-    if (g->top[entry] < SPRINGLS__FIRST_SLOT) return springls__open_brick(r->model, entry) ? r->voxels + entry : -1;
+    if (g->top[entry] < SPRINGLS__FIRST_SLOT) return springls__open_brick(model, entry) ? r->voxels + entry : -1;
     v = g->top[entry] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);
-    return springls__in_region(r->model, (size_t)v) ? v : -1;
+    return springls__in_region(model, (size_t)v) ? v : -1;
 }
 
 /* Joins an open constant brick with those before it along each axis. */
-SPRINGLS__MATHS void springls__join_brick(const springls__regions *r, int entry)
+SPRINGLS__MATHS void springls__join_brick(const springls__model *model, const springls__regions *r, int entry)
 {
-    const springls__table *t = &r->model->grid.table;
+    const springls__table *t = &model->grid.table;
     int axis, stride = 1, node = r->voxels + entry;
-    if (!springls__open_brick(r->model, entry)) return;
+    if (!springls__open_brick(model, entry)) return;
     for (axis = 0; axis < 3; axis++) {
         bool first = entry / stride % t->bricks[axis] == 0;
-        if (!first && springls__open_brick(r->model, entry - stride)) springls__region_unite(r->label, node, node - stride);
+        if (!first && springls__open_brick(model, entry - stride)) springls__region_unite(r->label, node, node - stride);
         stride *= t->bricks[axis];
     }
 }
 
 /* Joins the members of a row with the nodes beyond face d of it: voxels before it, and constant bricks on all sides. */
-SPRINGLS__MATHS void springls__join_row(const springls__regions *r, const int at[3], int d)
+SPRINGLS__MATHS void springls__join_row(const springls__model *model, const springls__regions *r, const int at[3], int d)
 {
     int x, beside = -1;
     for (x = d == 1 ? 7 : 0; x <= (d == 0 ? 0 : 7); x++) {
@@ -118,8 +116,8 @@ SPRINGLS__MATHS void springls__join_row(const springls__regions *r, const int at
         place[1] = at[1];
         place[2] = at[2];
         springls__voxel_at_face(place, 1, d, 0, 0, to);
-        n = springls__region_node(r, place[0], place[1], place[2]);
-        beside = n < 0 ? -1 : springls__region_node(r, to[0], to[1], to[2]);
+        n = springls__region_node(model, r, place[0], place[1], place[2]);
+        beside = n < 0 ? -1 : springls__region_node(model, r, to[0], to[1], to[2]);
         if (beside < 0 || before >= 0 || ((d & 1) && beside < r->voxels)) continue; /* once a run of members, and once a pair */
         springls__region_unite(r->label, n, beside);
     }
@@ -131,11 +129,11 @@ SPRINGLS__MATHS void springls__region_join_element(const springls__model *model,
     int at[3], d;
     (void)args;
     if (i >= r.rows) {
-        springls__join_brick(&r, i - r.rows);
+        springls__join_brick(model, &r, i - r.rows);
         return;
     }
     springls__row_at(&model->grid, i, at);
-    for (d = 0; d < 6; d++) springls__join_row(&r, at, d);
+    for (d = 0; d < 6; d++) springls__join_row(model, &r, at, d);
 }
 
 /* ---- vote: the voxels around the members of a region are added up at its root ---- */
@@ -156,23 +154,23 @@ SPRINGLS__MATHS void springls__add_votes(const springls__regions *r, int root, i
     if (root >= 0 && root < r->voxels && votes != 0) atomic_add(&r->votes[root], votes);
 }
 
-SPRINGLS__MATHS void springls__vote_of_brick(const springls__regions *r, int entry)
+SPRINGLS__MATHS void springls__vote_of_brick(const springls__model *model, const springls__regions *r, int entry)
 {
     int at[3], to[3], d, k, votes = 0;
-    if (!springls__open_brick(r->model, entry)) return;
-    springls__entry_origin(&r->model->grid, entry, at);
+    if (!springls__open_brick(model, entry)) return;
+    springls__entry_origin(&model->grid, entry, at);
     for (d = 0; d < 6; d++)
         for (k = 0; k < 64; k++) {
             springls__voxel_at_face(at, 8, d, k % 8, k / 8, to);
-            votes += springls__vote_at(r->model, to[0], to[1], to[2]);
+            votes += springls__vote_at(model, to[0], to[1], to[2]);
         }
     springls__add_votes(r, springls__region_root(r->label, r->voxels + entry), votes);
 }
 
 /* Adds up a row run by run of members: they have one root. */
-SPRINGLS__MATHS void springls__vote_of_row(const springls__regions *r, int row)
+SPRINGLS__MATHS void springls__vote_of_row(const springls__model *model, const springls__regions *r, int row)
 {
-    int at[3], first = springls__row_at(&r->model->grid, row, at), x, d, root = -1, votes = 0;
+    int at[3], first = springls__row_at(&model->grid, row, at), x, d, root = -1, votes = 0;
     for (x = 0; x <= 8; x++) {
         int label = x < 8 ? r->label[first + x] : -1;
         if (label < 0) {
@@ -183,9 +181,9 @@ SPRINGLS__MATHS void springls__vote_of_row(const springls__regions *r, int row)
         }
         if (root < 0) root = springls__region_root(r->label, label);
         for (d = -1; d <= 1; d += 2)
-            votes += springls__vote_at(r->model, at[0] + x + d, at[1], at[2])
-                   + springls__vote_at(r->model, at[0] + x, at[1] + d, at[2])
-                   + springls__vote_at(r->model, at[0] + x, at[1], at[2] + d);
+            votes += springls__vote_at(model, at[0] + x + d, at[1], at[2])
+                   + springls__vote_at(model, at[0] + x, at[1] + d, at[2])
+                   + springls__vote_at(model, at[0] + x, at[1], at[2] + d);
     }
 }
 
@@ -193,8 +191,8 @@ SPRINGLS__MATHS void springls__region_vote_element(const springls__model *model,
 {
     springls__regions r = springls__regions_of(model);
     (void)args;
-    if (i >= r.rows) springls__vote_of_brick(&r, i - r.rows);
-    else springls__vote_of_row(&r, i);
+    if (i >= r.rows) springls__vote_of_brick(model, &r, i - r.rows);
+    else springls__vote_of_row(model, &r, i);
 }
 
 /* ---- resolve: regions with more voxels of the outside around them are outside ---- */

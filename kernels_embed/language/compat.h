@@ -8,6 +8,7 @@
   /* Marks a function of the shared maths. PoCL 3.1 loses stores to local memory in functions that it does not inline. */
   #define SPRINGLS__MATHS   static inline __attribute__((always_inline))
   #define SPRINGLS__INNER   SPRINGLS__MATHS    /* the maths of inner loops              */
+  #define SPRINGLS__NOINLINE static __attribute__((noinline)) /* large maths without SPRINGLS__LOCAL memory */
   #define SPRINGLS__GLOBAL  __global           /* memory that kernels and host share    */
   #define SPRINGLS__LOCAL   __local            /* memory of one work group              */
   #define SPRINGLS__BARRIER barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE)
@@ -47,9 +48,11 @@
   #if defined(__GNUC__)
     #define SPRINGLS__MATHS __attribute__((__unused__)) static
     #define SPRINGLS__INNER __attribute__((__unused__)) static inline
+    #define SPRINGLS__NOINLINE SPRINGLS__MATHS
   #else
     #define SPRINGLS__MATHS static inline
     #define SPRINGLS__INNER static inline
+    #define SPRINGLS__NOINLINE SPRINGLS__MATHS
   #endif
   #define SPRINGLS__GLOBAL
   #define SPRINGLS__LOCAL

@@ -48,8 +48,6 @@ SPRINGLS__VEC_MATHS uint32_t springls__places_within(SPRINGLS__GLOBAL const floa
 /* A walk over the springls whose particle lies in a box of cells, row by row within each brick; then over those in no cell. Of those
    in cells it may be limited to particles near a place. */
 typedef struct springls__cell_walk {
-    const springls__grid *g;
-    const springls__cell_list *cells;
     int lo[3], hi[3], x, y, z;
     int slot, first, last;                /* of the row: its brick, its cells in there; slot -1: of those in no cell     */
     SPRINGLS__GLOBAL const uint32_t *ids; /* springls of the row that are left: next, ..., end - 1                       */
@@ -64,8 +62,6 @@ SPRINGLS__INNER springls__cell_walk springls__cell_walk_begin(const springls__mo
 {
     springls__cell_walk walk;
     const springls__grid *g = &model->grid;
-    walk.g = g;
-    walk.cells = &model->cells;
     springls__voxel_of_place(g, lower, walk.lo);
     springls__voxel_of_place(g, upper, walk.hi);
     walk.x = walk.lo[0] &= -SPRINGLS__CELL;
@@ -80,17 +76,17 @@ SPRINGLS__INNER springls__cell_walk springls__cell_walk_begin(const springls__mo
 }
 
 /* Goes on to the next row; returns false at the end. */
-SPRINGLS__INNER bool springls__cell_walk_row(springls__cell_walk *walk)
+SPRINGLS__INNER bool springls__cell_walk_row(const springls__model *model, springls__cell_walk *walk)
 {
-    const springls__grid *g = walk->g;
+    const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const uint32_t *cell;
     int last, row;
     if (walk->z > walk->hi[2]) {
         if (walk->slot < 0) return false;
         walk->slot = -1;
-        walk->ids = walk->cells->unbinned;
+        walk->ids = model->cells.unbinned;
         walk->next = 0;
-        walk->end = (uint32_t)walk->cells->unbinned_count;
+        walk->end = (uint32_t)model->cells.unbinned_count;
         return true;
     }
     last = springls__imin(walk->x | 7, walk->hi[0]);
@@ -114,32 +110,32 @@ SPRINGLS__INNER bool springls__cell_walk_row(springls__cell_walk *walk)
 }
 
 /* Looks at the next springls of the row, up to the end of their block. */
-SPRINGLS__MATHS void springls__cell_walk_block(springls__cell_walk *walk)
+SPRINGLS__MATHS void springls__cell_walk_block(const springls__model *model, springls__cell_walk *walk)
 {
     uint32_t left = walk->end - (walk->next & ~7u), from = walk->next & 7u;
     walk->block = walk->next & ~7u;
     walk->found = 0xffu;
     if (walk->slot >= 0 && walk->r2 >= 0.0f)
-        walk->found = springls__places_within(walk->cells->places + 3 * (size_t)walk->block, walk->near_to, walk->r2);
+        walk->found = springls__places_within(model->cells.places + 3 * (size_t)walk->block, walk->near_to, walk->r2);
     if (left < 8u) walk->found &= (1u << left) - 1u;
     walk->found = walk->found >> from << from;
     walk->next = left < 8u ? walk->end : walk->block + 8u;
 }
 
 /* Goes on to the next springls; returns false at the end. */
-SPRINGLS__MATHS bool springls__cell_walk_on(springls__cell_walk *walk)
+SPRINGLS__MATHS bool springls__cell_walk_on(const springls__model *model, springls__cell_walk *walk)
 {
     while (walk->found == 0u)
-        if (walk->next != walk->end) springls__cell_walk_block(walk);
-        else if (!springls__cell_walk_row(walk)) return false;
+        if (walk->next != walk->end) springls__cell_walk_block(model, walk);
+        else if (!springls__cell_walk_row(model, walk)) return false;
     return true;
 }
 
 /* Returns the next springl; -1 at the end. */
-SPRINGLS__MATHS int springls__cell_walk_next(springls__cell_walk *walk)
+SPRINGLS__MATHS int springls__cell_walk_next(const springls__model *model, springls__cell_walk *walk)
 {
     uint32_t at;
-    if (walk->found == 0u && !springls__cell_walk_on(walk)) return -1;
+    if (walk->found == 0u && !springls__cell_walk_on(model, walk)) return -1;
     at = walk->block + (uint32_t)springls__lowest_bit(walk->found);
     walk->found &= walk->found - 1u;
     return (int)walk->ids[at];

@@ -76,19 +76,15 @@ SPRINGLS__W_MATHS void SPRINGLS__W(fit_shares_solve)(const SPRINGLS__W(correspon
                                                      SPRINGLS__W(fit_shares) *shares, SPRINGLS__COND *known)
 {
     const SPRINGLS__NUM *m = fit->moments;
-    const SPRINGLS__NUM row[6][6] = { { m[14] },
-                                      { m[13], m[12] },
-                                      { m[12], m[11], m[10] },
-                                      { m[9], m[8], m[7], m[5] },
-                                      { m[8], m[7], m[6], m[4], m[3] },
-                                      { m[5], m[4], m[3], m[2], m[1], m[0] } };
+    const SPRINGLS__NUM lower[21] = { m[14], m[13], m[12], m[12], m[11], m[10], m[9], m[8], m[7], m[5], m[8],
+                                      m[7],  m[6],  m[4],  m[3],  m[5],  m[4],  m[3], m[2], m[1], m[0] }; /* row by row */
     const float most = 8.0f; /* how often an error of the correspondences may count */
     SPRINGLS__NUM left[6][6]; /* the lower triangle */
     SPRINGLS__NUM inverse[6], found[6];
     SPRINGLS__COND good;
     int i, j, k;
     for (i = first; i < 6; i++)
-        for (j = first; j <= i; j++) left[i][j] = row[i][j];
+        for (j = first; j <= i; j++) left[i][j] = lower[i * (i + 1) / 2 + j];
     good = m[0] > 0.0f;
     for (k = first; k < 5; k++) {
         inverse[k] = 1.0f / left[k][k];

@@ -44,7 +44,7 @@ SPRINGLS__MATHS springls__span springls__span_at(const springls__model *model, s
     springls__span span;
     int other;
     span.fit = springls__fit_begin(p, n, a);
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         if (other < known) springls__fit_add(&span.fit, o->p, springls__springl_normal(*o), model->set.a[other]);
     }
@@ -62,7 +62,7 @@ SPRINGLS__MATHS springls__span_sums springls__sum_residuals(const springls__mode
     springls__span_sums sums;
     int other, v, i;
     sums.weight = sums.height2 = sums.a2 = sums.error2 = 0.0f;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         springls__fit_equation e;
         if (other >= known) continue;
@@ -84,7 +84,7 @@ SPRINGLS__MATHS springls__span_sums springls__sum_residuals(const springls__mode
    of the original surface: standard errors of a fit at p, its difference from that fit, and the errors of its sources. Heights
    count by as much as the surface has become thinner, as without a change of volume. Sources that deviate from the fit by more
    than a voxel are of two sheets, and count in full. */
-SPRINGLS__MATHS float springls__error_at_birth(const springls__model *model, springls__v3 p, springls__v3 n, springls__v3 a,
+SPRINGLS__NOINLINE float springls__error_at_birth(const springls__model *model, springls__v3 p, springls__v3 n, springls__v3 a,
                                                int known)
 {
     const float standard_errors = 2.0f;

@@ -452,7 +452,6 @@ SPRINGLS__VEC_MATHS springls__vmask springls__at_interface(springls__cross7 v)
 #define SPRINGLS__WIDE_VOXELS 2744
 
 typedef struct springls__wide_tile {
-    const springls__grid *g;
     SPRINGLS__GLOBAL const float *field;
     int origin[3];
     SPRINGLS__LOCAL float *value; /* WIDE_VOXELS */
@@ -465,7 +464,6 @@ SPRINGLS__INNER void springls__load_wide_tile(const springls__grid *g, SPRINGLS_
     const int m = SPRINGLS__WIDE_MARGIN;
     int axis;
     bool border = false;
-    tile->g = g;
     tile->field = field;
     for (axis = 0; axis < 3; axis++) {
         tile->origin[axis] = origin[axis];
@@ -475,7 +473,7 @@ SPRINGLS__INNER void springls__load_wide_tile(const springls__grid *g, SPRINGLS_
 }
 
 /* Interpolates at x, in voxels from the brick's first one, trilinear. */
-SPRINGLS__MATHS float springls__wide_tile_sample(const springls__wide_tile *tile, springls__v3 x)
+SPRINGLS__MATHS float springls__wide_tile_sample(const springls__grid *g, const springls__wide_tile *tile, springls__v3 x)
 {
     const int m = SPRINGLS__WIDE_MARGIN, sy = SPRINGLS__WIDE, sz = SPRINGLS__WIDE * SPRINGLS__WIDE;
     const float lower = (float)-m, upper = (float)(7 + m);
@@ -483,7 +481,7 @@ SPRINGLS__MATHS float springls__wide_tile_sample(const springls__wide_tile *tile
     SPRINGLS__LOCAL const float *t;
     if (!(i >= lower && j >= lower && k >= lower && i < upper && j < upper && k < upper)) {
         springls__v3 origin = springls__v3_make((float)tile->origin[0], (float)tile->origin[1], (float)tile->origin[2]);
-        return springls__grid_sample(tile->g, tile->field, springls__add(x, origin));
+        return springls__grid_sample(g, tile->field, springls__add(x, origin));
     }
     t = tile->value + ((int)i + m) + sy * ((int)j + m) + sz * ((int)k + m);
     corner[0] = t[0];

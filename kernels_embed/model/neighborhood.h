@@ -31,7 +31,7 @@ SPRINGLS__MATHS int springls__nearest_springl_facing(const springls__model *mode
     springls__cell_walk walk = springls__cell_walk_around(model, x, radius);
     float best = radius * radius, limit = radius;
     int i, nearest = -1;
-    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
         springls__tri_plan plan;
         float d2, within = limit + s->bounding_radius;
@@ -74,7 +74,7 @@ SPRINGLS__MATHS bool springls__is_surrounded(const springls__model *model, int o
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
     uint32_t sectors = 0u;
     int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {
         springls__v3 d;
         float u, v;
         if (!springls__lies_beside(model, of, other, x, n, r, high)) continue;
@@ -95,7 +95,7 @@ SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__mod
     springls__angular_gaps gaps = springls__angular_gaps_begin(n);
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
     int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0)
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0)
         if (springls__lies_beside(model, of, other, x, n, r, high))
             gaps = springls__angular_gaps_add(gaps, springls__sub(model->set.s[other].p, x));
     return springls__angular_gaps_widest(gaps);
@@ -109,7 +109,7 @@ SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__
     springls__angular_gaps gaps = springls__angular_gaps_begin(n);
     springls__cell_walk walk = springls__cell_walk_near(model, x, springls__sqrt(r * r + high * high));
     int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {
         springls__v3 d = springls__sub(model->set.s[other].p, x);
         float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;
         if (springls__is_overlapped(model, other)) continue;
@@ -127,7 +127,7 @@ SPRINGLS__MATHS int springls__side_of_springls(const springls__model *model, spr
     springls__cell_walk walk = springls__cell_walk_around(model, x, radius);
     float best = radius * radius;
     int i, side = 0;
-    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
         float within = radius + s->bounding_radius, d2;
         springls__tri_plan plan;

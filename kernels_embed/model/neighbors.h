@@ -61,14 +61,17 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
     const float radius = model->params.neighbor_radius, radius2 = radius * radius;
     const int room = model->params.max_neighbors;
     SPRINGLS__GLOBAL const springls__v3 *q = self->q;
-    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f };
-    const float z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };
     springls__v3 normal = springls__springl_normal(*self);
     springls__cell_walk walk = springls__cell_walk_around(model, self->p, radius + self->bounding_radius);
-    float d2s[SPRINGLS__NEIGHBOR_ROW], d2[8], edge[8];
+    float x[8], y[8], z[8], d2s[SPRINGLS__NEIGHBOR_ROW], d2[8], edge[8];
     int length[3] = { 0, 0, 0 }, other, m;
+    for (m = 0; m < 8; m++) {
+        x[m] = m < 3 ? q[m].x : 0.0f;
+        y[m] = m < 3 ? q[m].y : 0.0f;
+        z[m] = m < 3 ? q[m].z : 0.0f;
+    }
     for (m = 0; m < SPRINGLS__NEIGHBOR_ROW; m++) row[m] = -1;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &all[other];
         float within = radius + o->bounding_radius + self->bounding_radius;
         if (other == n) continue;

@@ -244,12 +244,12 @@ SPRINGLS__MATHS void springls__surface_element(const springls__model *model, spr
 #define SPRINGLS__SAMPLE_RANGE (1.01f * SPRINGLS__CORRESPONDENCE_RADIUS)
 
 /* Finds the next springl of a walk that counts for a fit around springl `center`; -1: none is left. */
-SPRINGLS__MATHS int springls__next_sample(const springls__model *model, const springls__correspondence_fit *fit, int center,
+SPRINGLS__NOINLINE int springls__next_sample(const springls__model *model, const springls__correspondence_fit *fit, int center,
                                           springls__cell_walk *walk, springls__fit_sample *sample)
 {
     const float r = SPRINGLS__SAMPLE_RANGE;
     int i;
-    while ((i = springls__cell_walk_next(walk)) >= 0) {
+    while ((i = springls__cell_walk_next(model, walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
         if (springls__length2(springls__sub(s->p, fit->origin)) > r * r) continue;
         if (springls__of_two_contact_bodies(model, center, i)) continue;

@@ -101,7 +101,7 @@ SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i
     if (model->set.phi[i] > model->grid.far_value) return false; /* pushed out of the grid */
     if (springls__phi_or_beyond(&model->grid, springls__mad(s->p, n, ahead)) <= 0.0f) return false;
     walk = springls__cell_walk_near(model, s->p, r);
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {
         springls__v3 d = springls__sub(model->set.s[other].p, s->p), m;
         if (other == i || springls__length2(d) > r * r) continue;
         if (springls__at_edge(model, other)) return false; /* beyond a sharp edge the neighbors look the same */
@@ -124,7 +124,7 @@ SPRINGLS__MATHS bool springls__at_gap(const springls__model *model, int i)
     springls__v3 n = springls__springl_normal(s);
     springls__cell_walk walk = springls__cell_walk_near(model, s.p, r);
     int other, across = 0, facing = 0, beside = 0;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {
         springls__v3 d = springls__sub(model->set.s[other].p, s.p), m = springls__springl_normal(model->set.s[other]);
         float d2 = springls__length2(d), ahead = springls__dot(d, n);
         if (other == i || d2 > r * r) continue;
@@ -211,7 +211,7 @@ SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SP
     springls__cell_walk walk = springls__cell_walk_near(model, model->set.s[i].p, model->params.merge_distance);
     uint8_t decided = SPRINGLS__KEEP;
     int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {
         if (action[other] == SPRINGLS__REMOVE || !springls__outranks(model, other, i)) continue;
         if (!springls__merges(model, i, n, other)) continue;
         if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;

@@ -31,7 +31,7 @@ SPRINGLS__MATHS bool springls__has_room(const springls__model *model, int of, sp
     const float r = SPRINGLS__SEED_DISTANCE;
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
     int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         if (springls__length2(springls__sub(o->p, x)) >= r * r) continue;
         if (springls__of_two_contact_bodies(model, of, other)) continue;
@@ -48,7 +48,7 @@ SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, int 
     springls__cell_walk walk = springls__cell_walk_near(model, p, r);
     float weight = 0.0f, value = 0.0f;
     int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         springls__estimate estimate = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));
         if (springls__of_two_contact_bodies(model, of, other)) continue;
@@ -111,7 +111,7 @@ SPRINGLS__MATHS uint8_t springls__decide_seed(const springls__model *model, int 
     springls__cell_walk walk = springls__cell_walk_near(model, seed.p, SPRINGLS__SEED_RANGE + SPRINGLS__SEED_DISTANCE + 0.01f);
     uint8_t decided = SPRINGLS__KEEP;
     int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {
         if (other >= i || action[other] == SPRINGLS__REMOVE
             || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)
             || springls__of_two_contact_bodies(model, i, other)) continue;

@@ -31,10 +31,10 @@ SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls
     float nearest2 = FLT_MAX;
     bool sheet = false;
     int i;
-    while ((i = springls__cell_walk_next(&walk)) >= 0)
+    while ((i = springls__cell_walk_next(model, &walk)) >= 0)
         if (springls__distance2_to_springl(&model->set.s[i], x, covered) <= covered * covered) return false;
     walk = springls__cell_walk_around(model, x, r);
-    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {
         float d2 = springls__distance2_to_springl(&model->set.s[i], x, r);
         if (d2 == FLT_MAX) continue;
         nearest2 = springls__min(nearest2, d2);

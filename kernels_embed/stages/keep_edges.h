@@ -296,7 +296,7 @@ SPRINGLS__MATHS void springls__gather_samples(const springls__model *model, spri
     const float least = 0.3f;
     int i;
     samples->count = 0;
-    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
         float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / (radius * radius);
         if (i >= known || weight <= 0.0f) continue;
@@ -381,7 +381,7 @@ SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__sample_se
 }
 
 /* Finds place and correspondence of a new springl near a crease, from one side of it only; false where there is no crease. */
-SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0,
+SPRINGLS__NOINLINE bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0,
                                              int known, springls__fit_result *result)
 {
     springls__sample_set samples;
@@ -481,7 +481,7 @@ SPRINGLS__MATHS bool springls__neighbor_turned(const springls__model *model, int
     springls__v3 p = model->set.s[i].p;
     springls__cell_walk walk = springls__cell_walk_near(model, p, radius);
     int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {
         float along = springls__dot(normal[i], normal[other]);
         if (along < turned && along > SPRINGLS__AWAY
             && springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius) return true;
@@ -495,7 +495,7 @@ SPRINGLS__MATHS bool springls__neighbor_at_edge(const springls__model *model, in
     SPRINGLS__GLOBAL const uint8_t *before = springls__was_at_edge(model);
     springls__v3 p = model->set.s[i].p;
     springls__cell_walk walk = springls__cell_walk_near(model, p, radius);
-    while (springls__cell_walk_row(&walk)) {
+    while (springls__cell_walk_row(model, &walk)) {
         if (walk.slot >= 0) { /* leaves out a row none of whose cells has a springl that lay at an edge */
             uint32_t word = springls__edge_cells(model)[2 * walk.slot + (walk.first >> 5)];
             if (((word >> (walk.first & 31)) & ((2u << (walk.last - walk.first)) - 1u)) == 0u) continue;

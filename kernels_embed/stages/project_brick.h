@@ -361,7 +361,8 @@ SPRINGLS__VEC_MATHS springls__vmask springls__needs_project_voxel(const springls
 }
 
 /* Carries phi of a row along with the springls near its voxels: takes it from the places that they have come from. */
-SPRINGLS__MATHS void springls__carry_row(const springls__wide_tile *tile, int row, SPRINGLS__LOCAL const float *sums, float phi[8])
+SPRINGLS__MATHS void springls__carry_row(const springls__grid *g, const springls__wide_tile *tile, int row,
+                                         SPRINGLS__LOCAL const float *sums, float phi[8])
 {
     const float y = (float)(row & 7), z = (float)(row >> 3);
     float from[3][8];
@@ -375,7 +376,7 @@ SPRINGLS__MATHS void springls__carry_row(const springls__wide_tile *tile, int ro
     }
     for (i = 0; i < 8; i++)
         if (sums[8 * SPRINGLS__SUM_WEIGHT + i] > SPRINGLS__MIN_WEIGHT)
-            phi[i] = springls__wide_tile_sample(tile, springls__v3_make(from[0][i], from[1][i], from[2][i]));
+            phi[i] = springls__wide_tile_sample(g, tile, springls__v3_make(from[0][i], from[1][i], from[2][i]));
 }
 
 /* Makes phi of a row's voxels exact where springls are near. */
@@ -468,7 +469,7 @@ SPRINGLS__MATHS bool springls__project_row(const springls__model *model, const s
     }
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__vec_store(value + i, springls__vec_load(phi + i));
     if (some_passed) unknown = springls__mark_passed(model, origin, row, reached, sums, max_displacement, value);
-    if (reached && carry) springls__carry_row(tile, row, sums, value);
+    if (reached && carry) springls__carry_row(&model->grid, tile, row, sums, value);
     if (reached && model->params.project_level_set)
         springls__correct_row(model, near_by, origin, row, sums, args, edges, value);
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__vec_store(out + i, springls__vec_load(value + i));

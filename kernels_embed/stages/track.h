@@ -15,7 +15,7 @@ SPRINGLS__MATHS springls__v3 springls__project_step(springls__v3 a, float phi, s
 }
 
 /* Projects a onto the original surface (eq. 26). */
-SPRINGLS__MATHS springls__v3 springls__project_on_original(const springls__model *model, springls__v3 a)
+SPRINGLS__NOINLINE springls__v3 springls__project_on_original(const springls__model *model, springls__v3 a)
 {
     const springls__grid *g = &model->reference;
     int i;
@@ -50,7 +50,7 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springl
         springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f), nearest = sum;
         float best = FLT_MAX;
         int other, count = 0;
-        while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        while ((other = springls__cell_walk_next(model, &walk)) >= 0) {
             float d2;
             if (other >= known || springls__dot(springls__springl_normal(model->set.s[other]), n) <= 0.0f)
                 continue; /* on the other side of a sheet */
@@ -78,7 +78,7 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springl
 
 /* Fits a quadratic at x over the particles around, of springls before `known` and of the body of springl `of`; near an edge, over
    those of one side. */
-SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, int of, springls__v3 x, springls__v3 n,
+SPRINGLS__NOINLINE springls__fit_result springls__fit_at(const springls__model *model, int of, springls__v3 x, springls__v3 n,
                                                       springls__v3 a0, int known)
 {
     springls__fit fit = springls__fit_begin(x, n, a0);
@@ -87,7 +87,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *mod
     springls__fit_result result;
     int other;
     if (model->params.keep_edges && springls__place_at_edge(model, x, n, a0, known, &result)) return result;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         if (other >= known || springls__of_two_contact_bodies(model, of, other)) continue;
         if (springls__fit_add(&fit, o->p, springls__springl_normal(*o), model->set.a[other]))

@@ -43,7 +43,7 @@ SPRINGLS__FN bool springls__find_candidates(const springls__model *model, spring
     int i;
     c->count = 0;
     if (model->params.contact == SPRINGLS_CONTACT_SEPARATE) return false;
-    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {
         const springls__springl *s = &model->set.s[i];
         if (!springls__box_contains(springls__box_widened(box, springls__reach_of(s->bounding_radius)), s->p)) continue;
         if (c->count == SPRINGLS__CHUNK_CANDIDATES || springls__at_edge(model, i)) return false;

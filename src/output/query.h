@@ -192,7 +192,7 @@ SPRINGLS__FN void springls__place_fit_around(springls__place_fit *place, bool ce
     int j;
     if (cells) {
         springls__cell_walk walk = springls__cell_walk_near(&ctx->model, place->x, place->radius);
-        while ((j = springls__cell_walk_next(&walk)) >= 0) springls__place_fit_add(place, j);
+        while ((j = springls__cell_walk_next(&ctx->model, &walk)) >= 0) springls__place_fit_add(place, j);
     } else {
         springls__near_walk walk = springls__near_walk_begin(&ctx->springl_surface, springls__voxel_to_model(ctx, place->x),
                                                              place->radius * ctx->largest_spacing / ctx->smallest_spacing);

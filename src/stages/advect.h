@@ -94,7 +94,7 @@ SPRINGLS__FN springls_status springls__list_region(springls__motion *motion)
                                     SPRINGLS__ROLE_BIT(region_springls)));
     if (ctx->cells_fresh) {
         springls__cell_walk walk = springls__cell_walk_begin(&ctx->model, lower, upper);
-        while ((i = springls__cell_walk_next(&walk)) >= 0)
+        while ((i = springls__cell_walk_next(&ctx->model, &walk)) >= 0)
             if (springls__in_force_region(lower, upper, s[i].p)) motion->listed[motion->count++] = i;
         qsort(motion->listed, (size_t)motion->count, sizeof *motion->listed, springls__compare_int);
         return SPRINGLS_OK;

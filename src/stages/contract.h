@@ -56,7 +56,7 @@ SPRINGLS__FN void springls__remove_merged(const springls__model *model, uint8_t 
     springls__v3 n = springls__springl_normal(model->set.s[i]);
     springls__cell_walk walk = springls__cell_walk_near(model, model->set.s[i].p, model->params.merge_distance);
     int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0)
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0)
         if (action[other] == SPRINGLS__UNDECIDED && springls__merges(model, i, n, other)) action[other] = SPRINGLS__REMOVE;
 }
 
