@@ -4785,7 +4785,7 @@ SPRINGLS__MATHS bool springls__fit_add(springls__fit *fit, springls__v3 p, sprin
 /* The fitted surface at the origin. */
 typedef struct springls__fit_result {
     springls__v3 point, normal, a;
-    bool ok; /* false: too few neighbors, or they lie on a line */
+    int ok; /* 0: too few neighbors, or they lie on a line */
 } springls__fit_result;
 
 /* Factors the first `terms` rows of the normal matrix by Cholesky into l, row by row; false when it is close to singular. */
@@ -7119,7 +7119,7 @@ typedef struct springls__relax_rule {
     float step_length, step_rotation; /* xi, rho (eq. 17, 18)                    */
     springls_threshold threshold;    /* H                                         */
     springls_weight weight;          /* W                                         */
-    bool physical;                   /* torque: eq. 19, else eq. 20               */
+    int physical;                    /* torque: eq. 19, else eq. 20               */
 } springls__relax_rule;
 
 SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_params *params)
@@ -7880,12 +7880,12 @@ SPRINGLS__MATHS bool springls__votes_inside(springls__v3 d, springls__v3 n, floa
 typedef struct springls__sides { springls__v3 normal[SPRINGLS__SIDES], middle[SPRINGLS__SIDES]; int count; } springls__sides;
 
 /* Returns the side that a normal belongs to; -1: none. */
-SPRINGLS__MATHS int springls__side_of(const springls__sides sides, springls__v3 n)
+SPRINGLS__MATHS int springls__side_of(const springls__sides *sides, springls__v3 n)
 {
     int s, best = -1;
     float closest = SPRINGLS__TOGETHER, along;
-    for (s = 0; s < sides.count; s++) {
-        along = springls__dot(sides.normal[s], n);
+    for (s = 0; s < sides->count; s++) {
+        along = springls__dot(sides->normal[s], n);
         if (along <= closest) continue;
         closest = along;
         best = s;
@@ -8049,7 +8049,7 @@ SPRINGLS__MATHS springls__sides springls__heaviest_sides(const springls__v3 *p, 
 SPRINGLS__MATHS bool springls__is_on_side(const springls__sides *sides, springls__v3 p, springls__v3 n, float distance)
 {
     int s;
-    if (springls__side_of(*sides, n) >= 0) return true;
+    if (springls__side_of(sides, n) >= 0) return true;
     for (s = 0; s < sides->count; s++)
         if (springls__dot(n, sides->normal[s]) > 0.3f
             && springls__fabs(springls__dot(springls__sub(p, sides->middle[s]), sides->normal[s])) < distance) return true;
@@ -8068,7 +8068,7 @@ SPRINGLS__MATHS bool springls__faces_away(const springls__sides *sides, springls
 /* Finds the sides of the springls about a place, given their weights. There are none unless almost all springls lie on one:
    springls on none, those of other sheets left out, may have a sixth of the weight. `certain`: half of that, and a smaller distance
    counts as on a side. */
-SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight,
+SPRINGLS__NOINLINE springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight,
                                                      int count, float narrow, bool certain)
 {
     const float distance = certain ? 0.06f : 0.15f; /* voxel */
@@ -8146,7 +8146,7 @@ SPRINGLS__MATHS springls__sides springls__sample_set_sides(const springls__sampl
 
 /* Collects the springls before `known` with particles within the radius, or within a smaller one that does not overfill the
    set. */
-SPRINGLS__MATHS void springls__gather_samples(const springls__model *model, springls__v3 x, float radius, int known,
+SPRINGLS__NOINLINE void springls__gather_samples(const springls__model *model, springls__v3 x, float radius, int known,
                                             springls__sample_set *samples)
 {
     springls__cell_walk walk = springls__cell_walk_near(model, x, radius);
@@ -8181,13 +8181,13 @@ SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_s
 }
 
 /* Fits the surface of every side about x, without springl `self`; returns how many fits are good. */
-SPRINGLS__MATHS int springls__fit_sides(const springls__sample_set *samples, springls__sides sides, springls__v3 x,
+SPRINGLS__MATHS int springls__fit_sides(const springls__sample_set *samples, const springls__sides *sides, springls__v3 x,
                                         springls__v3 a0, int self, springls__fit_result fit[SPRINGLS__SIDES])
 {
     int side_of[SPRINGLS__SAMPLE_SET_SIZE], i, side, good = 0;
     for (i = 0; i < samples->count; i++) side_of[i] = samples->id[i] == self ? -1 : springls__side_of(sides, samples->n[i]);
-    for (side = 0; side < sides.count; side++) {
-        fit[side] = springls__fit_side(samples, side_of, side, sides.normal[side], x, a0);
+    for (side = 0; side < sides->count; side++) {
+        fit[side] = springls__fit_side(samples, side_of, side, sides->normal[side], x, a0);
         good += fit[side].ok;
     }
     return good;
@@ -8213,7 +8213,7 @@ SPRINGLS__MATHS int springls__nearest_side(const springls__fit_result fit[SPRING
 /* Finds the place of a springl at x, facing n, near a crease: on the side that it is nearest to, and no further than where the
    sides meet. Not ok unless `at_least` sides are known; kinds: the edges that are allowed, SPRINGLS__CONVEX and
    SPRINGLS__CONCAVE. */
-SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__sample_set *samples, springls__sides sides, springls__v3 x,
+SPRINGLS__NOINLINE springls__fit_result springls__side_at(const springls__sample_set *samples, const springls__sides *sides, springls__v3 x,
                                                        springls__v3 n, springls__v3 a0, int self, int kinds, int at_least)
 {
     springls__fit_result fit[SPRINGLS__SIDES], result;
@@ -8223,13 +8223,13 @@ SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__sample_se
     result.normal = n;
     result.a = a0;
     if (!result.ok) return result;
-    best = springls__nearest_side(fit, sides.count, x, n);
+    best = springls__nearest_side(fit, sides->count, x, n);
     result = fit[best];
-    for (side = 0; side < sides.count; side++) {
+    for (side = 0; side < sides->count; side++) {
         bool convex;
         float beyond;
         if (side == best || !fit[side].ok) continue;
-        convex = springls__is_convex(sides.middle[best], sides.normal[best], sides.middle[side], sides.normal[side]);
+        convex = springls__is_convex(sides->middle[best], sides->normal[best], sides->middle[side], sides->normal[side]);
         if (!(kinds & (convex ? SPRINGLS__CONVEX : SPRINGLS__CONCAVE))) result.ok = false;
         beyond = springls__dot(springls__sub(result.point, fit[side].point), fit[side].normal);
         if ((beyond > 0.0f) == convex) result.point = springls__mad(result.point, fit[side].normal, -beyond);
@@ -8250,12 +8250,12 @@ SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, sprin
     if (edges == 0) return false;
     sides = springls__sample_set_sides(&samples, SPRINGLS__NARROW, false);
     if (sides.count < 2) return false;
-    *result = springls__side_at(&samples, sides, x, n, a0, -1, SPRINGLS__CONVEX | SPRINGLS__CONCAVE, 2);
+    *result = springls__side_at(&samples, &sides, x, n, a0, -1, SPRINGLS__CONVEX | SPRINGLS__CONCAVE, 2);
     return result->ok;
 }
 
 /* Returns the mean distance of x over one side, and the middle of that side. */
-SPRINGLS__MATHS springls__estimate springls__height_over_side(const springls__sample_set *samples, springls__sides sides,
+SPRINGLS__MATHS springls__estimate springls__height_over_side(const springls__sample_set *samples, const springls__sides *sides,
                                                               int side, springls__v3 x, springls__v3 *middle)
 {
     springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);
@@ -8265,7 +8265,7 @@ SPRINGLS__MATHS springls__estimate springls__height_over_side(const springls__sa
     for (i = 0; i < samples->count; i++) {
         springls__estimate one;
         if (springls__side_of(sides, samples->n[i]) != side) continue;
-        one = springls__oriented_distance(x, sides.normal[side], samples->p[i], samples->n[i]);
+        one = springls__oriented_distance(x, sides->normal[side], samples->p[i], samples->n[i]);
         all.weight += one.weight;
         all.distance += one.weight * one.distance;
         sum = springls__mad(sum, samples->p[i], one.weight);
@@ -8288,7 +8288,7 @@ SPRINGLS__MATHS springls__estimate springls__edge_distance(const springls__sampl
     all.weight = all.distance = 0.0f;
     known.count = 0;
     for (side = 0; side < sides.count; side++) {
-        one = springls__height_over_side(samples, sides, side, x, &p[known.count]);
+        one = springls__height_over_side(samples, &sides, side, x, &p[known.count]);
         if (one.weight < SPRINGLS__MIN_WEIGHT) continue;
         height[known.count] = one.distance;
         known.normal[known.count++] = sides.normal[side];
@@ -8396,7 +8396,7 @@ SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, s
     for (k = 0; k < samples.count; k++) was_edge = was_edge || (samples.weight[k] > near_weight && before[samples.id[k]]);
     sides = springls__sample_set_sides(&samples, SPRINGLS__NARROW, !was_edge);
     if (sides.count < 2) return;
-    fit = springls__side_at(&samples, sides, s.p, springls__springl_normal(s), model->set.a[i], i,
+    fit = springls__side_at(&samples, &sides, s.p, springls__springl_normal(s), model->set.a[i], i,
                             SPRINGLS__CONVEX | SPRINGLS__CONCAVE, 2);
     if (!fit.ok || springls__length2(springls__sub(fit.point, s.p)) > slack * slack) return;
     model->set.edge[i] = 1;
@@ -19789,7 +19789,7 @@ SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__spri
         springls__gather_feet(g, s->p, radius, !outside, &samples);
         sides = springls__sample_set_sides(&samples, 0.0f, false);
         if (sides.count < 1 || (outside && sides.count < 2)) continue;
-        fit = springls__side_at(&samples, sides, s->p, n, s->p, -1, outside ? SPRINGLS__CONCAVE : SPRINGLS__CONVEX, 1);
+        fit = springls__side_at(&samples, &sides, s->p, n, s->p, -1, outside ? SPRINGLS__CONCAVE : SPRINGLS__CONVEX, 1);
         if (!fit.ok || springls__length2(springls__sub(fit.point, s->p)) > slack * slack) continue;
         for (m = 0; m < 3; m++)
             s->q[m] = springls__add(fit.point, springls__turn_to(springls__sub(s->q[m], s->p), n, fit.normal));
@@ -29579,7 +29579,7 @@ static const char *const springls__kernel_lines[] = {
     "/* The fitted surface at the origin. */\n",
     "typedef struct springls__fit_result {\n",
     "    springls__v3 point, normal, a;\n",
-    "    bool ok; /* false: too few neighbors, or they lie on a line */\n",
+    "    int ok; /* 0: too few neighbors, or they lie on a line */\n",
     "} springls__fit_result;\n",
     "\n",
     "/* Factors the first `terms` rows of the normal matrix by Cholesky into l, row by row; false when it is close to singular. */\n",
@@ -31298,7 +31298,7 @@ static const char *const springls__kernel_lines[] = {
     "    float step_length, step_rotation; /* xi, rho (eq. 17, 18)                    */\n",
     "    springls_threshold threshold;    /* H                                         */\n",
     "    springls_weight weight;          /* W                                         */\n",
-    "    bool physical;                   /* torque: eq. 19, else eq. 20               */\n",
+    "    int physical;                    /* torque: eq. 19, else eq. 20               */\n",
     "} springls__relax_rule;\n",
     "\n",
     "SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_params *params)\n",
@@ -32055,12 +32055,12 @@ static const char *const springls__kernel_lines[] = {
     "typedef struct springls__sides { springls__v3 normal[SPRINGLS__SIDES], middle[SPRINGLS__SIDES]; int count; } springls__sides;\n",
     "\n",
     "/* Returns the side that a normal belongs to; -1: none. */\n",
-    "SPRINGLS__MATHS int springls__side_of(const springls__sides sides, springls__v3 n)\n",
+    "SPRINGLS__MATHS int springls__side_of(const springls__sides *sides, springls__v3 n)\n",
     "{\n",
     "    int s, best = -1;\n",
     "    float closest = SPRINGLS__TOGETHER, along;\n",
-    "    for (s = 0; s < sides.count; s++) {\n",
-    "        along = springls__dot(sides.normal[s], n);\n",
+    "    for (s = 0; s < sides->count; s++) {\n",
+    "        along = springls__dot(sides->normal[s], n);\n",
     "        if (along <= closest) continue;\n",
     "        closest = along;\n",
     "        best = s;\n",
@@ -32224,7 +32224,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS bool springls__is_on_side(const springls__sides *sides, springls__v3 p, springls__v3 n, float distance)\n",
     "{\n",
     "    int s;\n",
-    "    if (springls__side_of(*sides, n) >= 0) return true;\n",
+    "    if (springls__side_of(sides, n) >= 0) return true;\n",
     "    for (s = 0; s < sides->count; s++)\n",
     "        if (springls__dot(n, sides->normal[s]) > 0.3f\n",
     "            && springls__fabs(springls__dot(springls__sub(p, sides->middle[s]), sides->normal[s])) < distance) return true;\n",
@@ -32243,7 +32243,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Finds the sides of the springls about a place, given their weights. There are none unless almost all springls lie on one:\n",
     "   springls on none, those of other sheets left out, may have a sixth of the weight. `certain`: half of that, and a smaller distance\n",
     "   counts as on a side. */\n",
-    "SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight,\n",
+    "SPRINGLS__NOINLINE springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight,\n",
     "                                                     int count, float narrow, bool certain)\n",
     "{\n",
     "    const float distance = certain ? 0.06f : 0.15f; /* voxel */\n",
@@ -32321,7 +32321,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Collects the springls before `known` with particles within the radius, or within a smaller one that does not overfill the\n",
     "   set. */\n",
-    "SPRINGLS__MATHS void springls__gather_samples(const springls__model *model, springls__v3 x, float radius, int known,\n",
+    "SPRINGLS__NOINLINE void springls__gather_samples(const springls__model *model, springls__v3 x, float radius, int known,\n",
     "                                            springls__sample_set *samples)\n",
     "{\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, x, radius);\n",
@@ -32356,13 +32356,13 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Fits the surface of every side about x, without springl `self`; returns how many fits are good. */\n",
-    "SPRINGLS__MATHS int springls__fit_sides(const springls__sample_set *samples, springls__sides sides, springls__v3 x,\n",
+    "SPRINGLS__MATHS int springls__fit_sides(const springls__sample_set *samples, const springls__sides *sides, springls__v3 x,\n",
     "                                        springls__v3 a0, int self, springls__fit_result fit[SPRINGLS__SIDES])\n",
     "{\n",
     "    int side_of[SPRINGLS__SAMPLE_SET_SIZE], i, side, good = 0;\n",
     "    for (i = 0; i < samples->count; i++) side_of[i] = samples->id[i] == self ? -1 : springls__side_of(sides, samples->n[i]);\n",
-    "    for (side = 0; side < sides.count; side++) {\n",
-    "        fit[side] = springls__fit_side(samples, side_of, side, sides.normal[side], x, a0);\n",
+    "    for (side = 0; side < sides->count; side++) {\n",
+    "        fit[side] = springls__fit_side(samples, side_of, side, sides->normal[side], x, a0);\n",
     "        good += fit[side].ok;\n",
     "    }\n",
     "    return good;\n",
@@ -32388,7 +32388,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Finds the place of a springl at x, facing n, near a crease: on the side that it is nearest to, and no further than where the\n",
     "   sides meet. Not ok unless `at_least` sides are known; kinds: the edges that are allowed, SPRINGLS__CONVEX and\n",
     "   SPRINGLS__CONCAVE. */\n",
-    "SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__sample_set *samples, springls__sides sides, springls__v3 x,\n",
+    "SPRINGLS__NOINLINE springls__fit_result springls__side_at(const springls__sample_set *samples, const springls__sides *sides, springls__v3 x,\n",
     "                                                       springls__v3 n, springls__v3 a0, int self, int kinds, int at_least)\n",
     "{\n",
     "    springls__fit_result fit[SPRINGLS__SIDES], result;\n",
@@ -32398,13 +32398,13 @@ static const char *const springls__kernel_lines[] = {
     "    result.normal = n;\n",
     "    result.a = a0;\n",
     "    if (!result.ok) return result;\n",
-    "    best = springls__nearest_side(fit, sides.count, x, n);\n",
+    "    best = springls__nearest_side(fit, sides->count, x, n);\n",
     "    result = fit[best];\n",
-    "    for (side = 0; side < sides.count; side++) {\n",
+    "    for (side = 0; side < sides->count; side++) {\n",
     "        bool convex;\n",
     "        float beyond;\n",
     "        if (side == best || !fit[side].ok) continue;\n",
-    "        convex = springls__is_convex(sides.middle[best], sides.normal[best], sides.middle[side], sides.normal[side]);\n",
+    "        convex = springls__is_convex(sides->middle[best], sides->normal[best], sides->middle[side], sides->normal[side]);\n",
     "        if (!(kinds & (convex ? SPRINGLS__CONVEX : SPRINGLS__CONCAVE))) result.ok = false;\n",
     "        beyond = springls__dot(springls__sub(result.point, fit[side].point), fit[side].normal);\n",
     "        if ((beyond > 0.0f) == convex) result.point = springls__mad(result.point, fit[side].normal, -beyond);\n",
@@ -32425,12 +32425,12 @@ static const char *const springls__kernel_lines[] = {
     "    if (edges == 0) return false;\n",
     "    sides = springls__sample_set_sides(&samples, SPRINGLS__NARROW, false);\n",
     "    if (sides.count < 2) return false;\n",
-    "    *result = springls__side_at(&samples, sides, x, n, a0, -1, SPRINGLS__CONVEX | SPRINGLS__CONCAVE, 2);\n",
+    "    *result = springls__side_at(&samples, &sides, x, n, a0, -1, SPRINGLS__CONVEX | SPRINGLS__CONCAVE, 2);\n",
     "    return result->ok;\n",
     "}\n",
     "\n",
     "/* Returns the mean distance of x over one side, and the middle of that side. */\n",
-    "SPRINGLS__MATHS springls__estimate springls__height_over_side(const springls__sample_set *samples, springls__sides sides,\n",
+    "SPRINGLS__MATHS springls__estimate springls__height_over_side(const springls__sample_set *samples, const springls__sides *sides,\n",
     "                                                              int side, springls__v3 x, springls__v3 *middle)\n",
     "{\n",
     "    springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
@@ -32440,7 +32440,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (i = 0; i < samples->count; i++) {\n",
     "        springls__estimate one;\n",
     "        if (springls__side_of(sides, samples->n[i]) != side) continue;\n",
-    "        one = springls__oriented_distance(x, sides.normal[side], samples->p[i], samples->n[i]);\n",
+    "        one = springls__oriented_distance(x, sides->normal[side], samples->p[i], samples->n[i]);\n",
     "        all.weight += one.weight;\n",
     "        all.distance += one.weight * one.distance;\n",
     "        sum = springls__mad(sum, samples->p[i], one.weight);\n",
@@ -32463,7 +32463,7 @@ static const char *const springls__kernel_lines[] = {
     "    all.weight = all.distance = 0.0f;\n",
     "    known.count = 0;\n",
     "    for (side = 0; side < sides.count; side++) {\n",
-    "        one = springls__height_over_side(samples, sides, side, x, &p[known.count]);\n",
+    "        one = springls__height_over_side(samples, &sides, side, x, &p[known.count]);\n",
     "        if (one.weight < SPRINGLS__MIN_WEIGHT) continue;\n",
     "        height[known.count] = one.distance;\n",
     "        known.normal[known.count++] = sides.normal[side];\n",
@@ -32571,7 +32571,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (k = 0; k < samples.count; k++) was_edge = was_edge || (samples.weight[k] > near_weight && before[samples.id[k]]);\n",
     "    sides = springls__sample_set_sides(&samples, SPRINGLS__NARROW, !was_edge);\n",
     "    if (sides.count < 2) return;\n",
-    "    fit = springls__side_at(&samples, sides, s.p, springls__springl_normal(s), model->set.a[i], i,\n",
+    "    fit = springls__side_at(&samples, &sides, s.p, springls__springl_normal(s), model->set.a[i], i,\n",
     "                            SPRINGLS__CONVEX | SPRINGLS__CONCAVE, 2);\n",
     "    if (!fit.ok || springls__length2(springls__sub(fit.point, s.p)) > slack * slack) return;\n",
     "    model->set.edge[i] = 1;\n",

@@ -93,7 +93,7 @@ SPRINGLS__MATHS bool springls__fit_add(springls__fit *fit, springls__v3 p, sprin
 /* The fitted surface at the origin. */
 typedef struct springls__fit_result {
     springls__v3 point, normal, a;
-    bool ok; /* false: too few neighbors, or they lie on a line */
+    int ok; /* 0: too few neighbors, or they lie on a line */
 } springls__fit_result;
 
 /* Factors the first `terms` rows of the normal matrix by Cholesky into l, row by row; false when it is close to singular. */

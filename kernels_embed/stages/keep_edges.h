@@ -23,12 +23,12 @@
 typedef struct springls__sides { springls__v3 normal[SPRINGLS__SIDES], middle[SPRINGLS__SIDES]; int count; } springls__sides;
 
 /* Returns the side that a normal belongs to; -1: none. */
-SPRINGLS__MATHS int springls__side_of(const springls__sides sides, springls__v3 n)
+SPRINGLS__MATHS int springls__side_of(const springls__sides *sides, springls__v3 n)
 {
     int s, best = -1;
     float closest = SPRINGLS__TOGETHER, along;
-    for (s = 0; s < sides.count; s++) {
-        along = springls__dot(sides.normal[s], n);
+    for (s = 0; s < sides->count; s++) {
+        along = springls__dot(sides->normal[s], n);
         if (along <= closest) continue;
         closest = along;
         best = s;
@@ -192,7 +192,7 @@ SPRINGLS__MATHS springls__sides springls__heaviest_sides(const springls__v3 *p, 
 SPRINGLS__MATHS bool springls__is_on_side(const springls__sides *sides, springls__v3 p, springls__v3 n, float distance)
 {
     int s;
-    if (springls__side_of(*sides, n) >= 0) return true;
+    if (springls__side_of(sides, n) >= 0) return true;
     for (s = 0; s < sides->count; s++)
         if (springls__dot(n, sides->normal[s]) > 0.3f
             && springls__fabs(springls__dot(springls__sub(p, sides->middle[s]), sides->normal[s])) < distance) return true;
@@ -211,7 +211,7 @@ SPRINGLS__MATHS bool springls__faces_away(const springls__sides *sides, springls
 /* Finds the sides of the springls about a place, given their weights. There are none unless almost all springls lie on one:
    springls on none, those of other sheets left out, may have a sixth of the weight. `certain`: half of that, and a smaller distance
    counts as on a side. */
-SPRINGLS__MATHS springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight,
+SPRINGLS__NOINLINE springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight,
                                                      int count, float narrow, bool certain)
 {
     const float distance = certain ? 0.06f : 0.15f; /* voxel */
@@ -289,7 +289,7 @@ SPRINGLS__MATHS springls__sides springls__sample_set_sides(const springls__sampl
 
 /* Collects the springls before `known` with particles within the radius, or within a smaller one that does not overfill the
    set. */
-SPRINGLS__MATHS void springls__gather_samples(const springls__model *model, springls__v3 x, float radius, int known,
+SPRINGLS__NOINLINE void springls__gather_samples(const springls__model *model, springls__v3 x, float radius, int known,
                                             springls__sample_set *samples)
 {
     springls__cell_walk walk = springls__cell_walk_near(model, x, radius);
@@ -324,13 +324,13 @@ SPRINGLS__MATHS springls__fit_result springls__fit_side(const springls__sample_s
 }
 
 /* Fits the surface of every side about x, without springl `self`; returns how many fits are good. */
-SPRINGLS__MATHS int springls__fit_sides(const springls__sample_set *samples, springls__sides sides, springls__v3 x,
+SPRINGLS__MATHS int springls__fit_sides(const springls__sample_set *samples, const springls__sides *sides, springls__v3 x,
                                         springls__v3 a0, int self, springls__fit_result fit[SPRINGLS__SIDES])
 {
     int side_of[SPRINGLS__SAMPLE_SET_SIZE], i, side, good = 0;
     for (i = 0; i < samples->count; i++) side_of[i] = samples->id[i] == self ? -1 : springls__side_of(sides, samples->n[i]);
-    for (side = 0; side < sides.count; side++) {
-        fit[side] = springls__fit_side(samples, side_of, side, sides.normal[side], x, a0);
+    for (side = 0; side < sides->count; side++) {
+        fit[side] = springls__fit_side(samples, side_of, side, sides->normal[side], x, a0);
         good += fit[side].ok;
     }
     return good;
@@ -356,7 +356,7 @@ SPRINGLS__MATHS int springls__nearest_side(const springls__fit_result fit[SPRING
 /* Finds the place of a springl at x, facing n, near a crease: on the side that it is nearest to, and no further than where the
    sides meet. Not ok unless `at_least` sides are known; kinds: the edges that are allowed, SPRINGLS__CONVEX and
    SPRINGLS__CONCAVE. */
-SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__sample_set *samples, springls__sides sides, springls__v3 x,
+SPRINGLS__NOINLINE springls__fit_result springls__side_at(const springls__sample_set *samples, const springls__sides *sides, springls__v3 x,
                                                        springls__v3 n, springls__v3 a0, int self, int kinds, int at_least)
 {
     springls__fit_result fit[SPRINGLS__SIDES], result;
@@ -366,13 +366,13 @@ SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__sample_se
     result.normal = n;
     result.a = a0;
     if (!result.ok) return result;
-    best = springls__nearest_side(fit, sides.count, x, n);
+    best = springls__nearest_side(fit, sides->count, x, n);
     result = fit[best];
-    for (side = 0; side < sides.count; side++) {
+    for (side = 0; side < sides->count; side++) {
         bool convex;
         float beyond;
         if (side == best || !fit[side].ok) continue;
-        convex = springls__is_convex(sides.middle[best], sides.normal[best], sides.middle[side], sides.normal[side]);
+        convex = springls__is_convex(sides->middle[best], sides->normal[best], sides->middle[side], sides->normal[side]);
         if (!(kinds & (convex ? SPRINGLS__CONVEX : SPRINGLS__CONCAVE))) result.ok = false;
         beyond = springls__dot(springls__sub(result.point, fit[side].point), fit[side].normal);
         if ((beyond > 0.0f) == convex) result.point = springls__mad(result.point, fit[side].normal, -beyond);
@@ -381,7 +381,7 @@ SPRINGLS__MATHS springls__fit_result springls__side_at(const springls__sample_se
 }
 
 /* Finds place and correspondence of a new springl near a crease, from one side of it only; false where there is no crease. */
-SPRINGLS__NOINLINE bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0,
+SPRINGLS__MATHS bool springls__place_at_edge(const springls__model *model, springls__v3 x, springls__v3 n, springls__v3 a0,
                                              int known, springls__fit_result *result)
 {
     springls__sample_set samples;
@@ -393,12 +393,12 @@ SPRINGLS__NOINLINE bool springls__place_at_edge(const springls__model *model, sp
     if (edges == 0) return false;
     sides = springls__sample_set_sides(&samples, SPRINGLS__NARROW, false);
     if (sides.count < 2) return false;
-    *result = springls__side_at(&samples, sides, x, n, a0, -1, SPRINGLS__CONVEX | SPRINGLS__CONCAVE, 2);
+    *result = springls__side_at(&samples, &sides, x, n, a0, -1, SPRINGLS__CONVEX | SPRINGLS__CONCAVE, 2);
     return result->ok;
 }
 
 /* Returns the mean distance of x over one side, and the middle of that side. */
-SPRINGLS__MATHS springls__estimate springls__height_over_side(const springls__sample_set *samples, springls__sides sides,
+SPRINGLS__MATHS springls__estimate springls__height_over_side(const springls__sample_set *samples, const springls__sides *sides,
                                                               int side, springls__v3 x, springls__v3 *middle)
 {
     springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f);
@@ -408,7 +408,7 @@ SPRINGLS__MATHS springls__estimate springls__height_over_side(const springls__sa
     for (i = 0; i < samples->count; i++) {
         springls__estimate one;
         if (springls__side_of(sides, samples->n[i]) != side) continue;
-        one = springls__oriented_distance(x, sides.normal[side], samples->p[i], samples->n[i]);
+        one = springls__oriented_distance(x, sides->normal[side], samples->p[i], samples->n[i]);
         all.weight += one.weight;
         all.distance += one.weight * one.distance;
         sum = springls__mad(sum, samples->p[i], one.weight);
@@ -431,7 +431,7 @@ SPRINGLS__MATHS springls__estimate springls__edge_distance(const springls__sampl
     all.weight = all.distance = 0.0f;
     known.count = 0;
     for (side = 0; side < sides.count; side++) {
-        one = springls__height_over_side(samples, sides, side, x, &p[known.count]);
+        one = springls__height_over_side(samples, &sides, side, x, &p[known.count]);
         if (one.weight < SPRINGLS__MIN_WEIGHT) continue;
         height[known.count] = one.distance;
         known.normal[known.count++] = sides.normal[side];
@@ -539,7 +539,7 @@ SPRINGLS__MATHS void springls__edge_side_element(const springls__model *model, s
     for (k = 0; k < samples.count; k++) was_edge = was_edge || (samples.weight[k] > near_weight && before[samples.id[k]]);
     sides = springls__sample_set_sides(&samples, SPRINGLS__NARROW, !was_edge);
     if (sides.count < 2) return;
-    fit = springls__side_at(&samples, sides, s.p, springls__springl_normal(s), model->set.a[i], i,
+    fit = springls__side_at(&samples, &sides, s.p, springls__springl_normal(s), model->set.a[i], i,
                             SPRINGLS__CONVEX | SPRINGLS__CONCAVE, 2);
     if (!fit.ok || springls__length2(springls__sub(fit.point, s.p)) > slack * slack) return;
     model->set.edge[i] = 1;

@@ -13,7 +13,7 @@ typedef struct springls__relax_rule {
     float step_length, step_rotation; /* xi, rho (eq. 17, 18)                    */
     springls_threshold threshold;    /* H                                         */
     springls_weight weight;          /* W                                         */
-    bool physical;                   /* torque: eq. 19, else eq. 20               */
+    int physical;                    /* torque: eq. 19, else eq. 20               */
 } springls__relax_rule;
 
 SPRINGLS__MATHS springls__relax_rule springls__relax_rule_of(const springls_params *params)

@@ -83,7 +83,7 @@ SPRINGLS__FN bool springls__initial_side(const springls__grid *g, springls__spri
         springls__gather_feet(g, s->p, radius, !outside, &samples);
         sides = springls__sample_set_sides(&samples, 0.0f, false);
         if (sides.count < 1 || (outside && sides.count < 2)) continue;
-        fit = springls__side_at(&samples, sides, s->p, n, s->p, -1, outside ? SPRINGLS__CONCAVE : SPRINGLS__CONVEX, 1);
+        fit = springls__side_at(&samples, &sides, s->p, n, s->p, -1, outside ? SPRINGLS__CONCAVE : SPRINGLS__CONVEX, 1);
         if (!fit.ok || springls__length2(springls__sub(fit.point, s->p)) > slack * slack) continue;
         for (m = 0; m < 3; m++)
             s->q[m] = springls__add(fit.point, springls__turn_to(springls__sub(s->q[m], s->p), n, fit.normal));
