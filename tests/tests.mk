@@ -301,6 +301,16 @@ oclgrind: deps-oclgrind springls.h   ## a tiny model on a simulated OpenCL devic
 	$(SAY)$(CC) $(STRICT) -O2 -I. -Itests -DSPRINGLS_TEST_OPENCL -o build/opencl_small tests/backend/opencl_small.c tests/library.c $(TEST_LIBS)
 	@tests/backend/oclgrind.sh build/opencl_small
 
+DEVICE_PROGRAMS = build/leveque build/zalesak build/test/device/report $(addprefix build/test/,backend/test_opencl_parity backend/test_opencl_transfers \
+                  unit/test_determinism)
+build/test/device/report: tests/device/report.c build/test/settings | springls.h
+	@mkdir -p $(@D)
+	$(SAY)$(CC) $(TEST_FLAGS) -O2 -DSPRINGLS_TEST_OPENCL -o $@ $< $(TEST_LIBS)
+
+device: deps-opencl   ## what the OpenCL device of this machine does, cold and cached, beside scalar code (PAGE=docs/gpu.md writes the page)
+	@$(MAKE) --no-print-directory WITH_OPENCL=1 WITH_LIBRARIES=1 $(DEVICE_PROGRAMS)
+	@tests/device/run.sh $(PAGE)
+
 portability: deps-portability   ## the same bits from every compiler and platform at hand (PAGE=docs/platforms.md writes the page)
 	@$(MAKE) --no-print-directory springls.h
 	@tests/portability/platforms.sh $(PAGE)
