@@ -34,7 +34,7 @@ endif
 
 .PHONY: help deps measurements deps-examples deps-display deps-test deps-elastix deps-opencl deps-bench check examples demo test test-all test-rest test-build test-run fresh bench busy paper ablation motions morph-pairs accuracy long coverage cover-lines \
         segmentation registration imaging install uninstall format clean \
-        docs docs-check asan tsan msan lives valgrind deps-valgrind oclgrind device deps-oclgrind fuzz deps-fuzz compile-matrix deps-matrix portability deps-portability deps-python web web-test deps-web deps-web-test packages deps-packages deps-engines FORCE
+        docs docs-check asan tsan msan lives valgrind deps-valgrind oclgrind device gpu-text deps-oclgrind deps-gpu-text fuzz deps-fuzz compile-matrix deps-matrix portability deps-portability deps-python web web-test deps-web deps-web-test packages deps-packages deps-engines FORCE
 .DELETE_ON_ERROR:
 # What is made on the way to something else stays too.
 .SECONDARY:
@@ -48,7 +48,7 @@ deps: deps-test deps-examples deps-display deps-opencl   ## install what demo an
 
 DEPS = CC="$(CC)" CXX="$(CXX)" HEAD_SCAN="$(HEAD_SCAN)" .ci/deps.sh
 
-deps-examples deps-display deps-test deps-elastix deps-opencl deps-oclgrind deps-valgrind deps-fuzz deps-bench deps-matrix deps-portability deps-python deps-web deps-web-test deps-packages deps-engines:
+deps-examples deps-display deps-test deps-elastix deps-opencl deps-oclgrind deps-valgrind deps-gpu-text deps-fuzz deps-bench deps-matrix deps-portability deps-python deps-web deps-web-test deps-packages deps-engines:
 	@$(DEPS) $(@:deps-%=%)
 
 # ---- the product ----
@@ -74,6 +74,7 @@ check: build/embed check-folders   ## is springls.h what the parts produce? are 
 	@CC="$(CC)" tests/portability/alone.sh $(filter-out src/%_parts.h,$(PARTS_FILES))
 	@$(CC) $(STRICT) -I. -o build/print_kernels tests/portability/print_kernels.c -lm
 	@build/print_kernels > build/kernels.cl
+	@awk -f tests/portability/kernel_rules.awk build/kernels.cl
 	@tests/portability/kernels.sh build/kernels.cl
 
 SETTINGS = $(CC) $(CXX) $(OPT) $(NATIVE) $(THREADS) $(CFLAGS)

@@ -2086,6 +2086,7 @@ SPRINGLS__FN bool springls__is_nan(double x) { return springls__magnitude_bits(x
   /* Marks a function of the shared maths. PoCL 3.1 loses stores to local memory in functions that it does not inline. */
   #define SPRINGLS__MATHS   static inline __attribute__((always_inline))
   #define SPRINGLS__INNER   SPRINGLS__MATHS    /* the maths of inner loops              */
+  #define SPRINGLS__NOINLINE static __attribute__((noinline)) /* large maths without SPRINGLS__LOCAL memory */
   #define SPRINGLS__GLOBAL  __global           /* memory that kernels and host share    */
   #define SPRINGLS__LOCAL   __local            /* memory of one work group              */
   #define SPRINGLS__BARRIER barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE)
@@ -2125,9 +2126,11 @@ SPRINGLS__FN bool springls__is_nan(double x) { return springls__magnitude_bits(x
   #if defined(__GNUC__)
     #define SPRINGLS__MATHS __attribute__((__unused__)) static
     #define SPRINGLS__INNER __attribute__((__unused__)) static inline
+    #define SPRINGLS__NOINLINE SPRINGLS__MATHS
   #else
     #define SPRINGLS__MATHS static inline
     #define SPRINGLS__INNER static inline
+    #define SPRINGLS__NOINLINE SPRINGLS__MATHS
   #endif
   #define SPRINGLS__GLOBAL
   #define SPRINGLS__LOCAL
@@ -4175,7 +4178,6 @@ SPRINGLS__VEC_MATHS springls__vmask springls__at_interface(springls__cross7 v)
 #define SPRINGLS__WIDE_VOXELS 2744
 
 typedef struct springls__wide_tile {
-    const springls__grid *g;
     SPRINGLS__GLOBAL const float *field;
     int origin[3];
     SPRINGLS__LOCAL float *value; /* WIDE_VOXELS */
@@ -4188,7 +4190,6 @@ SPRINGLS__INNER void springls__load_wide_tile(const springls__grid *g, SPRINGLS_
     const int m = SPRINGLS__WIDE_MARGIN;
     int axis;
     bool border = false;
-    tile->g = g;
     tile->field = field;
     for (axis = 0; axis < 3; axis++) {
         tile->origin[axis] = origin[axis];
@@ -4198,7 +4199,7 @@ SPRINGLS__INNER void springls__load_wide_tile(const springls__grid *g, SPRINGLS_
 }
 
 /* Interpolates at x, in voxels from the brick's first one, trilinear. */
-SPRINGLS__MATHS float springls__wide_tile_sample(const springls__wide_tile *tile, springls__v3 x)
+SPRINGLS__MATHS float springls__wide_tile_sample(const springls__grid *g, const springls__wide_tile *tile, springls__v3 x)
 {
     const int m = SPRINGLS__WIDE_MARGIN, sy = SPRINGLS__WIDE, sz = SPRINGLS__WIDE * SPRINGLS__WIDE;
     const float lower = (float)-m, upper = (float)(7 + m);
@@ -4206,7 +4207,7 @@ SPRINGLS__MATHS float springls__wide_tile_sample(const springls__wide_tile *tile
     SPRINGLS__LOCAL const float *t;
     if (!(i >= lower && j >= lower && k >= lower && i < upper && j < upper && k < upper)) {
         springls__v3 origin = springls__v3_make((float)tile->origin[0], (float)tile->origin[1], (float)tile->origin[2]);
-        return springls__grid_sample(tile->g, tile->field, springls__add(x, origin));
+        return springls__grid_sample(g, tile->field, springls__add(x, origin));
     }
     t = tile->value + ((int)i + m) + sy * ((int)j + m) + sz * ((int)k + m);
     corner[0] = t[0];
@@ -4473,8 +4474,6 @@ SPRINGLS__VEC_MATHS uint32_t springls__places_within(SPRINGLS__GLOBAL const floa
 /* A walk over the springls whose particle lies in a box of cells, row by row within each brick; then over those in no cell. Of those
    in cells it may be limited to particles near a place. */
 typedef struct springls__cell_walk {
-    const springls__grid *g;
-    const springls__cell_list *cells;
     int lo[3], hi[3], x, y, z;
     int slot, first, last;                /* of the row: its brick, its cells in there; slot -1: of those in no cell     */
     SPRINGLS__GLOBAL const uint32_t *ids; /* springls of the row that are left: next, ..., end - 1                       */
@@ -4489,8 +4488,6 @@ SPRINGLS__INNER springls__cell_walk springls__cell_walk_begin(const springls__mo
 {
     springls__cell_walk walk;
     const springls__grid *g = &model->grid;
-    walk.g = g;
-    walk.cells = &model->cells;
     springls__voxel_of_place(g, lower, walk.lo);
     springls__voxel_of_place(g, upper, walk.hi);
     walk.x = walk.lo[0] &= -SPRINGLS__CELL;
@@ -4505,17 +4502,17 @@ SPRINGLS__INNER springls__cell_walk springls__cell_walk_begin(const springls__mo
 }
 
 /* Goes on to the next row; returns false at the end. */
-SPRINGLS__INNER bool springls__cell_walk_row(springls__cell_walk *walk)
+SPRINGLS__INNER bool springls__cell_walk_row(const springls__model *model, springls__cell_walk *walk)
 {
-    const springls__grid *g = walk->g;
+    const springls__grid *g = &model->grid;
     SPRINGLS__GLOBAL const uint32_t *cell;
     int last, row;
     if (walk->z > walk->hi[2]) {
         if (walk->slot < 0) return false;
         walk->slot = -1;
-        walk->ids = walk->cells->unbinned;
+        walk->ids = model->cells.unbinned;
         walk->next = 0;
-        walk->end = (uint32_t)walk->cells->unbinned_count;
+        walk->end = (uint32_t)model->cells.unbinned_count;
         return true;
     }
     last = springls__imin(walk->x | 7, walk->hi[0]);
@@ -4539,32 +4536,32 @@ SPRINGLS__INNER bool springls__cell_walk_row(springls__cell_walk *walk)
 }
 
 /* Looks at the next springls of the row, up to the end of their block. */
-SPRINGLS__MATHS void springls__cell_walk_block(springls__cell_walk *walk)
+SPRINGLS__MATHS void springls__cell_walk_block(const springls__model *model, springls__cell_walk *walk)
 {
     uint32_t left = walk->end - (walk->next & ~7u), from = walk->next & 7u;
     walk->block = walk->next & ~7u;
     walk->found = 0xffu;
     if (walk->slot >= 0 && walk->r2 >= 0.0f)
-        walk->found = springls__places_within(walk->cells->places + 3 * (size_t)walk->block, walk->near_to, walk->r2);
+        walk->found = springls__places_within(model->cells.places + 3 * (size_t)walk->block, walk->near_to, walk->r2);
     if (left < 8u) walk->found &= (1u << left) - 1u;
     walk->found = walk->found >> from << from;
     walk->next = left < 8u ? walk->end : walk->block + 8u;
 }
 
 /* Goes on to the next springls; returns false at the end. */
-SPRINGLS__MATHS bool springls__cell_walk_on(springls__cell_walk *walk)
+SPRINGLS__MATHS bool springls__cell_walk_on(const springls__model *model, springls__cell_walk *walk)
 {
     while (walk->found == 0u)
-        if (walk->next != walk->end) springls__cell_walk_block(walk);
-        else if (!springls__cell_walk_row(walk)) return false;
+        if (walk->next != walk->end) springls__cell_walk_block(model, walk);
+        else if (!springls__cell_walk_row(model, walk)) return false;
     return true;
 }
 
 /* Returns the next springl; -1 at the end. */
-SPRINGLS__MATHS int springls__cell_walk_next(springls__cell_walk *walk)
+SPRINGLS__MATHS int springls__cell_walk_next(const springls__model *model, springls__cell_walk *walk)
 {
     uint32_t at;
-    if (walk->found == 0u && !springls__cell_walk_on(walk)) return -1;
+    if (walk->found == 0u && !springls__cell_walk_on(model, walk)) return -1;
     at = walk->block + (uint32_t)springls__lowest_bit(walk->found);
     walk->found &= walk->found - 1u;
     return (int)walk->ids[at];
@@ -4937,7 +4934,7 @@ SPRINGLS__MATHS springls__span springls__span_at(const springls__model *model, s
     springls__span span;
     int other;
     span.fit = springls__fit_begin(p, n, a);
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         if (other < known) springls__fit_add(&span.fit, o->p, springls__springl_normal(*o), model->set.a[other]);
     }
@@ -4955,7 +4952,7 @@ SPRINGLS__MATHS springls__span_sums springls__sum_residuals(const springls__mode
     springls__span_sums sums;
     int other, v, i;
     sums.weight = sums.height2 = sums.a2 = sums.error2 = 0.0f;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         springls__fit_equation e;
         if (other >= known) continue;
@@ -4977,7 +4974,7 @@ SPRINGLS__MATHS springls__span_sums springls__sum_residuals(const springls__mode
    of the original surface: standard errors of a fit at p, its difference from that fit, and the errors of its sources. Heights
    count by as much as the surface has become thinner, as without a change of volume. Sources that deviate from the fit by more
    than a voxel are of two sheets, and count in full. */
-SPRINGLS__MATHS float springls__error_at_birth(const springls__model *model, springls__v3 p, springls__v3 n, springls__v3 a,
+SPRINGLS__NOINLINE float springls__error_at_birth(const springls__model *model, springls__v3 p, springls__v3 n, springls__v3 a,
                                                int known)
 {
     const float standard_errors = 2.0f;
@@ -6660,7 +6657,7 @@ SPRINGLS__MATHS int springls__nearest_springl_facing(const springls__model *mode
     springls__cell_walk walk = springls__cell_walk_around(model, x, radius);
     float best = radius * radius, limit = radius;
     int i, nearest = -1;
-    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
         springls__tri_plan plan;
         float d2, within = limit + s->bounding_radius;
@@ -6703,7 +6700,7 @@ SPRINGLS__MATHS bool springls__is_surrounded(const springls__model *model, int o
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
     uint32_t sectors = 0u;
     int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {
         springls__v3 d;
         float u, v;
         if (!springls__lies_beside(model, of, other, x, n, r, high)) continue;
@@ -6724,7 +6721,7 @@ SPRINGLS__MATHS springls__widest_gap springls__widest_gap_at(const springls__mod
     springls__angular_gaps gaps = springls__angular_gaps_begin(n);
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
     int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0)
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0)
         if (springls__lies_beside(model, of, other, x, n, r, high))
             gaps = springls__angular_gaps_add(gaps, springls__sub(model->set.s[other].p, x));
     return springls__angular_gaps_widest(gaps);
@@ -6738,7 +6735,7 @@ SPRINGLS__MATHS bool springls__in_sheet(const springls__model *model, springls__
     springls__angular_gaps gaps = springls__angular_gaps_begin(n);
     springls__cell_walk walk = springls__cell_walk_near(model, x, springls__sqrt(r * r + high * high));
     int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {
         springls__v3 d = springls__sub(model->set.s[other].p, x);
         float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;
         if (springls__is_overlapped(model, other)) continue;
@@ -6756,7 +6753,7 @@ SPRINGLS__MATHS int springls__side_of_springls(const springls__model *model, spr
     springls__cell_walk walk = springls__cell_walk_around(model, x, radius);
     float best = radius * radius;
     int i, side = 0;
-    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
         float within = radius + s->bounding_radius, d2;
         springls__tri_plan plan;
@@ -6831,14 +6828,17 @@ SPRINGLS__MATHS void springls__find_neighbors(const springls__model *model, int 
     const float radius = model->params.neighbor_radius, radius2 = radius * radius;
     const int room = model->params.max_neighbors;
     SPRINGLS__GLOBAL const springls__v3 *q = self->q;
-    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f };
-    const float z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };
     springls__v3 normal = springls__springl_normal(*self);
     springls__cell_walk walk = springls__cell_walk_around(model, self->p, radius + self->bounding_radius);
-    float d2s[SPRINGLS__NEIGHBOR_ROW], d2[8], edge[8];
+    float x[8], y[8], z[8], d2s[SPRINGLS__NEIGHBOR_ROW], d2[8], edge[8];
     int length[3] = { 0, 0, 0 }, other, m;
+    for (m = 0; m < 8; m++) {
+        x[m] = m < 3 ? q[m].x : 0.0f;
+        y[m] = m < 3 ? q[m].y : 0.0f;
+        z[m] = m < 3 ? q[m].z : 0.0f;
+    }
     for (m = 0; m < SPRINGLS__NEIGHBOR_ROW; m++) row[m] = -1;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &all[other];
         float within = radius + o->bounding_radius + self->bounding_radius;
         if (other == n) continue;
@@ -6973,7 +6973,7 @@ SPRINGLS__MATHS bool springls__on_thin_sheet(const springls__model *model, int i
     if (model->set.phi[i] > model->grid.far_value) return false; /* pushed out of the grid */
     if (springls__phi_or_beyond(&model->grid, springls__mad(s->p, n, ahead)) <= 0.0f) return false;
     walk = springls__cell_walk_near(model, s->p, r);
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {
         springls__v3 d = springls__sub(model->set.s[other].p, s->p), m;
         if (other == i || springls__length2(d) > r * r) continue;
         if (springls__at_edge(model, other)) return false; /* beyond a sharp edge the neighbors look the same */
@@ -6996,7 +6996,7 @@ SPRINGLS__MATHS bool springls__at_gap(const springls__model *model, int i)
     springls__v3 n = springls__springl_normal(s);
     springls__cell_walk walk = springls__cell_walk_near(model, s.p, r);
     int other, across = 0, facing = 0, beside = 0;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {
         springls__v3 d = springls__sub(model->set.s[other].p, s.p), m = springls__springl_normal(model->set.s[other]);
         float d2 = springls__length2(d), ahead = springls__dot(d, n);
         if (other == i || d2 > r * r) continue;
@@ -7083,7 +7083,7 @@ SPRINGLS__MATHS uint8_t springls__resolve_merge(const springls__model *model, SP
     springls__cell_walk walk = springls__cell_walk_near(model, model->set.s[i].p, model->params.merge_distance);
     uint8_t decided = SPRINGLS__KEEP;
     int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {
         if (action[other] == SPRINGLS__REMOVE || !springls__outranks(model, other, i)) continue;
         if (!springls__merges(model, i, n, other)) continue;
         if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;
@@ -8153,7 +8153,7 @@ SPRINGLS__NOINLINE void springls__gather_samples(const springls__model *model, s
     const float least = 0.3f;
     int i;
     samples->count = 0;
-    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
         float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / (radius * radius);
         if (i >= known || weight <= 0.0f) continue;
@@ -8338,7 +8338,7 @@ SPRINGLS__MATHS bool springls__neighbor_turned(const springls__model *model, int
     springls__v3 p = model->set.s[i].p;
     springls__cell_walk walk = springls__cell_walk_near(model, p, radius);
     int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {
         float along = springls__dot(normal[i], normal[other]);
         if (along < turned && along > SPRINGLS__AWAY
             && springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius) return true;
@@ -8352,7 +8352,7 @@ SPRINGLS__MATHS bool springls__neighbor_at_edge(const springls__model *model, in
     SPRINGLS__GLOBAL const uint8_t *before = springls__was_at_edge(model);
     springls__v3 p = model->set.s[i].p;
     springls__cell_walk walk = springls__cell_walk_near(model, p, radius);
-    while (springls__cell_walk_row(&walk)) {
+    while (springls__cell_walk_row(model, &walk)) {
         if (walk.slot >= 0) { /* leaves out a row none of whose cells has a springl that lay at an edge */
             uint32_t word = springls__edge_cells(model)[2 * walk.slot + (walk.first >> 5)];
             if (((word >> (walk.first & 31)) & ((2u << (walk.last - walk.first)) - 1u)) == 0u) continue;
@@ -8425,7 +8425,7 @@ SPRINGLS__MATHS springls__v3 springls__project_step(springls__v3 a, float phi, s
 }
 
 /* Projects a onto the original surface (eq. 26). */
-SPRINGLS__MATHS springls__v3 springls__project_on_original(const springls__model *model, springls__v3 a)
+SPRINGLS__NOINLINE springls__v3 springls__project_on_original(const springls__model *model, springls__v3 a)
 {
     const springls__grid *g = &model->reference;
     int i;
@@ -8460,7 +8460,7 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springl
         springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f), nearest = sum;
         float best = FLT_MAX;
         int other, count = 0;
-        while ((other = springls__cell_walk_next(&walk)) >= 0) {
+        while ((other = springls__cell_walk_next(model, &walk)) >= 0) {
             float d2;
             if (other >= known || springls__dot(springls__springl_normal(model->set.s[other]), n) <= 0.0f)
                 continue; /* on the other side of a sheet */
@@ -8488,7 +8488,7 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springl
 
 /* Fits a quadratic at x over the particles around, of springls before `known` and of the body of springl `of`; near an edge, over
    those of one side. */
-SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, int of, springls__v3 x, springls__v3 n,
+SPRINGLS__NOINLINE springls__fit_result springls__fit_at(const springls__model *model, int of, springls__v3 x, springls__v3 n,
                                                       springls__v3 a0, int known)
 {
     springls__fit fit = springls__fit_begin(x, n, a0);
@@ -8497,7 +8497,7 @@ SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *mod
     springls__fit_result result;
     int other;
     if (model->params.keep_edges && springls__place_at_edge(model, x, n, a0, known, &result)) return result;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         if (other >= known || springls__of_two_contact_bodies(model, of, other)) continue;
         if (springls__fit_add(&fit, o->p, springls__springl_normal(*o), model->set.a[other]))
@@ -9004,7 +9004,7 @@ SPRINGLS__MATHS bool springls__has_room(const springls__model *model, int of, sp
     const float r = SPRINGLS__SEED_DISTANCE;
     springls__cell_walk walk = springls__cell_walk_near(model, x, r);
     int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         if (springls__length2(springls__sub(o->p, x)) >= r * r) continue;
         if (springls__of_two_contact_bodies(model, of, other)) continue;
@@ -9021,7 +9021,7 @@ SPRINGLS__MATHS float springls__disagreement2(const springls__model *model, int 
     springls__cell_walk walk = springls__cell_walk_near(model, p, r);
     float weight = 0.0f, value = 0.0f;
     int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];
         springls__estimate estimate = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));
         if (springls__of_two_contact_bodies(model, of, other)) continue;
@@ -9084,7 +9084,7 @@ SPRINGLS__MATHS uint8_t springls__decide_seed(const springls__model *model, int 
     springls__cell_walk walk = springls__cell_walk_near(model, seed.p, SPRINGLS__SEED_RANGE + SPRINGLS__SEED_DISTANCE + 0.01f);
     uint8_t decided = SPRINGLS__KEEP;
     int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0) {
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {
         if (other >= i || action[other] == SPRINGLS__REMOVE
             || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)
             || springls__of_two_contact_bodies(model, i, other)) continue;
@@ -9339,10 +9339,10 @@ SPRINGLS__MATHS bool springls__is_exposed(const springls__model *model, springls
     float nearest2 = FLT_MAX;
     bool sheet = false;
     int i;
-    while ((i = springls__cell_walk_next(&walk)) >= 0)
+    while ((i = springls__cell_walk_next(model, &walk)) >= 0)
         if (springls__distance2_to_springl(&model->set.s[i], x, covered) <= covered * covered) return false;
     walk = springls__cell_walk_around(model, x, r);
-    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {
         float d2 = springls__distance2_to_springl(&model->set.s[i], x, r);
         if (d2 == FLT_MAX) continue;
         nearest2 = springls__min(nearest2, d2);
@@ -9638,7 +9638,7 @@ SPRINGLS__MATHS int springls__last_near(float x, float radius) { return (int)spr
 typedef struct springls__brick_sums {
     SPRINGLS__LOCAL float *value;     /* SUMS_FLOATS; those of rows that no springl has reached are not set */
     SPRINGLS__GLOBAL uint8_t *opposed; /* whether springls near one voxel face against each other */
-    bool reached[SPRINGLS__ROWS];     /* rows that springls are near */
+    uint8_t reached[SPRINGLS__ROWS];  /* of a row: 1 when springls are near */
 } springls__brick_sums;
 
 /* Sets the sums of a row to none and its nearest springl to none, if no springl has reached it before. */
@@ -9648,7 +9648,7 @@ SPRINGLS__MATHS void springls__reach_row(springls__brick_sums *sums, int row)
     SPRINGLS__LOCAL float *value = sums->value + springls__sums_of_row(row);
     int i;
     if (sums->reached[row]) return;
-    sums->reached[row] = true;
+    sums->reached[row] = 1;
     for (i = 0; i < 8 * SPRINGLS__SUM_MEMBERS; i++) value[i] = 0.0f;
     for (i = 0; i < 8; i++) value[8 * SPRINGLS__NEAREST2 + i] = farthest2;
 }
@@ -9829,7 +9829,8 @@ SPRINGLS__VEC_MATHS springls__vmask springls__needs_project_voxel(const springls
 }
 
 /* Carries phi of a row along with the springls near its voxels: takes it from the places that they have come from. */
-SPRINGLS__MATHS void springls__carry_row(const springls__wide_tile *tile, int row, SPRINGLS__LOCAL const float *sums, float phi[8])
+SPRINGLS__MATHS void springls__carry_row(const springls__grid *g, const springls__wide_tile *tile, int row,
+                                         SPRINGLS__LOCAL const float *sums, float phi[8])
 {
     const float y = (float)(row & 7), z = (float)(row >> 3);
     float from[3][8];
@@ -9843,7 +9844,7 @@ SPRINGLS__MATHS void springls__carry_row(const springls__wide_tile *tile, int ro
     }
     for (i = 0; i < 8; i++)
         if (sums[8 * SPRINGLS__SUM_WEIGHT + i] > SPRINGLS__MIN_WEIGHT)
-            phi[i] = springls__wide_tile_sample(tile, springls__v3_make(from[0][i], from[1][i], from[2][i]));
+            phi[i] = springls__wide_tile_sample(g, tile, springls__v3_make(from[0][i], from[1][i], from[2][i]));
 }
 
 /* Makes phi of a row's voxels exact where springls are near. */
@@ -9936,7 +9937,7 @@ SPRINGLS__MATHS bool springls__project_row(const springls__model *model, const s
     }
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__vec_store(value + i, springls__vec_load(phi + i));
     if (some_passed) unknown = springls__mark_passed(model, origin, row, reached, sums, max_displacement, value);
-    if (reached && carry) springls__carry_row(tile, row, sums, value);
+    if (reached && carry) springls__carry_row(&model->grid, tile, row, sums, value);
     if (reached && model->params.project_level_set)
         springls__correct_row(model, near_by, origin, row, sums, args, edges, value);
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__vec_store(out + i, springls__vec_load(value + i));
@@ -9975,7 +9976,7 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     some = near_by.count > 0;
     springls__load_wide_tile(g, g->phi, o, model->group, args.project.carry && some, &tile);
     edges = springls__edge_box_of(model, &near_by);
-    for (row = 0; row < SPRINGLS__ROWS; row++) sums.reached[row] = false;
+    for (row = 0; row < SPRINGLS__ROWS; row++) sums.reached[row] = 0;
     if (some) springls__brick_sums_take(model, &near_by, o, &sums);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         SPRINGLS__LOCAL const float *of_row = sums.value + springls__sums_of_row(row);
@@ -11405,19 +11406,15 @@ SPRINGLS__W_MATHS void SPRINGLS__W(fit_shares_solve)(const SPRINGLS__W(correspon
                                                      SPRINGLS__W(fit_shares) *shares, SPRINGLS__COND *known)
 {
     const SPRINGLS__NUM *m = fit->moments;
-    const SPRINGLS__NUM row[6][6] = { { m[14] },
-                                      { m[13], m[12] },
-                                      { m[12], m[11], m[10] },
-                                      { m[9], m[8], m[7], m[5] },
-                                      { m[8], m[7], m[6], m[4], m[3] },
-                                      { m[5], m[4], m[3], m[2], m[1], m[0] } };
+    const SPRINGLS__NUM lower[21] = { m[14], m[13], m[12], m[12], m[11], m[10], m[9], m[8], m[7], m[5], m[8],
+                                      m[7],  m[6],  m[4],  m[3],  m[5],  m[4],  m[3], m[2], m[1], m[0] }; /* row by row */
     const float most = 8.0f; /* how often an error of the correspondences may count */
     SPRINGLS__NUM left[6][6]; /* the lower triangle */
     SPRINGLS__NUM inverse[6], found[6];
     SPRINGLS__COND good;
     int i, j, k;
     for (i = first; i < 6; i++)
-        for (j = first; j <= i; j++) left[i][j] = row[i][j];
+        for (j = first; j <= i; j++) left[i][j] = lower[i * (i + 1) / 2 + j];
     good = m[0] > 0.0f;
     for (k = first; k < 5; k++) {
         inverse[k] = 1.0f / left[k][k];
@@ -11550,19 +11547,15 @@ SPRINGLS__W_MATHS void SPRINGLS__W(fit_shares_solve)(const SPRINGLS__W(correspon
                                                      SPRINGLS__W(fit_shares) *shares, SPRINGLS__COND *known)
 {
     const SPRINGLS__NUM *m = fit->moments;
-    const SPRINGLS__NUM row[6][6] = { { m[14] },
-                                      { m[13], m[12] },
-                                      { m[12], m[11], m[10] },
-                                      { m[9], m[8], m[7], m[5] },
-                                      { m[8], m[7], m[6], m[4], m[3] },
-                                      { m[5], m[4], m[3], m[2], m[1], m[0] } };
+    const SPRINGLS__NUM lower[21] = { m[14], m[13], m[12], m[12], m[11], m[10], m[9], m[8], m[7], m[5], m[8],
+                                      m[7],  m[6],  m[4],  m[3],  m[5],  m[4],  m[3], m[2], m[1], m[0] }; /* row by row */
     const float most = 8.0f; /* how often an error of the correspondences may count */
     SPRINGLS__NUM left[6][6]; /* the lower triangle */
     SPRINGLS__NUM inverse[6], found[6];
     SPRINGLS__COND good;
     int i, j, k;
     for (i = first; i < 6; i++)
-        for (j = first; j <= i; j++) left[i][j] = row[i][j];
+        for (j = first; j <= i; j++) left[i][j] = lower[i * (i + 1) / 2 + j];
     good = m[0] > 0.0f;
     for (k = first; k < 5; k++) {
         inverse[k] = 1.0f / left[k][k];
@@ -11839,12 +11832,12 @@ SPRINGLS__MATHS void springls__surface_element(const springls__model *model, spr
 #define SPRINGLS__SAMPLE_RANGE (1.01f * SPRINGLS__CORRESPONDENCE_RADIUS)
 
 /* Finds the next springl of a walk that counts for a fit around springl `center`; -1: none is left. */
-SPRINGLS__MATHS int springls__next_sample(const springls__model *model, const springls__correspondence_fit *fit, int center,
+SPRINGLS__NOINLINE int springls__next_sample(const springls__model *model, const springls__correspondence_fit *fit, int center,
                                           springls__cell_walk *walk, springls__fit_sample *sample)
 {
     const float r = SPRINGLS__SAMPLE_RANGE;
     int i;
-    while ((i = springls__cell_walk_next(walk)) >= 0) {
+    while ((i = springls__cell_walk_next(model, walk)) >= 0) {
         SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];
         if (springls__length2(springls__sub(s->p, fit->origin)) > r * r) continue;
         if (springls__of_two_contact_bodies(model, center, i)) continue;
@@ -14500,7 +14493,7 @@ SPRINGLS__FN springls_status springls__list_region(springls__motion *motion)
                                     SPRINGLS__ROLE_BIT(region_springls)));
     if (ctx->cells_fresh) {
         springls__cell_walk walk = springls__cell_walk_begin(&ctx->model, lower, upper);
-        while ((i = springls__cell_walk_next(&walk)) >= 0)
+        while ((i = springls__cell_walk_next(&ctx->model, &walk)) >= 0)
             if (springls__in_force_region(lower, upper, s[i].p)) motion->listed[motion->count++] = i;
         qsort(motion->listed, (size_t)motion->count, sizeof *motion->listed, springls__compare_int);
         return SPRINGLS_OK;
@@ -15541,7 +15534,7 @@ SPRINGLS__FN void springls__remove_merged(const springls__model *model, uint8_t 
     springls__v3 n = springls__springl_normal(model->set.s[i]);
     springls__cell_walk walk = springls__cell_walk_near(model, model->set.s[i].p, model->params.merge_distance);
     int other;
-    while ((other = springls__cell_walk_next(&walk)) >= 0)
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0)
         if (action[other] == SPRINGLS__UNDECIDED && springls__merges(model, i, n, other)) action[other] = SPRINGLS__REMOVE;
 }
 
@@ -22011,7 +22004,7 @@ SPRINGLS__FN bool springls__find_candidates(const springls__model *model, spring
     int i;
     c->count = 0;
     if (model->params.contact == SPRINGLS_CONTACT_SEPARATE) return false;
-    while ((i = springls__cell_walk_next(&walk)) >= 0) {
+    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {
         const springls__springl *s = &model->set.s[i];
         if (!springls__box_contains(springls__box_widened(box, springls__reach_of(s->bounding_radius)), s->p)) continue;
         if (c->count == SPRINGLS__CHUNK_CANDIDATES || springls__at_edge(model, i)) return false;
@@ -23942,7 +23935,7 @@ SPRINGLS__FN void springls__place_fit_around(springls__place_fit *place, bool ce
     int j;
     if (cells) {
         springls__cell_walk walk = springls__cell_walk_near(&ctx->model, place->x, place->radius);
-        while ((j = springls__cell_walk_next(&walk)) >= 0) springls__place_fit_add(place, j);
+        while ((j = springls__cell_walk_next(&ctx->model, &walk)) >= 0) springls__place_fit_add(place, j);
     } else {
         springls__near_walk walk = springls__near_walk_begin(&ctx->springl_surface, springls__voxel_to_model(ctx, place->x),
                                                              place->radius * ctx->largest_spacing / ctx->smallest_spacing);
@@ -26894,6 +26887,7 @@ static const char *const springls__kernel_lines[] = {
     "  /* Marks a function of the shared maths. PoCL 3.1 loses stores to local memory in functions that it does not inline. */\n",
     "  #define SPRINGLS__MATHS   static inline __attribute__((always_inline))\n",
     "  #define SPRINGLS__INNER   SPRINGLS__MATHS    /* the maths of inner loops              */\n",
+    "  #define SPRINGLS__NOINLINE static __attribute__((noinline)) /* large maths without SPRINGLS__LOCAL memory */\n",
     "  #define SPRINGLS__GLOBAL  __global           /* memory that kernels and host share    */\n",
     "  #define SPRINGLS__LOCAL   __local            /* memory of one work group              */\n",
     "  #define SPRINGLS__BARRIER barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE)\n",
@@ -26933,9 +26927,11 @@ static const char *const springls__kernel_lines[] = {
     "  #if defined(__GNUC__)\n",
     "    #define SPRINGLS__MATHS __attribute__((__unused__)) static\n",
     "    #define SPRINGLS__INNER __attribute__((__unused__)) static inline\n",
+    "    #define SPRINGLS__NOINLINE SPRINGLS__MATHS\n",
     "  #else\n",
     "    #define SPRINGLS__MATHS static inline\n",
     "    #define SPRINGLS__INNER static inline\n",
+    "    #define SPRINGLS__NOINLINE SPRINGLS__MATHS\n",
     "  #endif\n",
     "  #define SPRINGLS__GLOBAL\n",
     "  #define SPRINGLS__LOCAL\n",
@@ -26978,7 +26974,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2175 \"springls.h\"\n",
+    "#line 2178 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -27000,7 +26996,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2198 \"springls.h\"\n",
+    "#line 2201 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27015,7 +27011,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2214 \"springls.h\"\n",
+    "#line 2217 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -27139,7 +27135,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2338 \"springls.h\"\n",
+    "#line 2341 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -27209,7 +27205,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2409 \"springls.h\"\n",
+    "#line 2412 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -27429,7 +27425,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2630 \"springls.h\"\n",
+    "#line 2633 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27444,7 +27440,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2645 \"springls.h\"\n",
+    "#line 2648 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -27568,14 +27564,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2769 \"springls.h\"\n",
+    "#line 2772 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2777 \"springls.h\"\n",
+    "#line 2780 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -27674,7 +27670,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 2877 \"springls.h\"\n",
+    "#line 2880 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -27769,7 +27765,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 2973 \"springls.h\"\n",
+    "#line 2976 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -27781,7 +27777,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2985 \"springls.h\"\n",
+    "#line 2988 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27796,7 +27792,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3001 \"springls.h\"\n",
+    "#line 3004 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -27840,7 +27836,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3045 \"springls.h\"\n",
+    "#line 3048 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27855,7 +27851,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3060 \"springls.h\"\n",
+    "#line 3063 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -27899,7 +27895,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3104 \"springls.h\"\n",
+    "#line 3107 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -27978,7 +27974,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3183 \"springls.h\"\n",
+    "#line 3186 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27993,7 +27989,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3199 \"springls.h\"\n",
+    "#line 3202 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -28060,7 +28056,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3266 \"springls.h\"\n",
+    "#line 3269 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28075,7 +28071,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3281 \"springls.h\"\n",
+    "#line 3284 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -28142,7 +28138,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3349 \"springls.h\"\n",
+    "#line 3352 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -28520,7 +28516,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3728 \"springls.h\"\n",
+    "#line 3731 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -28971,7 +28967,6 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__WIDE_VOXELS 2744\n",
     "\n",
     "typedef struct springls__wide_tile {\n",
-    "    const springls__grid *g;\n",
     "    SPRINGLS__GLOBAL const float *field;\n",
     "    int origin[3];\n",
     "    SPRINGLS__LOCAL float *value; /* WIDE_VOXELS */\n",
@@ -28984,7 +28979,6 @@ static const char *const springls__kernel_lines[] = {
     "    const int m = SPRINGLS__WIDE_MARGIN;\n",
     "    int axis;\n",
     "    bool border = false;\n",
-    "    tile->g = g;\n",
     "    tile->field = field;\n",
     "    for (axis = 0; axis < 3; axis++) {\n",
     "        tile->origin[axis] = origin[axis];\n",
@@ -28994,7 +28988,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Interpolates at x, in voxels from the brick's first one, trilinear. */\n",
-    "SPRINGLS__MATHS float springls__wide_tile_sample(const springls__wide_tile *tile, springls__v3 x)\n",
+    "SPRINGLS__MATHS float springls__wide_tile_sample(const springls__grid *g, const springls__wide_tile *tile, springls__v3 x)\n",
     "{\n",
     "    const int m = SPRINGLS__WIDE_MARGIN, sy = SPRINGLS__WIDE, sz = SPRINGLS__WIDE * SPRINGLS__WIDE;\n",
     "    const float lower = (float)-m, upper = (float)(7 + m);\n",
@@ -29002,7 +28996,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__LOCAL const float *t;\n",
     "    if (!(i >= lower && j >= lower && k >= lower && i < upper && j < upper && k < upper)) {\n",
     "        springls__v3 origin = springls__v3_make((float)tile->origin[0], (float)tile->origin[1], (float)tile->origin[2]);\n",
-    "        return springls__grid_sample(tile->g, tile->field, springls__add(x, origin));\n",
+    "        return springls__grid_sample(g, tile->field, springls__add(x, origin));\n",
     "    }\n",
     "    t = tile->value + ((int)i + m) + sy * ((int)j + m) + sz * ((int)k + m);\n",
     "    corner[0] = t[0];\n",
@@ -29223,7 +29217,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4432 \"springls.h\"\n",
+    "#line 4433 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -29268,8 +29262,6 @@ static const char *const springls__kernel_lines[] = {
     "/* A walk over the springls whose particle lies in a box of cells, row by row within each brick; then over those in no cell. Of those\n",
     "   in cells it may be limited to particles near a place. */\n",
     "typedef struct springls__cell_walk {\n",
-    "    const springls__grid *g;\n",
-    "    const springls__cell_list *cells;\n",
     "    int lo[3], hi[3], x, y, z;\n",
     "    int slot, first, last;                /* of the row: its brick, its cells in there; slot -1: of those in no cell     */\n",
     "    SPRINGLS__GLOBAL const uint32_t *ids; /* springls of the row that are left: next, ..., end - 1                       */\n",
@@ -29284,8 +29276,6 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    springls__cell_walk walk;\n",
     "    const springls__grid *g = &model->grid;\n",
-    "    walk.g = g;\n",
-    "    walk.cells = &model->cells;\n",
     "    springls__voxel_of_place(g, lower, walk.lo);\n",
     "    springls__voxel_of_place(g, upper, walk.hi);\n",
     "    walk.x = walk.lo[0] &= -SPRINGLS__CELL;\n",
@@ -29300,17 +29290,17 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Goes on to the next row; returns false at the end. */\n",
-    "SPRINGLS__INNER bool springls__cell_walk_row(springls__cell_walk *walk)\n",
+    "SPRINGLS__INNER bool springls__cell_walk_row(const springls__model *model, springls__cell_walk *walk)\n",
     "{\n",
-    "    const springls__grid *g = walk->g;\n",
+    "    const springls__grid *g = &model->grid;\n",
     "    SPRINGLS__GLOBAL const uint32_t *cell;\n",
     "    int last, row;\n",
     "    if (walk->z > walk->hi[2]) {\n",
     "        if (walk->slot < 0) return false;\n",
     "        walk->slot = -1;\n",
-    "        walk->ids = walk->cells->unbinned;\n",
+    "        walk->ids = model->cells.unbinned;\n",
     "        walk->next = 0;\n",
-    "        walk->end = (uint32_t)walk->cells->unbinned_count;\n",
+    "        walk->end = (uint32_t)model->cells.unbinned_count;\n",
     "        return true;\n",
     "    }\n",
     "    last = springls__imin(walk->x | 7, walk->hi[0]);\n",
@@ -29334,32 +29324,32 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Looks at the next springls of the row, up to the end of their block. */\n",
-    "SPRINGLS__MATHS void springls__cell_walk_block(springls__cell_walk *walk)\n",
+    "SPRINGLS__MATHS void springls__cell_walk_block(const springls__model *model, springls__cell_walk *walk)\n",
     "{\n",
     "    uint32_t left = walk->end - (walk->next & ~7u), from = walk->next & 7u;\n",
     "    walk->block = walk->next & ~7u;\n",
     "    walk->found = 0xffu;\n",
     "    if (walk->slot >= 0 && walk->r2 >= 0.0f)\n",
-    "        walk->found = springls__places_within(walk->cells->places + 3 * (size_t)walk->block, walk->near_to, walk->r2);\n",
+    "        walk->found = springls__places_within(model->cells.places + 3 * (size_t)walk->block, walk->near_to, walk->r2);\n",
     "    if (left < 8u) walk->found &= (1u << left) - 1u;\n",
     "    walk->found = walk->found >> from << from;\n",
     "    walk->next = left < 8u ? walk->end : walk->block + 8u;\n",
     "}\n",
     "\n",
     "/* Goes on to the next springls; returns false at the end. */\n",
-    "SPRINGLS__MATHS bool springls__cell_walk_on(springls__cell_walk *walk)\n",
+    "SPRINGLS__MATHS bool springls__cell_walk_on(const springls__model *model, springls__cell_walk *walk)\n",
     "{\n",
     "    while (walk->found == 0u)\n",
-    "        if (walk->next != walk->end) springls__cell_walk_block(walk);\n",
-    "        else if (!springls__cell_walk_row(walk)) return false;\n",
+    "        if (walk->next != walk->end) springls__cell_walk_block(model, walk);\n",
+    "        else if (!springls__cell_walk_row(model, walk)) return false;\n",
     "    return true;\n",
     "}\n",
     "\n",
     "/* Returns the next springl; -1 at the end. */\n",
-    "SPRINGLS__MATHS int springls__cell_walk_next(springls__cell_walk *walk)\n",
+    "SPRINGLS__MATHS int springls__cell_walk_next(const springls__model *model, springls__cell_walk *walk)\n",
     "{\n",
     "    uint32_t at;\n",
-    "    if (walk->found == 0u && !springls__cell_walk_on(walk)) return -1;\n",
+    "    if (walk->found == 0u && !springls__cell_walk_on(model, walk)) return -1;\n",
     "    at = walk->block + (uint32_t)springls__lowest_bit(walk->found);\n",
     "    walk->found &= walk->found - 1u;\n",
     "    return (int)walk->ids[at];\n",
@@ -29487,7 +29477,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4697 \"springls.h\"\n",
+    "#line 4694 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -29689,7 +29679,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 4900 \"springls.h\"\n",
+    "#line 4897 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -29730,7 +29720,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__span span;\n",
     "    int other;\n",
     "    span.fit = springls__fit_begin(p, n, a);\n",
-    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
     "        if (other < known) springls__fit_add(&span.fit, o->p, springls__springl_normal(*o), model->set.a[other]);\n",
     "    }\n",
@@ -29748,7 +29738,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__span_sums sums;\n",
     "    int other, v, i;\n",
     "    sums.weight = sums.height2 = sums.a2 = sums.error2 = 0.0f;\n",
-    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
     "        springls__fit_equation e;\n",
     "        if (other >= known) continue;\n",
@@ -29770,7 +29760,7 @@ static const char *const springls__kernel_lines[] = {
     "   of the original surface: standard errors of a fit at p, its difference from that fit, and the errors of its sources. Heights\n",
     "   count by as much as the surface has become thinner, as without a change of volume. Sources that deviate from the fit by more\n",
     "   than a voxel are of two sheets, and count in full. */\n",
-    "SPRINGLS__MATHS float springls__error_at_birth(const springls__model *model, springls__v3 p, springls__v3 n, springls__v3 a,\n",
+    "SPRINGLS__NOINLINE float springls__error_at_birth(const springls__model *model, springls__v3 p, springls__v3 n, springls__v3 a,\n",
     "                                               int known)\n",
     "{\n",
     "    const float standard_errors = 2.0f;\n",
@@ -29806,7 +29796,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5018 \"springls.h\"\n",
+    "#line 5015 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -29956,7 +29946,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5168 \"springls.h\"\n",
+    "#line 5165 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29971,7 +29961,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5184 \"springls.h\"\n",
+    "#line 5181 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -30319,7 +30309,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5532 \"springls.h\"\n",
+    "#line 5529 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30334,7 +30324,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5547 \"springls.h\"\n",
+    "#line 5544 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -30682,7 +30672,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5895 \"springls.h\"\n",
+    "#line 5892 \"springls.h\"\n",
     "\n",
     "/* Displaces springl i by the forces of the rule, into moved_springls. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -30699,7 +30689,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 6519 \"springls.h\"\n",
+    "#line 6516 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -30725,7 +30715,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6546 \"springls.h\"\n",
+    "#line 6543 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -30814,7 +30804,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6636 \"springls.h\"\n",
+    "#line 6633 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -30842,7 +30832,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__cell_walk walk = springls__cell_walk_around(model, x, radius);\n",
     "    float best = radius * radius, limit = radius;\n",
     "    int i, nearest = -1;\n",
-    "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
     "        springls__tri_plan plan;\n",
     "        float d2, within = limit + s->bounding_radius;\n",
@@ -30885,7 +30875,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
     "    uint32_t sectors = 0u;\n",
     "    int other;\n",
-    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {\n",
     "        springls__v3 d;\n",
     "        float u, v;\n",
     "        if (!springls__lies_beside(model, of, other, x, n, r, high)) continue;\n",
@@ -30906,7 +30896,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__angular_gaps gaps = springls__angular_gaps_begin(n);\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
     "    int other;\n",
-    "    while ((other = springls__cell_walk_next(&walk)) >= 0)\n",
+    "    while ((other = springls__cell_walk_next(model, &walk)) >= 0)\n",
     "        if (springls__lies_beside(model, of, other, x, n, r, high))\n",
     "            gaps = springls__angular_gaps_add(gaps, springls__sub(model->set.s[other].p, x));\n",
     "    return springls__angular_gaps_widest(gaps);\n",
@@ -30920,7 +30910,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__angular_gaps gaps = springls__angular_gaps_begin(n);\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, x, springls__sqrt(r * r + high * high));\n",
     "    int other;\n",
-    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {\n",
     "        springls__v3 d = springls__sub(model->set.s[other].p, x);\n",
     "        float h = springls__dot(d, n), aside2 = springls__length2(d) - h * h;\n",
     "        if (springls__is_overlapped(model, other)) continue;\n",
@@ -30938,7 +30928,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__cell_walk walk = springls__cell_walk_around(model, x, radius);\n",
     "    float best = radius * radius;\n",
     "    int i, side = 0;\n",
-    "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
     "        float within = radius + s->bounding_radius, d2;\n",
     "        springls__tri_plan plan;\n",
@@ -30954,7 +30944,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6777 \"springls.h\"\n",
+    "#line 6774 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -31012,14 +31002,17 @@ static const char *const springls__kernel_lines[] = {
     "    const float radius = model->params.neighbor_radius, radius2 = radius * radius;\n",
     "    const int room = model->params.max_neighbors;\n",
     "    SPRINGLS__GLOBAL const springls__v3 *q = self->q;\n",
-    "    const float x[8] = { q[0].x, q[1].x, q[2].x, 0.0f }, y[8] = { q[0].y, q[1].y, q[2].y, 0.0f };\n",
-    "    const float z[8] = { q[0].z, q[1].z, q[2].z, 0.0f };\n",
     "    springls__v3 normal = springls__springl_normal(*self);\n",
     "    springls__cell_walk walk = springls__cell_walk_around(model, self->p, radius + self->bounding_radius);\n",
-    "    float d2s[SPRINGLS__NEIGHBOR_ROW], d2[8], edge[8];\n",
+    "    float x[8], y[8], z[8], d2s[SPRINGLS__NEIGHBOR_ROW], d2[8], edge[8];\n",
     "    int length[3] = { 0, 0, 0 }, other, m;\n",
+    "    for (m = 0; m < 8; m++) {\n",
+    "        x[m] = m < 3 ? q[m].x : 0.0f;\n",
+    "        y[m] = m < 3 ? q[m].y : 0.0f;\n",
+    "        z[m] = m < 3 ? q[m].z : 0.0f;\n",
+    "    }\n",
     "    for (m = 0; m < SPRINGLS__NEIGHBOR_ROW; m++) row[m] = -1;\n",
-    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *o = &all[other];\n",
     "        float within = radius + o->bounding_radius + self->bounding_radius;\n",
     "        if (other == n) continue;\n",
@@ -31153,7 +31146,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->set.phi[i] > model->grid.far_value) return false; /* pushed out of the grid */\n",
     "    if (springls__phi_or_beyond(&model->grid, springls__mad(s->p, n, ahead)) <= 0.0f) return false;\n",
     "    walk = springls__cell_walk_near(model, s->p, r);\n",
-    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {\n",
     "        springls__v3 d = springls__sub(model->set.s[other].p, s->p), m;\n",
     "        if (other == i || springls__length2(d) > r * r) continue;\n",
     "        if (springls__at_edge(model, other)) return false; /* beyond a sharp edge the neighbors look the same */\n",
@@ -31176,7 +31169,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__v3 n = springls__springl_normal(s);\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, s.p, r);\n",
     "    int other, across = 0, facing = 0, beside = 0;\n",
-    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {\n",
     "        springls__v3 d = springls__sub(model->set.s[other].p, s.p), m = springls__springl_normal(model->set.s[other]);\n",
     "        float d2 = springls__length2(d), ahead = springls__dot(d, n);\n",
     "        if (other == i || d2 > r * r) continue;\n",
@@ -31263,7 +31256,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__cell_walk walk = springls__cell_walk_near(model, model->set.s[i].p, model->params.merge_distance);\n",
     "    uint8_t decided = SPRINGLS__KEEP;\n",
     "    int other;\n",
-    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {\n",
     "        if (action[other] == SPRINGLS__REMOVE || !springls__outranks(model, other, i)) continue;\n",
     "        if (!springls__merges(model, i, n, other)) continue;\n",
     "        if (action[other] == SPRINGLS__KEEP) return SPRINGLS__REMOVE;\n",
@@ -32328,7 +32321,7 @@ static const char *const springls__kernel_lines[] = {
     "    const float least = 0.3f;\n",
     "    int i;\n",
     "    samples->count = 0;\n",
-    "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
     "        float weight = 1.0f - springls__length2(springls__sub(s->p, x)) / (radius * radius);\n",
     "        if (i >= known || weight <= 0.0f) continue;\n",
@@ -32513,7 +32506,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__v3 p = model->set.s[i].p;\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, p, radius);\n",
     "    int other;\n",
-    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {\n",
     "        float along = springls__dot(normal[i], normal[other]);\n",
     "        if (along < turned && along > SPRINGLS__AWAY\n",
     "            && springls__length2(springls__sub(p, model->set.s[other].p)) < radius * radius) return true;\n",
@@ -32527,7 +32520,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL const uint8_t *before = springls__was_at_edge(model);\n",
     "    springls__v3 p = model->set.s[i].p;\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, p, radius);\n",
-    "    while (springls__cell_walk_row(&walk)) {\n",
+    "    while (springls__cell_walk_row(model, &walk)) {\n",
     "        if (walk.slot >= 0) { /* leaves out a row none of whose cells has a springl that lay at an edge */\n",
     "            uint32_t word = springls__edge_cells(model)[2 * walk.slot + (walk.first >> 5)];\n",
     "            if (((word >> (walk.first & 31)) & ((2u << (walk.last - walk.first)) - 1u)) == 0u) continue;\n",
@@ -32599,7 +32592,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Projects a onto the original surface (eq. 26). */\n",
-    "SPRINGLS__MATHS springls__v3 springls__project_on_original(const springls__model *model, springls__v3 a)\n",
+    "SPRINGLS__NOINLINE springls__v3 springls__project_on_original(const springls__model *model, springls__v3 a)\n",
     "{\n",
     "    const springls__grid *g = &model->reference;\n",
     "    int i;\n",
@@ -32634,7 +32627,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__v3 sum = springls__v3_make(0.0f, 0.0f, 0.0f), nearest = sum;\n",
     "        float best = FLT_MAX;\n",
     "        int other, count = 0;\n",
-    "        while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "        while ((other = springls__cell_walk_next(model, &walk)) >= 0) {\n",
     "            float d2;\n",
     "            if (other >= known || springls__dot(springls__springl_normal(model->set.s[other]), n) <= 0.0f)\n",
     "                continue; /* on the other side of a sheet */\n",
@@ -32662,7 +32655,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Fits a quadratic at x over the particles around, of springls before `known` and of the body of springl `of`; near an edge, over\n",
     "   those of one side. */\n",
-    "SPRINGLS__MATHS springls__fit_result springls__fit_at(const springls__model *model, int of, springls__v3 x, springls__v3 n,\n",
+    "SPRINGLS__NOINLINE springls__fit_result springls__fit_at(const springls__model *model, int of, springls__v3 x, springls__v3 n,\n",
     "                                                      springls__v3 a0, int known)\n",
     "{\n",
     "    springls__fit fit = springls__fit_begin(x, n, a0);\n",
@@ -32671,7 +32664,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__fit_result result;\n",
     "    int other;\n",
     "    if (model->params.keep_edges && springls__place_at_edge(model, x, n, a0, known, &result)) return result;\n",
-    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
     "        if (other >= known || springls__of_two_contact_bodies(model, of, other)) continue;\n",
     "        if (springls__fit_add(&fit, o->p, springls__springl_normal(*o), model->set.a[other]))\n",
@@ -33174,7 +33167,7 @@ static const char *const springls__kernel_lines[] = {
     "    const float r = SPRINGLS__SEED_DISTANCE;\n",
     "    springls__cell_walk walk = springls__cell_walk_near(model, x, r);\n",
     "    int other;\n",
-    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
     "        if (springls__length2(springls__sub(o->p, x)) >= r * r) continue;\n",
     "        if (springls__of_two_contact_bodies(model, of, other)) continue;\n",
@@ -33191,7 +33184,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__cell_walk walk = springls__cell_walk_near(model, p, r);\n",
     "    float weight = 0.0f, value = 0.0f;\n",
     "    int other;\n",
-    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *o = &model->set.s[other];\n",
     "        springls__estimate estimate = springls__oriented_distance(p, n, o->p, springls__springl_normal(*o));\n",
     "        if (springls__of_two_contact_bodies(model, of, other)) continue;\n",
@@ -33254,7 +33247,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__cell_walk walk = springls__cell_walk_near(model, seed.p, SPRINGLS__SEED_RANGE + SPRINGLS__SEED_DISTANCE + 0.01f);\n",
     "    uint8_t decided = SPRINGLS__KEEP;\n",
     "    int other;\n",
-    "    while ((other = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "    while ((other = springls__cell_walk_next(model, &walk)) >= 0) {\n",
     "        if (other >= i || action[other] == SPRINGLS__REMOVE\n",
     "            || !springls__too_close(seed.p, seed.n, seeds[other].p, seeds[other].n)\n",
     "            || springls__of_two_contact_bodies(model, i, other)) continue;\n",
@@ -33507,10 +33500,10 @@ static const char *const springls__kernel_lines[] = {
     "    float nearest2 = FLT_MAX;\n",
     "    bool sheet = false;\n",
     "    int i;\n",
-    "    while ((i = springls__cell_walk_next(&walk)) >= 0)\n",
+    "    while ((i = springls__cell_walk_next(model, &walk)) >= 0)\n",
     "        if (springls__distance2_to_springl(&model->set.s[i], x, covered) <= covered * covered) return false;\n",
     "    walk = springls__cell_walk_around(model, x, r);\n",
-    "    while ((i = springls__cell_walk_next(&walk)) >= 0) {\n",
+    "    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {\n",
     "        float d2 = springls__distance2_to_springl(&model->set.s[i], x, r);\n",
     "        if (d2 == FLT_MAX) continue;\n",
     "        nearest2 = springls__min(nearest2, d2);\n",
@@ -33804,7 +33797,7 @@ static const char *const springls__kernel_lines[] = {
     "typedef struct springls__brick_sums {\n",
     "    SPRINGLS__LOCAL float *value;     /* SUMS_FLOATS; those of rows that no springl has reached are not set */\n",
     "    SPRINGLS__GLOBAL uint8_t *opposed; /* whether springls near one voxel face against each other */\n",
-    "    bool reached[SPRINGLS__ROWS];     /* rows that springls are near */\n",
+    "    uint8_t reached[SPRINGLS__ROWS];  /* of a row: 1 when springls are near */\n",
     "} springls__brick_sums;\n",
     "\n",
     "/* Sets the sums of a row to none and its nearest springl to none, if no springl has reached it before. */\n",
@@ -33814,7 +33807,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__LOCAL float *value = sums->value + springls__sums_of_row(row);\n",
     "    int i;\n",
     "    if (sums->reached[row]) return;\n",
-    "    sums->reached[row] = true;\n",
+    "    sums->reached[row] = 1;\n",
     "    for (i = 0; i < 8 * SPRINGLS__SUM_MEMBERS; i++) value[i] = 0.0f;\n",
     "    for (i = 0; i < 8; i++) value[8 * SPRINGLS__NEAREST2 + i] = farthest2;\n",
     "}\n",
@@ -33995,7 +33988,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Carries phi of a row along with the springls near its voxels: takes it from the places that they have come from. */\n",
-    "SPRINGLS__MATHS void springls__carry_row(const springls__wide_tile *tile, int row, SPRINGLS__LOCAL const float *sums, float phi[8])\n",
+    "SPRINGLS__MATHS void springls__carry_row(const springls__grid *g, const springls__wide_tile *tile, int row,\n",
+    "                                         SPRINGLS__LOCAL const float *sums, float phi[8])\n",
     "{\n",
     "    const float y = (float)(row & 7), z = (float)(row >> 3);\n",
     "    float from[3][8];\n",
@@ -34009,7 +34003,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    for (i = 0; i < 8; i++)\n",
     "        if (sums[8 * SPRINGLS__SUM_WEIGHT + i] > SPRINGLS__MIN_WEIGHT)\n",
-    "            phi[i] = springls__wide_tile_sample(tile, springls__v3_make(from[0][i], from[1][i], from[2][i]));\n",
+    "            phi[i] = springls__wide_tile_sample(g, tile, springls__v3_make(from[0][i], from[1][i], from[2][i]));\n",
     "}\n",
     "\n",
     "/* Makes phi of a row's voxels exact where springls are near. */\n",
@@ -34102,7 +34096,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__vec_store(value + i, springls__vec_load(phi + i));\n",
     "    if (some_passed) unknown = springls__mark_passed(model, origin, row, reached, sums, max_displacement, value);\n",
-    "    if (reached && carry) springls__carry_row(tile, row, sums, value);\n",
+    "    if (reached && carry) springls__carry_row(&model->grid, tile, row, sums, value);\n",
     "    if (reached && model->params.project_level_set)\n",
     "        springls__correct_row(model, near_by, origin, row, sums, args, edges, value);\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__vec_store(out + i, springls__vec_load(value + i));\n",
@@ -34141,7 +34135,7 @@ static const char *const springls__kernel_lines[] = {
     "    some = near_by.count > 0;\n",
     "    springls__load_wide_tile(g, g->phi, o, model->group, args.project.carry && some, &tile);\n",
     "    edges = springls__edge_box_of(model, &near_by);\n",
-    "    for (row = 0; row < SPRINGLS__ROWS; row++) sums.reached[row] = false;\n",
+    "    for (row = 0; row < SPRINGLS__ROWS; row++) sums.reached[row] = 0;\n",
     "    if (some) springls__brick_sums_take(model, &near_by, o, &sums);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
     "        SPRINGLS__LOCAL const float *of_row = sums.value + springls__sums_of_row(row);\n",
@@ -34186,7 +34180,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10025 \"springls.h\"\n",
+    "#line 10026 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -34336,7 +34330,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10176 \"springls.h\"\n",
+    "#line 10177 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -34440,7 +34434,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10281 \"springls.h\"\n",
+    "#line 10282 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -34537,7 +34531,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10379 \"springls.h\"\n",
+    "#line 10380 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -35075,7 +35069,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10918 \"springls.h\"\n",
+    "#line 10919 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -35153,7 +35147,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10997 \"springls.h\"\n",
+    "#line 10998 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -35402,7 +35396,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11247 \"springls.h\"\n",
+    "#line 11248 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -35435,7 +35429,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11281 \"springls.h\"\n",
+    "#line 11282 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -35460,14 +35454,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11307 \"springls.h\"\n",
+    "#line 11308 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11314 \"springls.h\"\n",
+    "#line 11315 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35482,7 +35476,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11330 \"springls.h\"\n",
+    "#line 11331 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35561,19 +35555,15 @@ static const char *const springls__kernel_lines[] = {
     "                                                     SPRINGLS__W(fit_shares) *shares, SPRINGLS__COND *known)\n",
     "{\n",
     "    const SPRINGLS__NUM *m = fit->moments;\n",
-    "    const SPRINGLS__NUM row[6][6] = { { m[14] },\n",
-    "                                      { m[13], m[12] },\n",
-    "                                      { m[12], m[11], m[10] },\n",
-    "                                      { m[9], m[8], m[7], m[5] },\n",
-    "                                      { m[8], m[7], m[6], m[4], m[3] },\n",
-    "                                      { m[5], m[4], m[3], m[2], m[1], m[0] } };\n",
+    "    const SPRINGLS__NUM lower[21] = { m[14], m[13], m[12], m[12], m[11], m[10], m[9], m[8], m[7], m[5], m[8],\n",
+    "                                      m[7],  m[6],  m[4],  m[3],  m[5],  m[4],  m[3], m[2], m[1], m[0] }; /* row by row */\n",
     "    const float most = 8.0f; /* how often an error of the correspondences may count */\n",
     "    SPRINGLS__NUM left[6][6]; /* the lower triangle */\n",
     "    SPRINGLS__NUM inverse[6], found[6];\n",
     "    SPRINGLS__COND good;\n",
     "    int i, j, k;\n",
     "    for (i = first; i < 6; i++)\n",
-    "        for (j = first; j <= i; j++) left[i][j] = row[i][j];\n",
+    "        for (j = first; j <= i; j++) left[i][j] = lower[i * (i + 1) / 2 + j];\n",
     "    good = m[0] > 0.0f;\n",
     "    for (k = first; k < 5; k++) {\n",
     "        inverse[k] = 1.0f / left[k][k];\n",
@@ -35612,7 +35602,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11460 \"springls.h\"\n",
+    "#line 11457 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35627,7 +35617,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11475 \"springls.h\"\n",
+    "#line 11472 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35706,19 +35696,15 @@ static const char *const springls__kernel_lines[] = {
     "                                                     SPRINGLS__W(fit_shares) *shares, SPRINGLS__COND *known)\n",
     "{\n",
     "    const SPRINGLS__NUM *m = fit->moments;\n",
-    "    const SPRINGLS__NUM row[6][6] = { { m[14] },\n",
-    "                                      { m[13], m[12] },\n",
-    "                                      { m[12], m[11], m[10] },\n",
-    "                                      { m[9], m[8], m[7], m[5] },\n",
-    "                                      { m[8], m[7], m[6], m[4], m[3] },\n",
-    "                                      { m[5], m[4], m[3], m[2], m[1], m[0] } };\n",
+    "    const SPRINGLS__NUM lower[21] = { m[14], m[13], m[12], m[12], m[11], m[10], m[9], m[8], m[7], m[5], m[8],\n",
+    "                                      m[7],  m[6],  m[4],  m[3],  m[5],  m[4],  m[3], m[2], m[1], m[0] }; /* row by row */\n",
     "    const float most = 8.0f; /* how often an error of the correspondences may count */\n",
     "    SPRINGLS__NUM left[6][6]; /* the lower triangle */\n",
     "    SPRINGLS__NUM inverse[6], found[6];\n",
     "    SPRINGLS__COND good;\n",
     "    int i, j, k;\n",
     "    for (i = first; i < 6; i++)\n",
-    "        for (j = first; j <= i; j++) left[i][j] = row[i][j];\n",
+    "        for (j = first; j <= i; j++) left[i][j] = lower[i * (i + 1) / 2 + j];\n",
     "    good = m[0] > 0.0f;\n",
     "    for (k = first; k < 5; k++) {\n",
     "        inverse[k] = 1.0f / left[k][k];\n",
@@ -35757,7 +35743,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11606 \"springls.h\"\n",
+    "#line 11599 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -35994,12 +35980,12 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SAMPLE_RANGE (1.01f * SPRINGLS__CORRESPONDENCE_RADIUS)\n",
     "\n",
     "/* Finds the next springl of a walk that counts for a fit around springl `center`; -1: none is left. */\n",
-    "SPRINGLS__MATHS int springls__next_sample(const springls__model *model, const springls__correspondence_fit *fit, int center,\n",
+    "SPRINGLS__NOINLINE int springls__next_sample(const springls__model *model, const springls__correspondence_fit *fit, int center,\n",
     "                                          springls__cell_walk *walk, springls__fit_sample *sample)\n",
     "{\n",
     "    const float r = SPRINGLS__SAMPLE_RANGE;\n",
     "    int i;\n",
-    "    while ((i = springls__cell_walk_next(walk)) >= 0) {\n",
+    "    while ((i = springls__cell_walk_next(model, walk)) >= 0) {\n",
     "        SPRINGLS__GLOBAL const springls__springl *s = &model->set.s[i];\n",
     "        if (springls__length2(springls__sub(s->p, fit->origin)) > r * r) continue;\n",
     "        if (springls__of_two_contact_bodies(model, center, i)) continue;\n",
@@ -36048,7 +36034,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11898 \"springls.h\"\n",
+    "#line 11891 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -36149,7 +36135,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_sort, 8)                                                                                                       \\\n",
     "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
     "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 36153 \"springls.h\"\n",
+    "#line 36139 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -36536,7 +36522,6 @@ static const char *const springls__kernel_lines[] = {
     "   each: a smaller number in its region, or its own; in the end the smallest, the root. -1: in no region. */\n",
     "\n",
     "typedef struct springls__regions {\n",
-    "    const springls__model *model;\n",
     "    __global int *label;\n",
     "    __global int *votes; /* of a root: voxels around its region that are outside less those inside (in the memory of phi_next) */\n",
     "    int voxels;          /* numbers of voxels; entries of the top table have those from here on                                */\n",
@@ -36546,7 +36531,6 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS springls__regions springls__regions_of(const springls__model *model)\n",
     "{\n",
     "    springls__regions r;\n",
-    "    r.model = model;\n",
     "    r.label = springls__region_label(model);\n",
     "    r.votes = (__global int *)model->grid.phi_next;\n",
     "    r.voxels = model->grid.slot_count * SPRINGLS__BRICK_VOXELS;\n",
@@ -36614,32 +36598,32 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns the node at a voxel of the domain, or -1. */\n",
-    "SPRINGLS__MATHS int springls__region_node(const springls__regions *r, int x, int y, int z)\n",
+    "SPRINGLS__MATHS int springls__region_node(const springls__model *model, const springls__regions *r, int x, int y, int z)\n",
     "{\n",
-    "    const springls__grid *g = &r->model->grid;\n",
+    "    const springls__grid *g = &model->grid;\n",
     "    int entry, v;\n",
     "    if (!springls__table_contains(g, x, y, z)) return -1;\n",
     "    entry = springls__entry_at(g, x, y, z);\n",
-    "    if (g->top[entry] < SPRINGLS__FIRST_SLOT) return springls__open_brick(r->model, entry) ? r->voxels + entry : -1;\n",
+    "    if (g->top[entry] < SPRINGLS__FIRST_SLOT) return springls__open_brick(model, entry) ? r->voxels + entry : -1;\n",
     "    v = g->top[entry] * SPRINGLS__BRICK_VOXELS + springls__voxel_in_brick(x, y, z);\n",
-    "    return springls__in_region(r->model, (size_t)v) ? v : -1;\n",
+    "    return springls__in_region(model, (size_t)v) ? v : -1;\n",
     "}\n",
     "\n",
     "/* Joins an open constant brick with those before it along each axis. */\n",
-    "SPRINGLS__MATHS void springls__join_brick(const springls__regions *r, int entry)\n",
+    "SPRINGLS__MATHS void springls__join_brick(const springls__model *model, const springls__regions *r, int entry)\n",
     "{\n",
-    "    const springls__table *t = &r->model->grid.table;\n",
+    "    const springls__table *t = &model->grid.table;\n",
     "    int axis, stride = 1, node = r->voxels + entry;\n",
-    "    if (!springls__open_brick(r->model, entry)) return;\n",
+    "    if (!springls__open_brick(model, entry)) return;\n",
     "    for (axis = 0; axis < 3; axis++) {\n",
     "        bool first = entry / stride % t->bricks[axis] == 0;\n",
-    "        if (!first && springls__open_brick(r->model, entry - stride)) springls__region_unite(r->label, node, node - stride);\n",
+    "        if (!first && springls__open_brick(model, entry - stride)) springls__region_unite(r->label, node, node - stride);\n",
     "        stride *= t->bricks[axis];\n",
     "    }\n",
     "}\n",
     "\n",
     "/* Joins the members of a row with the nodes beyond face d of it: voxels before it, and constant bricks on all sides. */\n",
-    "SPRINGLS__MATHS void springls__join_row(const springls__regions *r, const int at[3], int d)\n",
+    "SPRINGLS__MATHS void springls__join_row(const springls__model *model, const springls__regions *r, const int at[3], int d)\n",
     "{\n",
     "    int x, beside = -1;\n",
     "    for (x = d == 1 ? 7 : 0; x <= (d == 0 ? 0 : 7); x++) {\n",
@@ -36648,8 +36632,8 @@ static const char *const springls__kernel_lines[] = {
     "        place[1] = at[1];\n",
     "        place[2] = at[2];\n",
     "        springls__voxel_at_face(place, 1, d, 0, 0, to);\n",
-    "        n = springls__region_node(r, place[0], place[1], place[2]);\n",
-    "        beside = n < 0 ? -1 : springls__region_node(r, to[0], to[1], to[2]);\n",
+    "        n = springls__region_node(model, r, place[0], place[1], place[2]);\n",
+    "        beside = n < 0 ? -1 : springls__region_node(model, r, to[0], to[1], to[2]);\n",
     "        if (beside < 0 || before >= 0 || ((d & 1) && beside < r->voxels)) continue; /* once a run of members, and once a pair */\n",
     "        springls__region_unite(r->label, n, beside);\n",
     "    }\n",
@@ -36661,11 +36645,11 @@ static const char *const springls__kernel_lines[] = {
     "    int at[3], d;\n",
     "    (void)args;\n",
     "    if (i >= r.rows) {\n",
-    "        springls__join_brick(&r, i - r.rows);\n",
+    "        springls__join_brick(model, &r, i - r.rows);\n",
     "        return;\n",
     "    }\n",
     "    springls__row_at(&model->grid, i, at);\n",
-    "    for (d = 0; d < 6; d++) springls__join_row(&r, at, d);\n",
+    "    for (d = 0; d < 6; d++) springls__join_row(model, &r, at, d);\n",
     "}\n",
     "\n",
     "/* ---- vote: the voxels around the members of a region are added up at its root ---- */\n",
@@ -36686,23 +36670,23 @@ static const char *const springls__kernel_lines[] = {
     "    if (root >= 0 && root < r->voxels && votes != 0) atomic_add(&r->votes[root], votes);\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS void springls__vote_of_brick(const springls__regions *r, int entry)\n",
+    "SPRINGLS__MATHS void springls__vote_of_brick(const springls__model *model, const springls__regions *r, int entry)\n",
     "{\n",
     "    int at[3], to[3], d, k, votes = 0;\n",
-    "    if (!springls__open_brick(r->model, entry)) return;\n",
-    "    springls__entry_origin(&r->model->grid, entry, at);\n",
+    "    if (!springls__open_brick(model, entry)) return;\n",
+    "    springls__entry_origin(&model->grid, entry, at);\n",
     "    for (d = 0; d < 6; d++)\n",
     "        for (k = 0; k < 64; k++) {\n",
     "            springls__voxel_at_face(at, 8, d, k % 8, k / 8, to);\n",
-    "            votes += springls__vote_at(r->model, to[0], to[1], to[2]);\n",
+    "            votes += springls__vote_at(model, to[0], to[1], to[2]);\n",
     "        }\n",
     "    springls__add_votes(r, springls__region_root(r->label, r->voxels + entry), votes);\n",
     "}\n",
     "\n",
     "/* Adds up a row run by run of members: they have one root. */\n",
-    "SPRINGLS__MATHS void springls__vote_of_row(const springls__regions *r, int row)\n",
+    "SPRINGLS__MATHS void springls__vote_of_row(const springls__model *model, const springls__regions *r, int row)\n",
     "{\n",
-    "    int at[3], first = springls__row_at(&r->model->grid, row, at), x, d, root = -1, votes = 0;\n",
+    "    int at[3], first = springls__row_at(&model->grid, row, at), x, d, root = -1, votes = 0;\n",
     "    for (x = 0; x <= 8; x++) {\n",
     "        int label = x < 8 ? r->label[first + x] : -1;\n",
     "        if (label < 0) {\n",
@@ -36713,9 +36697,9 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "        if (root < 0) root = springls__region_root(r->label, label);\n",
     "        for (d = -1; d <= 1; d += 2)\n",
-    "            votes += springls__vote_at(r->model, at[0] + x + d, at[1], at[2])\n",
-    "                   + springls__vote_at(r->model, at[0] + x, at[1] + d, at[2])\n",
-    "                   + springls__vote_at(r->model, at[0] + x, at[1], at[2] + d);\n",
+    "            votes += springls__vote_at(model, at[0] + x + d, at[1], at[2])\n",
+    "                   + springls__vote_at(model, at[0] + x, at[1] + d, at[2])\n",
+    "                   + springls__vote_at(model, at[0] + x, at[1], at[2] + d);\n",
     "    }\n",
     "}\n",
     "\n",
@@ -36723,8 +36707,8 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    springls__regions r = springls__regions_of(model);\n",
     "    (void)args;\n",
-    "    if (i >= r.rows) springls__vote_of_brick(&r, i - r.rows);\n",
-    "    else springls__vote_of_row(&r, i);\n",
+    "    if (i >= r.rows) springls__vote_of_brick(model, &r, i - r.rows);\n",
+    "    else springls__vote_of_row(model, &r, i);\n",
     "}\n",
     "\n",
     "/* ---- resolve: regions with more voxels of the outside around them are outside ---- */\n",

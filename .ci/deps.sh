@@ -135,6 +135,12 @@ for group in $(printf '%s\n' "$@" | sed "s/^examples\$/$programs/; s/^bench\$/$p
         need_command oclgrind oclgrind
         need_command clang clang
         echo 'int main(void) { return 0; }' | clang -x c -fsanitize=memory -o /dev/null - 2> /dev/null || need libclang-rt-dev ;;
+    gpu-text)   # compilers for GPUs, which need none; libclc of clang's version
+        headers="$headers
+            CL/cl.h opencl-headers"
+        need_command clang-15 clang-15
+        need_command llvm-spirv-15 llvm-spirv-15
+        need_file /usr/lib/clc/nvptx64--nvidiacl.bc libclc-15 ;;
     valgrind)   # runs a program with a look at every access
         need_command valgrind valgrind ;;
     fuzz)   # libFuzzer

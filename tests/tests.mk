@@ -311,6 +311,13 @@ device: deps-opencl   ## what the OpenCL device of this machine does, cold and c
 	@$(MAKE) --no-print-directory WITH_OPENCL=1 WITH_LIBRARIES=1 $(DEVICE_PROGRAMS)
 	@tests/device/run.sh $(PAGE)
 
+# Without clang and its libclc that is skipped (77), which is no failure.
+gpu-text: deps-gpu-text   ## what compilers for GPUs make of each kernel: seconds, registers, stack, memory, within limits (clang, ptxas)
+	@mkdir -p build
+	$(SAY)$(CC) $(STRICT) -I. -o build/print_kernels tests/portability/print_kernels.c -lm
+	@build/print_kernels > build/kernels.cl
+	@tests/portability/gpu_text.sh build/kernels.cl || [ $$? = 77 ]
+
 portability: deps-portability   ## the same bits from every compiler and platform at hand (PAGE=docs/platforms.md writes the page)
 	@$(MAKE) --no-print-directory springls.h
 	@tests/portability/platforms.sh $(PAGE)

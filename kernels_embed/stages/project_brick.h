@@ -170,7 +170,7 @@ SPRINGLS__MATHS int springls__last_near(float x, float radius) { return (int)spr
 typedef struct springls__brick_sums {
     SPRINGLS__LOCAL float *value;     /* SUMS_FLOATS; those of rows that no springl has reached are not set */
     SPRINGLS__GLOBAL uint8_t *opposed; /* whether springls near one voxel face against each other */
-    bool reached[SPRINGLS__ROWS];     /* rows that springls are near */
+    uint8_t reached[SPRINGLS__ROWS];  /* of a row: 1 when springls are near */
 } springls__brick_sums;
 
 /* Sets the sums of a row to none and its nearest springl to none, if no springl has reached it before. */
@@ -180,7 +180,7 @@ SPRINGLS__MATHS void springls__reach_row(springls__brick_sums *sums, int row)
     SPRINGLS__LOCAL float *value = sums->value + springls__sums_of_row(row);
     int i;
     if (sums->reached[row]) return;
-    sums->reached[row] = true;
+    sums->reached[row] = 1;
     for (i = 0; i < 8 * SPRINGLS__SUM_MEMBERS; i++) value[i] = 0.0f;
     for (i = 0; i < 8; i++) value[8 * SPRINGLS__NEAREST2 + i] = farthest2;
 }
@@ -508,7 +508,7 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     some = near_by.count > 0;
     springls__load_wide_tile(g, g->phi, o, model->group, args.project.carry && some, &tile);
     edges = springls__edge_box_of(model, &near_by);
-    for (row = 0; row < SPRINGLS__ROWS; row++) sums.reached[row] = false;
+    for (row = 0; row < SPRINGLS__ROWS; row++) sums.reached[row] = 0;
     if (some) springls__brick_sums_take(model, &near_by, o, &sums);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         SPRINGLS__LOCAL const float *of_row = sums.value + springls__sums_of_row(row);

@@ -1,0 +1,87 @@
+#!/bin/bash
+# gpu_text.sh KERNELS.cl: what compilers for GPUs make of the OpenCL text, on a machine without one: clang makes PTX for NVIDIA and
+# IR for SPIR-V of it, and ptxas of the CUDA toolkit, where it is there, code for one GPU. Prints a row a kernel; fails where a kernel
+# takes more than 3 s, all of them more than 15 s of a processor, registers are spilled, a work group has more than 32 KB of local memory,
+# or the arguments of a kernel more than 1024 bytes, which is what every OpenCL device has. Without clang and libclc: skipped (77).
+set -u
+arch=${GPU_ARCH:-sm_90}
+w=$(mktemp -d) || exit 1
+trap 'rm -rf "$w"' EXIT
+{ cat "$1"; echo 'float3 springls_velocity(float3 x, float time, __global const float *user) { return x; }'; } > "$w/text.cl"
+
+# seconds COMMAND...: runs it, prints the seconds of a processor that it took.
+seconds() {
+    local TIMEFORMAT=%U
+    { time "$@" > "$w/out" 2> "$w/log"; } 2>&1
+}
+
+# to_ptx CLANG: with libclc of the same version, whose functions the text calls.
+to_ptx() {
+    "$1" -x cl -cl-std=CL1.2 -cl-fp32-correctly-rounded-divide-sqrt -D__OPENCL_VERSION__=120 --target=nvptx64-nvidia-nvcl \
+        -Xclang -target-cpu -Xclang sm_80 -Xclang -target-feature -Xclang +ptx70 -Xclang -finclude-default-header -ffp-contract=off \
+        -Xclang -mlink-builtin-bitcode -Xclang /usr/lib/clc/nvptx64--nvidiacl.bc -w -O2 -S -o "$w/text.ptx" "$w/text.cl"
+}
+
+for clang in clang-{20..14} clang; do
+    command -v $clang > /dev/null 2>&1 || continue
+    taken=$(seconds to_ptx $clang)
+    [ -s "$w/text.ptx" ] && break
+done
+if [ ! -s "$w/text.ptx" ]; then
+    if ls /usr/lib/clc/nvptx64--nvidiacl.bc > /dev/null 2>&1 && command -v clang > /dev/null 2>&1 && grep -q 'text.cl:.*error' "$w/log"; then
+        cat "$w/log"; exit 1
+    fi
+    echo "gpu-text: there is no clang with a libclc of its version: skipped"
+    exit 77
+fi
+bad=0
+echo "$clang, PTX: $taken s"
+spirv=$(seconds $clang -x cl -cl-std=CL1.2 -D__OPENCL_VERSION__=120 --target=spir64 -Xclang -finclude-default-header -w -O1 -emit-llvm -c \
+    -o "$w/text.bc" "$w/text.cl")
+[ -s "$w/text.bc" ] || { cat "$w/log"; bad=1; }
+echo "$clang, IR for SPIR-V: $spirv s"
+for translator in llvm-spirv-${clang#clang-} llvm-spirv; do
+    command -v $translator > /dev/null 2>&1 || continue
+    taken=$(seconds $translator "$w/text.bc" -o "$w/text.spv")
+    [ -s "$w/text.spv" ] || { cat "$w/log"; bad=1; }
+    echo "$translator, SPIR-V: $taken s"
+    break
+done
+
+# Bytes of each kernel's arguments.
+awk '/^\.?.*\.entry /        { match($0, /springls_[a-z0-9_]+/); name = substr($0, RSTART, RLENGTH); bytes[name] = 0; within = 1 }
+     within && /\.b8 /       { match($0, /\[[0-9]+\]/); bytes[name] += substr($0, RSTART + 1, RLENGTH - 2); next }
+     within && /\.param \.[a-z]64/ { bytes[name] += 8 }
+     within && /\.param \.[a-z]32/ { bytes[name] += 4 }
+     within && /^\)/         { within = 0 }
+     END { for (name in bytes) print name, bytes[name] }' "$w/text.ptx" > "$w/arguments"
+awk '$2 > 1024 { print "gpu-text: " $1 " has " $2 " bytes of arguments; 1024 are sure to be allowed"; bad = 1 } END { exit bad }' "$w/arguments" || bad=1
+
+if ! command -v ptxas > /dev/null 2>&1; then
+    echo "gpu-text: registers and memory are not checked, there is no ptxas here"
+    exit $bad
+fi
+taken=$(seconds ptxas -arch="$arch" -v -o "$w/text.cubin" "$w/text.ptx")
+[ -s "$w/text.cubin" ] || { cat "$w/log"; exit 1; }
+echo "ptxas, $arch: $taken s"
+echo '| Kernel | Seconds | Registers | Stack, bytes | Spilled, bytes | Local memory, bytes | Arguments, bytes |'
+echo '|---|---|---|---|---|---|---|'
+# Its times are the clock's; together they are made to be the processor's, so that what else runs does not count.
+# What it prints of functions that are not inlined comes before the kernel's registers.
+awk -v total="$taken" -v clock="$(awk '/Compile time = /{ s += $(NF - 1) } END { print s / 1000 }' "$w/log")" '
+    FILENAME == ARGV[1]       { arguments[$1] = $2; next }
+    /Compiling entry function/ { split($0, part, "\047"); name = part[2]; spilled = 0; next }
+    / bytes spill stores/     { for (i = 2; i <= NF; i++) if ($i == "spill") spilled += $(i - 2) }
+    /Used [0-9]+ registers/   { registers = number("Used [0-9]+"); stack = number("[0-9]+ bytes cumulative"); memory = number("[0-9]+ bytes smem") }
+    /Compile time = /         {
+        seconds = number("= [0-9.]+") / 1000 * total / clock
+        printf "| %s | %.2f | %d | %d | %d | %d | %d |\n", substr(name, 10), seconds, registers, stack, spilled, memory, arguments[name]
+        if (seconds > 3) fault("takes " seconds " s")
+        if (spilled > 0) fault("spills " spilled " bytes")
+        if (memory > 32768) fault("has " memory " bytes of local memory")
+    }
+    function number(pattern,    text) { if (!match($0, pattern)) return 0; text = substr($0, RSTART, RLENGTH); gsub(/[^0-9.]/, "", text); return text + 0 }
+    function fault(what) { faults = faults "gpu-text: " name " " what "\n"; bad = 1 }
+    END { if (total > 15) { faults = faults "gpu-text: all take " total " s\n"; bad = 1 } printf "%s", faults; exit bad }' \
+    "$w/arguments" "$w/log" || bad=1
+exit $bad
