@@ -207,16 +207,26 @@ ACCURACY_LOG = $(if $(filter 1,$(WITH_LIBRARIES)),build/bench/accuracy.log)
 SCRIPT_LOGS  = $(TEST_DIR)/trust.log $(TEST_DIR)/test_run.log
 SCALAR_LOGS  = $(PLAIN_TESTS:%=$(TEST_DIR)/%.log) $(if $(VARIANT)$(filter 1,$(PARTS)),,$(call chosen,$(SCRIPT_LOGS),$(SCRIPT_LOGS) $(ACCURACY_LOG)))
 NO_SIMD_LOGS = $(LIBRARY_TESTS:%=$(TEST_DIR)-no-simd/%.log)
-OPENCL_LOGS  = $(DEVICE_TESTS:%=$(TEST_DIR)/%.opencl.log)
+# The script for machines with a GPU, small.
+DEVICE_SCRIPT_LOG = $(if $(DEVICE_TESTS),$(if $(VARIANT),,$(call chosen,,build/test/device/run.log)))
+OPENCL_LOGS  = $(DEVICE_TESTS:%=$(TEST_DIR)/%.opencl.log) $(DEVICE_SCRIPT_LOG)
 
 # The first program on OpenCL compiles the kernels into PoCL's cache, where the others find them.
 FIRST_OPENCL_LOG = $(firstword $(OPENCL_LOGS))
 $(filter-out $(FIRST_OPENCL_LOG),$(OPENCL_LOGS)): | $(FIRST_OPENCL_LOG)
 
+DEVICE_PROGRAMS = build/leveque build/zalesak build/test/device/report $(addprefix build/test/,backend/test_opencl_parity backend/test_opencl_transfers \
+                  unit/test_determinism)
+build/test/device/report: tests/device/report.c build/test/settings | springls.h
+	@mkdir -p $(@D)
+	$(SAY)$(CC) $(TEST_FLAGS) -O2 -DSPRINGLS_TEST_OPENCL -o $@ $< $(TEST_LIBS)
+
 %.opencl.log: % FORCE
 	@echo "  run $< on OpenCL"; SPRINGLS_TEST_BACKEND=cpu tests/run.sh $@ $<
 %.log: % FORCE
 	@echo "  run $<"; tests/run.sh $@ $<
+build/test/device/run.log: tests/device/run.sh $(DEVICE_PROGRAMS) FORCE
+	@echo "  run $<"; PARTS="flows kernels brush" GRIDS=24 GRID=24 LIMIT=300 tests/run.sh $@ $<
 $(SCRIPT_LOGS): $(TEST_DIR)/%.log: tests/%.sh FORCE
 	@mkdir -p $(@D)
 	@echo "  run $<"; tests/run.sh $@ $<
@@ -300,12 +310,6 @@ oclgrind: deps-oclgrind springls.h   ## a tiny model on a simulated OpenCL devic
 	@mkdir -p build
 	$(SAY)$(CC) $(STRICT) -O2 -I. -Itests -DSPRINGLS_TEST_OPENCL -o build/opencl_small tests/backend/opencl_small.c tests/library.c $(TEST_LIBS)
 	@tests/backend/oclgrind.sh build/opencl_small
-
-DEVICE_PROGRAMS = build/leveque build/zalesak build/test/device/report $(addprefix build/test/,backend/test_opencl_parity backend/test_opencl_transfers \
-                  unit/test_determinism)
-build/test/device/report: tests/device/report.c build/test/settings | springls.h
-	@mkdir -p $(@D)
-	$(SAY)$(CC) $(TEST_FLAGS) -O2 -DSPRINGLS_TEST_OPENCL -o $@ $< $(TEST_LIBS)
 
 device: deps-opencl   ## what the OpenCL device of this machine does, cold and cached, beside scalar code (PAGE=docs/gpu.md writes the page)
 	@$(MAKE) --no-print-directory WITH_OPENCL=1 WITH_LIBRARIES=1 $(DEVICE_PROGRAMS)

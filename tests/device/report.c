@@ -150,11 +150,14 @@ FIXTURE bool report_device(int grid)
 {
     springls_cl_desc desc;
     springls__cl *cl;
+    cl_device_type type = 0;
     (void)grid;
     memset(&desc, 0, sizeof desc);
     cl = report_open(&desc);
     if (!cl) return false;
-    printf("## The device\n\n| | |\n|---|---|\n| Device | %s |\n", springls_cl_name(&cl->base));
+    cl->GetDeviceInfo(cl->device, CL_DEVICE_TYPE, sizeof type, &type, NULL);
+    printf("## The device\n\n| | |\n|---|---|\n| Device | %s |\n| Kind | %s |\n", springls_cl_name(&cl->base),
+           type & CL_DEVICE_TYPE_CPU ? "processor" : "GPU");
     report_text(cl, "OpenCL", CL_DEVICE_VERSION);
     report_text(cl, "Driver", CL_DRIVER_VERSION);
     report_number(cl, "Compute units", CL_DEVICE_MAX_COMPUTE_UNITS, 1.0);
