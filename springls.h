@@ -2083,8 +2083,13 @@ SPRINGLS__FN bool springls__is_nan(double x) { return springls__magnitude_bits(x
 
 #ifdef __OPENCL_VERSION__
   #pragma OPENCL FP_CONTRACT OFF
-  /* Marks a function of the shared maths. PoCL 3.1 loses stores to local memory in functions that it does not inline. */
-  #define SPRINGLS__MATHS   static inline __attribute__((always_inline))
+  /* Marks a function of the shared maths. PoCL 3.1 loses stores to local memory in functions that it does not inline, where a work
+     group has several items; where it has one, it compiles twice as fast without. */
+  #if defined(SPRINGLS__ON_PROCESSOR)
+    #define SPRINGLS__MATHS static
+  #else
+    #define SPRINGLS__MATHS static inline __attribute__((always_inline))
+  #endif
   #define SPRINGLS__INNER   SPRINGLS__MATHS    /* the maths of inner loops              */
   #define SPRINGLS__NOINLINE static __attribute__((noinline)) /* large maths without SPRINGLS__LOCAL memory */
   #define SPRINGLS__GLOBAL  __global           /* memory that kernels and host share    */
@@ -11892,110 +11897,116 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
    springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL
    (entry_points.cl) and a row of the test that compares the two. */
 
-/* Lists kernels: name, elements worth a task of their own, arrays that it writes. It may read all of the model. */
+/* Lists the programs of OpenCL into which kernels are divided, by the stages that use them. Each is compiled when one of its
+   kernels is first needed, the first one with the backend. */
+#define SPRINGLS__PROGRAMS(X) X(LISTS) X(MOVE) X(RESAMPLE) X(EDGES) X(FILL) X(LEVEL_SET) X(SIGNS) X(SURFACE)
+
+/* Lists kernels: name, program, elements worth a task of their own, arrays that it writes. It may read all of the model. */
 #define SPRINGLS__KERNELS(X)                                                                                                     \
-    X(write, 512, SPRINGLS__BIT(S))                                                                                              \
-    X(wake, 4096, SPRINGLS__BIT(CALM) | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(NEAR_AWAKE))                                        \
-    X(calm, 4096, SPRINGLS__BIT(CALM))                                                                                           \
-    X(stir, 4096, SPRINGLS__BIT(CALM))                                                                                           \
-    X(awake, 64, SPRINGLS__BIT(AWAKE))                                                                                           \
-    X(near_awake, 64, SPRINGLS__BIT(NEAR_AWAKE))                                                                                 \
-    X(asleep, 1024, SPRINGLS__BIT(ASLEEP))                                                                                       \
-    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \
-    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \
-    X(shorten_arms, 512, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                   \
-    X(cover, 128, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                          \
-    X(orient, 256, SPRINGLS__BIT(S))                                                                                             \
-    X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                                                    \
-    X(contract, 256, SPRINGLS__ROLE_BIT(contract_action))                                                                        \
-    X(reshape, 256, SPRINGLS__BIT(S))                                                                                            \
-    X(merge_begin, 4096, SPRINGLS__ROLE_BIT(contract_action))                                                                    \
-    X(merge, 256, SPRINGLS__ROLE_BIT(next_contract_action))                                                                      \
-    X(overgrown, 512, SPRINGLS__ROLE_BIT(split_number))                                                                          \
-    X(split, 64, SPRINGLS__ROLE_BIT(split_halves))                                                                               \
-    X(split_store, 512, SPRINGLS__SET_BITS)                                                                                      \
-    X(track, 256, SPRINGLS__BIT(A))                                                                                              \
-    X(edge_normal, 512, SPRINGLS__ROLE_BIT(side_normal) | SPRINGLS__ROLE_BIT(was_at_edge))                                       \
-    X(edge_cells, 64, SPRINGLS__ROLE_BIT(edge_cells))                                                                            \
-    X(edge_candidate, 512, SPRINGLS__ROLE_BIT(edge_candidate))                                                                   \
-    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__ROLE_BIT(side_normal))                                                      \
-    X(edge_turn, 256, SPRINGLS__BIT(S))                                                                                          \
-    X(seed, 64, SPRINGLS__ROLE_BIT(seeds) | SPRINGLS__ROLE_BIT(seed_action))                                                     \
-    X(seed_choose, 512, SPRINGLS__ROLE_BIT(next_seed_action))                                                                    \
-    X(seed_count, 4096, SPRINGLS__ROLE_BIT(seed_number))                                                                         \
-    X(insert_seeds, 512, SPRINGLS__SET_BITS)                                                                                     \
-    X(fill, 16, SPRINGLS__SET_BITS)                                                                                              \
-    X(fit_new_springls, 16,                                                                                                      \
+    X(write, MOVE, 512, SPRINGLS__BIT(S))                                                                                        \
+    X(wake, LISTS, 4096, SPRINGLS__BIT(CALM) | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(NEAR_AWAKE))                                 \
+    X(calm, LISTS, 4096, SPRINGLS__BIT(CALM))                                                                                    \
+    X(stir, LISTS, 4096, SPRINGLS__BIT(CALM))                                                                                    \
+    X(awake, LISTS, 64, SPRINGLS__BIT(AWAKE))                                                                                    \
+    X(near_awake, LISTS, 64, SPRINGLS__BIT(NEAR_AWAKE))                                                                          \
+    X(asleep, LISTS, 1024, SPRINGLS__BIT(ASLEEP))                                                                                \
+    X(cell_key, LISTS, 1024, SPRINGLS__BIT(KEY))                                                                                 \
+    X(neighbors, RESAMPLE, 64, SPRINGLS__BIT(NEIGHBORS))                                                                         \
+    X(shorten_arms, RESAMPLE, 512, SPRINGLS__ROLE_BIT(relaxed_springls))                                                         \
+    X(cover, RESAMPLE, 128, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                \
+    X(orient, RESAMPLE, 256, SPRINGLS__BIT(S))                                                                                   \
+    X(sample_phi, RESAMPLE, 512, SPRINGLS__BIT(PHI_AT))                                                                          \
+    X(contract, RESAMPLE, 256, SPRINGLS__ROLE_BIT(contract_action))                                                              \
+    X(reshape, RESAMPLE, 256, SPRINGLS__BIT(S))                                                                                  \
+    X(merge_begin, RESAMPLE, 4096, SPRINGLS__ROLE_BIT(contract_action))                                                          \
+    X(merge, RESAMPLE, 256, SPRINGLS__ROLE_BIT(next_contract_action))                                                            \
+    X(overgrown, RESAMPLE, 512, SPRINGLS__ROLE_BIT(split_number))                                                                \
+    X(split, RESAMPLE, 64, SPRINGLS__ROLE_BIT(split_halves))                                                                     \
+    X(split_store, RESAMPLE, 512, SPRINGLS__SET_BITS)                                                                            \
+    X(track, MOVE, 256, SPRINGLS__BIT(A))                                                                                        \
+    X(edge_normal, EDGES, 512, SPRINGLS__ROLE_BIT(side_normal) | SPRINGLS__ROLE_BIT(was_at_edge))                                \
+    X(edge_cells, EDGES, 64, SPRINGLS__ROLE_BIT(edge_cells))                                                                     \
+    X(edge_candidate, EDGES, 512, SPRINGLS__ROLE_BIT(edge_candidate))                                                            \
+    X(edge_side, EDGES, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__ROLE_BIT(side_normal))                                               \
+    X(edge_turn, EDGES, 256, SPRINGLS__BIT(S))                                                                                   \
+    X(seed, FILL, 64, SPRINGLS__ROLE_BIT(seeds) | SPRINGLS__ROLE_BIT(seed_action))                                               \
+    X(seed_choose, FILL, 512, SPRINGLS__ROLE_BIT(next_seed_action))                                                              \
+    X(seed_count, FILL, 4096, SPRINGLS__ROLE_BIT(seed_number))                                                                   \
+    X(insert_seeds, FILL, 512, SPRINGLS__SET_BITS)                                                                               \
+    X(fill, FILL, 16, SPRINGLS__SET_BITS)                                                                                        \
+    X(fit_new_springls, FILL, 16,                                                                                                \
       SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)    \
           | SPRINGLS__BIT(CONTACT_BODY) | SPRINGLS__BIT(ERROR))                                                                  \
-    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                                                \
-    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                               \
-    X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                                \
-    X(revert_unsimple, 8, SPRINGLS__BIT(PHI_NEXT))                                                                               \
-    X(band, 32, SPRINGLS__ROLE_BIT(band_mask))                                                                                   \
-    X(overlap, 64, SPRINGLS__BIT(OVERLAPPED))                                                                                    \
-    X(oriented, 256, SPRINGLS__ROLE_BIT(oriented_springls))                                                                      \
-    X(grow_line, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                            \
-    X(mark_phi_synced, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                                     \
-    X(displacement, 1024, SPRINGLS__ROLE_BIT(synced_distance2))                                                                  \
-    X(extent, 1024, SPRINGLS__ROLE_BIT(extent))                                                                                  \
-    X(departed, 1024, SPRINGLS__ROLE_BIT(has_departed))                                                                          \
-    X(attach_vertex_data, 256, SPRINGLS__ROLE_BIT(vertex_gradient) | SPRINGLS__ROLE_BIT(vertex_correspondence)                   \
+    X(omega_constant, LISTS, 1024, SPRINGLS__BIT(OMEGA))                                                                         \
+    X(omega_forget, LEVEL_SET, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                    \
+    X(commit_simple_color, LEVEL_SET, 8, SPRINGLS__BIT(PHI))                                                                     \
+    X(revert_unsimple, LEVEL_SET, 8, SPRINGLS__BIT(PHI_NEXT))                                                                    \
+    X(band, LEVEL_SET, 32, SPRINGLS__ROLE_BIT(band_mask))                                                                        \
+    X(overlap, LEVEL_SET, 64, SPRINGLS__BIT(OVERLAPPED))                                                                         \
+    X(oriented, LEVEL_SET, 256, SPRINGLS__ROLE_BIT(oriented_springls))                                                           \
+    X(grow_line, SIGNS, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                     \
+    X(mark_phi_synced, LISTS, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                              \
+    X(displacement, LISTS, 1024, SPRINGLS__ROLE_BIT(synced_distance2))                                                           \
+    X(extent, LISTS, 1024, SPRINGLS__ROLE_BIT(extent))                                                                           \
+    X(departed, LISTS, 1024, SPRINGLS__ROLE_BIT(has_departed))                                                                   \
+    X(attach_vertex_data, SURFACE, 256, SPRINGLS__ROLE_BIT(vertex_gradient) | SPRINGLS__ROLE_BIT(vertex_correspondence)          \
                                    | SPRINGLS__ROLE_BIT(vertex_springl))
 
 /* Lists kernels whose elements are bricks, which the items of a work group share on a device; last: floats they share. */
 #define SPRINGLS__BRICK_KERNELS(X)                                                                                               \
-    X(exposure, 4, SPRINGLS__ROLE_BIT(exposed) | SPRINGLS__ROLE_BIT(exposed_count), SPRINGLS__TILE_VOXELS)                       \
-    X(omega, 4, SPRINGLS__BIT(OMEGA), 1)                                                                                         \
-    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT), 2 * SPRINGLS__TILE_VOXELS)                                                             \
-    X(subvoxel, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                               \
-    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \
-    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side) | SPRINGLS__ROLE_BIT(has_opposed),              \
+    X(exposure, FILL, 4, SPRINGLS__ROLE_BIT(exposed) | SPRINGLS__ROLE_BIT(exposed_count), SPRINGLS__TILE_VOXELS)                 \
+    X(omega, LEVEL_SET, 4, SPRINGLS__BIT(OMEGA), 1)                                                                              \
+    X(evolve, LEVEL_SET, 4, SPRINGLS__BIT(PHI_NEXT), 2 * SPRINGLS__TILE_VOXELS)                                                  \
+    X(subvoxel, LEVEL_SET, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                    \
+    X(redistance, LEVEL_SET, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                  \
+    X(project, LEVEL_SET, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side) | SPRINGLS__ROLE_BIT(has_opposed),   \
       SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS)                                                                             \
-    X(resolve_sides, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS)                                                             \
-    X(find_joint_candidates, 8, SPRINGLS__ROLE_BIT(has_joint_candidates), SPRINGLS__TILE_VOXELS)                                 \
-    X(join_parts, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \
-    X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                                 \
-    X(brick_state, 64, SPRINGLS__ROLE_BIT(brick_state), SPRINGLS__ROWS)                                                          \
-    X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI), 1)                                                                \
-    X(grow, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_grown), SPRINGLS__ROWS)                                          \
-    X(sides, 4, SPRINGLS__BIT(PHI), SPRINGLS__BRICK_VOXELS)                                                                      \
-    X(with_sign, 64, SPRINGLS__BIT(PHI), 1)                                                                                      \
-    X(surface_count, 8,                                                                                                          \
+    X(resolve_sides, LEVEL_SET, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS)                                                  \
+    X(find_joint_candidates, LEVEL_SET, 8, SPRINGLS__ROLE_BIT(has_joint_candidates), SPRINGLS__TILE_VOXELS)                      \
+    X(join_parts, LEVEL_SET, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                  \
+    X(specks, LEVEL_SET, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                      \
+    X(brick_state, SIGNS, 64, SPRINGLS__ROLE_BIT(brick_state), SPRINGLS__ROWS)                                                   \
+    X(brick_side, SIGNS, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI), 1)                                                         \
+    X(grow, SIGNS, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_grown), SPRINGLS__ROWS)                                   \
+    X(sides, SIGNS, 4, SPRINGLS__BIT(PHI), SPRINGLS__BRICK_VOXELS)                                                               \
+    X(with_sign, SIGNS, 64, SPRINGLS__BIT(PHI), 1)                                                                               \
+    X(surface_count, SURFACE, 8,                                                                                                 \
       SPRINGLS__ROLE_BIT(cubes) | SPRINGLS__ROLE_BIT(triangles_before) | SPRINGLS__ROLE_BIT(vertices_before)                     \
           | SPRINGLS__ROLE_BIT(surface_rank) | SPRINGLS__ROLE_BIT(row_triangles),                                                \
       SPRINGLS__SURFACE_FLOATS)                                                                                                  \
-    X(surface, 8, SPRINGLS__ROLE_BIT(surface_positions) | SPRINGLS__ROLE_BIT(surface_corners), SPRINGLS__TILE_VOXELS)
+    X(surface, SURFACE, 8, SPRINGLS__ROLE_BIT(surface_positions) | SPRINGLS__ROLE_BIT(surface_corners), SPRINGLS__TILE_VOXELS)
 
 /* Lists kernels that have springls__name_elements besides, for several elements at once, which C calls. */
 #define SPRINGLS__SIMD_KERNELS(X)                                                                                                \
-    X(displace, 128,                                                                                                             \
+    X(displace, MOVE, 128,                                                                                                       \
       SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \
           | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))                                                  \
-    X(relax, 128, SPRINGLS__ROLE_BIT(relaxed_springls))
+    X(relax, RESAMPLE, 128, SPRINGLS__ROLE_BIT(relaxed_springls))
 
 /* Lists kernels that only a device has, where work items do together what one loop does in C (collectives.cl, regions.cl): name,
-   elements that a core of a processor takes at once. */
+   program, elements that a core of a processor takes at once. */
 #define SPRINGLS__COLLECTIVES(X)                                                                                                 \
-    X(scan_chunk, 1) X(scan_sums, 1) X(scan_apply, 1)                                                                            \
-    X(count_chunk, 1) X(largest_chunk, 1) X(largest_sums, 1)                                                                     \
-    X(counts_clear, 16)                                                                                                          \
-    X(cells_clear, 64) X(cells_count, 512) X(cells_prefix, 64) X(cells_base, 64) X(cells_scatter, 512) X(cells_sort, 64)         \
-    X(unbinned_flag, 4096) X(unbinned_scatter, 4096)                                                                                   \
-    X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16)             \
-    X(mark_outside, 1024) X(mark_cover, 64) X(mark_band, 64) X(mark_near, 512)                                                   \
-    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_scatter, 128)                   \
-    X(brick_lists_sort, 8)                                                                                                       \
-    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \
-    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)
+    X(scan_chunk, LISTS, 1) X(scan_sums, LISTS, 1) X(scan_apply, LISTS, 1)                                                       \
+    X(count_chunk, LISTS, 1) X(largest_chunk, LISTS, 1) X(largest_sums, LISTS, 1)                                                \
+    X(counts_clear, LISTS, 16)                                                                                                   \
+    X(cells_clear, LISTS, 64) X(cells_count, LISTS, 512) X(cells_prefix, LISTS, 64) X(cells_base, LISTS, 64)                     \
+    X(cells_scatter, LISTS, 512) X(cells_sort, LISTS, 64)                                                                        \
+    X(unbinned_flag, LISTS, 4096) X(unbinned_scatter, LISTS, 4096)                                                               \
+    X(bricks_begin, LISTS, 4096) X(bricks_count, LISTS, 1) X(bricks_sums, LISTS, 1) X(bricks_drop, LISTS, 1)                     \
+    X(bricks_add, LISTS, 1) X(bricks_fill, LISTS, 16)                                                                            \
+    X(mark_outside, LISTS, 1024) X(mark_cover, LISTS, 64) X(mark_band, LISTS, 64) X(mark_near, LISTS, 512)                       \
+    X(brick_lists_rank, LISTS, 1024) X(brick_lists_clear, LISTS, 1024) X(brick_lists_count, LISTS, 128)                          \
+    X(brick_lists_scatter, LISTS, 128) X(brick_lists_sort, LISTS, 8)                                                             \
+    X(compact_flag, LISTS, 4096) X(compact_out, LISTS, 256) X(compact_in, LISTS, 256)                                            \
+    X(region_begin, SIGNS, 64) X(region_join, SIGNS, 64) X(region_vote, SIGNS, 64) X(region_resolve, SIGNS, 64)
 
 /* ======== >>kernel_table  (src/runtime/kernel_table.h) ========================================================= */
 /* kernel_table.h - makes of each line of the table in kernels_embed/device/kernels.h a number, a record and a loop. */
 
 typedef enum springls__kernel {
-#define SPRINGLS__KERNEL_NUMBER(name, grain, writes) SPRINGLS__KERNEL_##name,
+#define SPRINGLS__KERNEL_NUMBER(name, program, grain, writes) SPRINGLS__KERNEL_##name,
     SPRINGLS__KERNELS(SPRINGLS__KERNEL_NUMBER) SPRINGLS__SIMD_KERNELS(SPRINGLS__KERNEL_NUMBER)
-#define SPRINGLS__BRICK_NUMBER(name, grain, writes, floats) SPRINGLS__KERNEL_##name,
+#define SPRINGLS__BRICK_NUMBER(name, program, grain, writes, floats) SPRINGLS__KERNEL_##name,
     SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_NUMBER)
 #undef SPRINGLS__BRICK_NUMBER
 #undef SPRINGLS__KERNEL_NUMBER
@@ -12014,7 +12025,7 @@ typedef struct springls__kernel_info {
 /* A range has as many floats on its stack; one that needs more gets them from its lane (launch.h). */
 enum { SPRINGLS__STACK_FLOATS = 2048 };
 
-#define SPRINGLS__RANGE(name, grain, writes)                                                                                     \
+#define SPRINGLS__RANGE(name, program, grain, writes)                                                                            \
     SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end,       \
                                                  float *memory)                                                                  \
     {                                                                                                                            \
@@ -12022,7 +12033,7 @@ enum { SPRINGLS__STACK_FLOATS = 2048 };
         for (; begin < end; begin++) springls__##name##_element(model, args, begin);                                             \
     }
 
-#define SPRINGLS__SIMD_RANGE(name, grain, writes)                                                                                \
+#define SPRINGLS__SIMD_RANGE(name, program, grain, writes)                                                                       \
     SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end,       \
                                                  float *memory)                                                                  \
     {                                                                                                                            \
@@ -12030,7 +12041,7 @@ enum { SPRINGLS__STACK_FLOATS = 2048 };
         springls__##name##_elements(model, args, begin, end);                                                                    \
     }
 
-#define SPRINGLS__BRICK_RANGE(name, grain, writes, floats)                                                                       \
+#define SPRINGLS__BRICK_RANGE(name, program, grain, writes, floats)                                                              \
     SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end,       \
                                                  float *memory)                                                                  \
     {                                                                                                                            \
@@ -12074,10 +12085,10 @@ SPRINGLS__SIMD_KERNELS(SPRINGLS__SIMD_RANGE)
 SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_RANGE)
 
 static const springls__kernel_info springls__kernels[] = {
-#define SPRINGLS__FACTS(name, grain, writes) { #name, springls__##name##_range, grain, writes, false, 0 },
+#define SPRINGLS__FACTS(name, program, grain, writes) { #name, springls__##name##_range, grain, writes, false, 0 },
     SPRINGLS__KERNELS(SPRINGLS__FACTS) SPRINGLS__SIMD_KERNELS(SPRINGLS__FACTS)
 #undef SPRINGLS__FACTS
-#define SPRINGLS__BRICK_FACTS(name, grain, writes, floats)                                                                       \
+#define SPRINGLS__BRICK_FACTS(name, program, grain, writes, floats)                                                              \
     { #name, springls__##name##_range, grain, writes, true, (floats) <= SPRINGLS__STACK_FLOATS ? 0 : (floats) },
     SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_FACTS)
 #undef SPRINGLS__BRICK_FACTS
@@ -26884,8 +26895,13 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "#ifdef __OPENCL_VERSION__\n",
     "  #pragma OPENCL FP_CONTRACT OFF\n",
-    "  /* Marks a function of the shared maths. PoCL 3.1 loses stores to local memory in functions that it does not inline. */\n",
-    "  #define SPRINGLS__MATHS   static inline __attribute__((always_inline))\n",
+    "  /* Marks a function of the shared maths. PoCL 3.1 loses stores to local memory in functions that it does not inline, where a work\n",
+    "     group has several items; where it has one, it compiles twice as fast without. */\n",
+    "  #if defined(SPRINGLS__ON_PROCESSOR)\n",
+    "    #define SPRINGLS__MATHS static\n",
+    "  #else\n",
+    "    #define SPRINGLS__MATHS static inline __attribute__((always_inline))\n",
+    "  #endif\n",
     "  #define SPRINGLS__INNER   SPRINGLS__MATHS    /* the maths of inner loops              */\n",
     "  #define SPRINGLS__NOINLINE static __attribute__((noinline)) /* large maths without SPRINGLS__LOCAL memory */\n",
     "  #define SPRINGLS__GLOBAL  __global           /* memory that kernels and host share    */\n",
@@ -26974,7 +26990,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2178 \"springls.h\"\n",
+    "#line 2183 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -26996,7 +27012,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2201 \"springls.h\"\n",
+    "#line 2206 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27011,7 +27027,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2217 \"springls.h\"\n",
+    "#line 2222 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -27135,7 +27151,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2341 \"springls.h\"\n",
+    "#line 2346 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -27205,7 +27221,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2412 \"springls.h\"\n",
+    "#line 2417 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -27425,7 +27441,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2633 \"springls.h\"\n",
+    "#line 2638 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27440,7 +27456,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2648 \"springls.h\"\n",
+    "#line 2653 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -27564,14 +27580,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2772 \"springls.h\"\n",
+    "#line 2777 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2780 \"springls.h\"\n",
+    "#line 2785 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -27670,7 +27686,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 2880 \"springls.h\"\n",
+    "#line 2885 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -27765,7 +27781,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 2976 \"springls.h\"\n",
+    "#line 2981 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -27777,7 +27793,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2988 \"springls.h\"\n",
+    "#line 2993 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27792,7 +27808,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3004 \"springls.h\"\n",
+    "#line 3009 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -27836,7 +27852,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3048 \"springls.h\"\n",
+    "#line 3053 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27851,7 +27867,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3063 \"springls.h\"\n",
+    "#line 3068 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -27895,7 +27911,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3107 \"springls.h\"\n",
+    "#line 3112 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -27974,7 +27990,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3186 \"springls.h\"\n",
+    "#line 3191 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27989,7 +28005,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3202 \"springls.h\"\n",
+    "#line 3207 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -28056,7 +28072,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3269 \"springls.h\"\n",
+    "#line 3274 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28071,7 +28087,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3284 \"springls.h\"\n",
+    "#line 3289 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -28138,7 +28154,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3352 \"springls.h\"\n",
+    "#line 3357 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -28516,7 +28532,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3731 \"springls.h\"\n",
+    "#line 3736 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -29217,7 +29233,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4433 \"springls.h\"\n",
+    "#line 4438 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -29477,7 +29493,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4694 \"springls.h\"\n",
+    "#line 4699 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -29679,7 +29695,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 4897 \"springls.h\"\n",
+    "#line 4902 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -29796,7 +29812,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5015 \"springls.h\"\n",
+    "#line 5020 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -29946,7 +29962,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5165 \"springls.h\"\n",
+    "#line 5170 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29961,7 +29977,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5181 \"springls.h\"\n",
+    "#line 5186 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -30309,7 +30325,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5529 \"springls.h\"\n",
+    "#line 5534 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30324,7 +30340,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5544 \"springls.h\"\n",
+    "#line 5549 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -30672,7 +30688,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5892 \"springls.h\"\n",
+    "#line 5897 \"springls.h\"\n",
     "\n",
     "/* Displaces springl i by the forces of the rule, into moved_springls. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -30689,7 +30705,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 6516 \"springls.h\"\n",
+    "#line 6521 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -30715,7 +30731,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6543 \"springls.h\"\n",
+    "#line 6548 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -30804,7 +30820,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6633 \"springls.h\"\n",
+    "#line 6638 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -30944,7 +30960,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6774 \"springls.h\"\n",
+    "#line 6779 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -31049,7 +31065,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6880 \"springls.h\"\n",
+    "#line 6885 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -31281,7 +31297,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7113 \"springls.h\"\n",
+    "#line 7118 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -31311,7 +31327,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7143 \"springls.h\"\n",
+    "#line 7148 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31326,7 +31342,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7159 \"springls.h\"\n",
+    "#line 7164 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -31495,7 +31511,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7328 \"springls.h\"\n",
+    "#line 7333 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31510,7 +31526,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7343 \"springls.h\"\n",
+    "#line 7348 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -31679,7 +31695,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7512 \"springls.h\"\n",
+    "#line 7517 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -31733,7 +31749,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7567 \"springls.h\"\n",
+    "#line 7572 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -31759,7 +31775,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7593 \"springls.h\"\n",
+    "#line 7598 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31774,7 +31790,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7609 \"springls.h\"\n",
+    "#line 7614 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -31857,7 +31873,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7692 \"springls.h\"\n",
+    "#line 7697 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31872,7 +31888,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7707 \"springls.h\"\n",
+    "#line 7712 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -31955,7 +31971,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7790 \"springls.h\"\n",
+    "#line 7795 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -32029,7 +32045,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7865 \"springls.h\"\n",
+    "#line 7870 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -32582,7 +32598,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8419 \"springls.h\"\n",
+    "#line 8424 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -32678,7 +32694,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8516 \"springls.h\"\n",
+    "#line 8521 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -32799,7 +32815,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8638 \"springls.h\"\n",
+    "#line 8643 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -33069,7 +33085,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8909 \"springls.h\"\n",
+    "#line 8914 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -33145,7 +33161,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8986 \"springls.h\"\n",
+    "#line 8991 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -33287,7 +33303,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9129 \"springls.h\"\n",
+    "#line 9134 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -33476,7 +33492,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9319 \"springls.h\"\n",
+    "#line 9324 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -33602,7 +33618,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9446 \"springls.h\"\n",
+    "#line 9451 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -33635,7 +33651,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (others == 0) return 0;\n",
     "    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;\n",
     "}\n",
-    "#line 9480 \"springls.h\"\n",
+    "#line 9485 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -34180,7 +34196,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10026 \"springls.h\"\n",
+    "#line 10031 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -34330,7 +34346,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10177 \"springls.h\"\n",
+    "#line 10182 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -34434,7 +34450,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10282 \"springls.h\"\n",
+    "#line 10287 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -34531,7 +34547,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10380 \"springls.h\"\n",
+    "#line 10385 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -35069,7 +35085,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10919 \"springls.h\"\n",
+    "#line 10924 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -35147,7 +35163,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10998 \"springls.h\"\n",
+    "#line 11003 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -35396,7 +35412,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11248 \"springls.h\"\n",
+    "#line 11253 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -35429,7 +35445,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11282 \"springls.h\"\n",
+    "#line 11287 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -35454,14 +35470,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11308 \"springls.h\"\n",
+    "#line 11313 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11315 \"springls.h\"\n",
+    "#line 11320 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35476,7 +35492,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11331 \"springls.h\"\n",
+    "#line 11336 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35602,7 +35618,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11457 \"springls.h\"\n",
+    "#line 11462 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35617,7 +35633,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11472 \"springls.h\"\n",
+    "#line 11477 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35743,7 +35759,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11599 \"springls.h\"\n",
+    "#line 11604 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -36034,108 +36050,114 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11891 \"springls.h\"\n",
+    "#line 11896 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
     "\n",
-    "/* Lists kernels: name, elements worth a task of their own, arrays that it writes. It may read all of the model. */\n",
+    "/* Lists the programs of OpenCL into which kernels are divided, by the stages that use them. Each is compiled when one of its\n",
+    "   kernels is first needed, the first one with the backend. */\n",
+    "#define SPRINGLS__PROGRAMS(X) X(LISTS) X(MOVE) X(RESAMPLE) X(EDGES) X(FILL) X(LEVEL_SET) X(SIGNS) X(SURFACE)\n",
+    "\n",
+    "/* Lists kernels: name, program, elements worth a task of their own, arrays that it writes. It may read all of the model. */\n",
     "#define SPRINGLS__KERNELS(X)                                                                                                     \\\n",
-    "    X(write, 512, SPRINGLS__BIT(S))                                                                                              \\\n",
-    "    X(wake, 4096, SPRINGLS__BIT(CALM) | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(NEAR_AWAKE))                                        \\\n",
-    "    X(calm, 4096, SPRINGLS__BIT(CALM))                                                                                           \\\n",
-    "    X(stir, 4096, SPRINGLS__BIT(CALM))                                                                                           \\\n",
-    "    X(awake, 64, SPRINGLS__BIT(AWAKE))                                                                                           \\\n",
-    "    X(near_awake, 64, SPRINGLS__BIT(NEAR_AWAKE))                                                                                 \\\n",
-    "    X(asleep, 1024, SPRINGLS__BIT(ASLEEP))                                                                                       \\\n",
-    "    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \\\n",
-    "    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \\\n",
-    "    X(shorten_arms, 512, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                   \\\n",
-    "    X(cover, 128, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                          \\\n",
-    "    X(orient, 256, SPRINGLS__BIT(S))                                                                                             \\\n",
-    "    X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                                                    \\\n",
-    "    X(contract, 256, SPRINGLS__ROLE_BIT(contract_action))                                                                        \\\n",
-    "    X(reshape, 256, SPRINGLS__BIT(S))                                                                                            \\\n",
-    "    X(merge_begin, 4096, SPRINGLS__ROLE_BIT(contract_action))                                                                    \\\n",
-    "    X(merge, 256, SPRINGLS__ROLE_BIT(next_contract_action))                                                                      \\\n",
-    "    X(overgrown, 512, SPRINGLS__ROLE_BIT(split_number))                                                                          \\\n",
-    "    X(split, 64, SPRINGLS__ROLE_BIT(split_halves))                                                                               \\\n",
-    "    X(split_store, 512, SPRINGLS__SET_BITS)                                                                                      \\\n",
-    "    X(track, 256, SPRINGLS__BIT(A))                                                                                              \\\n",
-    "    X(edge_normal, 512, SPRINGLS__ROLE_BIT(side_normal) | SPRINGLS__ROLE_BIT(was_at_edge))                                       \\\n",
-    "    X(edge_cells, 64, SPRINGLS__ROLE_BIT(edge_cells))                                                                            \\\n",
-    "    X(edge_candidate, 512, SPRINGLS__ROLE_BIT(edge_candidate))                                                                   \\\n",
-    "    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__ROLE_BIT(side_normal))                                                      \\\n",
-    "    X(edge_turn, 256, SPRINGLS__BIT(S))                                                                                          \\\n",
-    "    X(seed, 64, SPRINGLS__ROLE_BIT(seeds) | SPRINGLS__ROLE_BIT(seed_action))                                                     \\\n",
-    "    X(seed_choose, 512, SPRINGLS__ROLE_BIT(next_seed_action))                                                                    \\\n",
-    "    X(seed_count, 4096, SPRINGLS__ROLE_BIT(seed_number))                                                                         \\\n",
-    "    X(insert_seeds, 512, SPRINGLS__SET_BITS)                                                                                     \\\n",
-    "    X(fill, 16, SPRINGLS__SET_BITS)                                                                                              \\\n",
-    "    X(fit_new_springls, 16,                                                                                                      \\\n",
+    "    X(write, MOVE, 512, SPRINGLS__BIT(S))                                                                                        \\\n",
+    "    X(wake, LISTS, 4096, SPRINGLS__BIT(CALM) | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(NEAR_AWAKE))                                 \\\n",
+    "    X(calm, LISTS, 4096, SPRINGLS__BIT(CALM))                                                                                    \\\n",
+    "    X(stir, LISTS, 4096, SPRINGLS__BIT(CALM))                                                                                    \\\n",
+    "    X(awake, LISTS, 64, SPRINGLS__BIT(AWAKE))                                                                                    \\\n",
+    "    X(near_awake, LISTS, 64, SPRINGLS__BIT(NEAR_AWAKE))                                                                          \\\n",
+    "    X(asleep, LISTS, 1024, SPRINGLS__BIT(ASLEEP))                                                                                \\\n",
+    "    X(cell_key, LISTS, 1024, SPRINGLS__BIT(KEY))                                                                                 \\\n",
+    "    X(neighbors, RESAMPLE, 64, SPRINGLS__BIT(NEIGHBORS))                                                                         \\\n",
+    "    X(shorten_arms, RESAMPLE, 512, SPRINGLS__ROLE_BIT(relaxed_springls))                                                         \\\n",
+    "    X(cover, RESAMPLE, 128, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                \\\n",
+    "    X(orient, RESAMPLE, 256, SPRINGLS__BIT(S))                                                                                   \\\n",
+    "    X(sample_phi, RESAMPLE, 512, SPRINGLS__BIT(PHI_AT))                                                                          \\\n",
+    "    X(contract, RESAMPLE, 256, SPRINGLS__ROLE_BIT(contract_action))                                                              \\\n",
+    "    X(reshape, RESAMPLE, 256, SPRINGLS__BIT(S))                                                                                  \\\n",
+    "    X(merge_begin, RESAMPLE, 4096, SPRINGLS__ROLE_BIT(contract_action))                                                          \\\n",
+    "    X(merge, RESAMPLE, 256, SPRINGLS__ROLE_BIT(next_contract_action))                                                            \\\n",
+    "    X(overgrown, RESAMPLE, 512, SPRINGLS__ROLE_BIT(split_number))                                                                \\\n",
+    "    X(split, RESAMPLE, 64, SPRINGLS__ROLE_BIT(split_halves))                                                                     \\\n",
+    "    X(split_store, RESAMPLE, 512, SPRINGLS__SET_BITS)                                                                            \\\n",
+    "    X(track, MOVE, 256, SPRINGLS__BIT(A))                                                                                        \\\n",
+    "    X(edge_normal, EDGES, 512, SPRINGLS__ROLE_BIT(side_normal) | SPRINGLS__ROLE_BIT(was_at_edge))                                \\\n",
+    "    X(edge_cells, EDGES, 64, SPRINGLS__ROLE_BIT(edge_cells))                                                                     \\\n",
+    "    X(edge_candidate, EDGES, 512, SPRINGLS__ROLE_BIT(edge_candidate))                                                            \\\n",
+    "    X(edge_side, EDGES, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__ROLE_BIT(side_normal))                                               \\\n",
+    "    X(edge_turn, EDGES, 256, SPRINGLS__BIT(S))                                                                                   \\\n",
+    "    X(seed, FILL, 64, SPRINGLS__ROLE_BIT(seeds) | SPRINGLS__ROLE_BIT(seed_action))                                               \\\n",
+    "    X(seed_choose, FILL, 512, SPRINGLS__ROLE_BIT(next_seed_action))                                                              \\\n",
+    "    X(seed_count, FILL, 4096, SPRINGLS__ROLE_BIT(seed_number))                                                                   \\\n",
+    "    X(insert_seeds, FILL, 512, SPRINGLS__SET_BITS)                                                                               \\\n",
+    "    X(fill, FILL, 16, SPRINGLS__SET_BITS)                                                                                        \\\n",
+    "    X(fit_new_springls, FILL, 16,                                                                                                \\\n",
     "      SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)    \\\n",
     "          | SPRINGLS__BIT(CONTACT_BODY) | SPRINGLS__BIT(ERROR))                                                                  \\\n",
-    "    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                                                \\\n",
-    "    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                               \\\n",
-    "    X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                                \\\n",
-    "    X(revert_unsimple, 8, SPRINGLS__BIT(PHI_NEXT))                                                                               \\\n",
-    "    X(band, 32, SPRINGLS__ROLE_BIT(band_mask))                                                                                   \\\n",
-    "    X(overlap, 64, SPRINGLS__BIT(OVERLAPPED))                                                                                    \\\n",
-    "    X(oriented, 256, SPRINGLS__ROLE_BIT(oriented_springls))                                                                      \\\n",
-    "    X(grow_line, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                            \\\n",
-    "    X(mark_phi_synced, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                                     \\\n",
-    "    X(displacement, 1024, SPRINGLS__ROLE_BIT(synced_distance2))                                                                  \\\n",
-    "    X(extent, 1024, SPRINGLS__ROLE_BIT(extent))                                                                                  \\\n",
-    "    X(departed, 1024, SPRINGLS__ROLE_BIT(has_departed))                                                                          \\\n",
-    "    X(attach_vertex_data, 256, SPRINGLS__ROLE_BIT(vertex_gradient) | SPRINGLS__ROLE_BIT(vertex_correspondence)                   \\\n",
+    "    X(omega_constant, LISTS, 1024, SPRINGLS__BIT(OMEGA))                                                                         \\\n",
+    "    X(omega_forget, LEVEL_SET, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                    \\\n",
+    "    X(commit_simple_color, LEVEL_SET, 8, SPRINGLS__BIT(PHI))                                                                     \\\n",
+    "    X(revert_unsimple, LEVEL_SET, 8, SPRINGLS__BIT(PHI_NEXT))                                                                    \\\n",
+    "    X(band, LEVEL_SET, 32, SPRINGLS__ROLE_BIT(band_mask))                                                                        \\\n",
+    "    X(overlap, LEVEL_SET, 64, SPRINGLS__BIT(OVERLAPPED))                                                                         \\\n",
+    "    X(oriented, LEVEL_SET, 256, SPRINGLS__ROLE_BIT(oriented_springls))                                                           \\\n",
+    "    X(grow_line, SIGNS, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                     \\\n",
+    "    X(mark_phi_synced, LISTS, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                              \\\n",
+    "    X(displacement, LISTS, 1024, SPRINGLS__ROLE_BIT(synced_distance2))                                                           \\\n",
+    "    X(extent, LISTS, 1024, SPRINGLS__ROLE_BIT(extent))                                                                           \\\n",
+    "    X(departed, LISTS, 1024, SPRINGLS__ROLE_BIT(has_departed))                                                                   \\\n",
+    "    X(attach_vertex_data, SURFACE, 256, SPRINGLS__ROLE_BIT(vertex_gradient) | SPRINGLS__ROLE_BIT(vertex_correspondence)          \\\n",
     "                                   | SPRINGLS__ROLE_BIT(vertex_springl))\n",
     "\n",
     "/* Lists kernels whose elements are bricks, which the items of a work group share on a device; last: floats they share. */\n",
     "#define SPRINGLS__BRICK_KERNELS(X)                                                                                               \\\n",
-    "    X(exposure, 4, SPRINGLS__ROLE_BIT(exposed) | SPRINGLS__ROLE_BIT(exposed_count), SPRINGLS__TILE_VOXELS)                       \\\n",
-    "    X(omega, 4, SPRINGLS__BIT(OMEGA), 1)                                                                                         \\\n",
-    "    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT), 2 * SPRINGLS__TILE_VOXELS)                                                             \\\n",
-    "    X(subvoxel, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                               \\\n",
-    "    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \\\n",
-    "    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side) | SPRINGLS__ROLE_BIT(has_opposed),              \\\n",
+    "    X(exposure, FILL, 4, SPRINGLS__ROLE_BIT(exposed) | SPRINGLS__ROLE_BIT(exposed_count), SPRINGLS__TILE_VOXELS)                 \\\n",
+    "    X(omega, LEVEL_SET, 4, SPRINGLS__BIT(OMEGA), 1)                                                                              \\\n",
+    "    X(evolve, LEVEL_SET, 4, SPRINGLS__BIT(PHI_NEXT), 2 * SPRINGLS__TILE_VOXELS)                                                  \\\n",
+    "    X(subvoxel, LEVEL_SET, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                    \\\n",
+    "    X(redistance, LEVEL_SET, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                  \\\n",
+    "    X(project, LEVEL_SET, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side) | SPRINGLS__ROLE_BIT(has_opposed),   \\\n",
     "      SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS)                                                                             \\\n",
-    "    X(resolve_sides, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS)                                                             \\\n",
-    "    X(find_joint_candidates, 8, SPRINGLS__ROLE_BIT(has_joint_candidates), SPRINGLS__TILE_VOXELS)                                 \\\n",
-    "    X(join_parts, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \\\n",
-    "    X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                                 \\\n",
-    "    X(brick_state, 64, SPRINGLS__ROLE_BIT(brick_state), SPRINGLS__ROWS)                                                          \\\n",
-    "    X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI), 1)                                                                \\\n",
-    "    X(grow, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_grown), SPRINGLS__ROWS)                                          \\\n",
-    "    X(sides, 4, SPRINGLS__BIT(PHI), SPRINGLS__BRICK_VOXELS)                                                                      \\\n",
-    "    X(with_sign, 64, SPRINGLS__BIT(PHI), 1)                                                                                      \\\n",
-    "    X(surface_count, 8,                                                                                                          \\\n",
+    "    X(resolve_sides, LEVEL_SET, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS)                                                  \\\n",
+    "    X(find_joint_candidates, LEVEL_SET, 8, SPRINGLS__ROLE_BIT(has_joint_candidates), SPRINGLS__TILE_VOXELS)                      \\\n",
+    "    X(join_parts, LEVEL_SET, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                  \\\n",
+    "    X(specks, LEVEL_SET, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                      \\\n",
+    "    X(brick_state, SIGNS, 64, SPRINGLS__ROLE_BIT(brick_state), SPRINGLS__ROWS)                                                   \\\n",
+    "    X(brick_side, SIGNS, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI), 1)                                                         \\\n",
+    "    X(grow, SIGNS, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_grown), SPRINGLS__ROWS)                                   \\\n",
+    "    X(sides, SIGNS, 4, SPRINGLS__BIT(PHI), SPRINGLS__BRICK_VOXELS)                                                               \\\n",
+    "    X(with_sign, SIGNS, 64, SPRINGLS__BIT(PHI), 1)                                                                               \\\n",
+    "    X(surface_count, SURFACE, 8,                                                                                                 \\\n",
     "      SPRINGLS__ROLE_BIT(cubes) | SPRINGLS__ROLE_BIT(triangles_before) | SPRINGLS__ROLE_BIT(vertices_before)                     \\\n",
     "          | SPRINGLS__ROLE_BIT(surface_rank) | SPRINGLS__ROLE_BIT(row_triangles),                                                \\\n",
     "      SPRINGLS__SURFACE_FLOATS)                                                                                                  \\\n",
-    "    X(surface, 8, SPRINGLS__ROLE_BIT(surface_positions) | SPRINGLS__ROLE_BIT(surface_corners), SPRINGLS__TILE_VOXELS)\n",
+    "    X(surface, SURFACE, 8, SPRINGLS__ROLE_BIT(surface_positions) | SPRINGLS__ROLE_BIT(surface_corners), SPRINGLS__TILE_VOXELS)\n",
     "\n",
     "/* Lists kernels that have springls__name_elements besides, for several elements at once, which C calls. */\n",
     "#define SPRINGLS__SIMD_KERNELS(X)                                                                                                \\\n",
-    "    X(displace, 128,                                                                                                             \\\n",
+    "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
     "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))                                                  \\\n",
-    "    X(relax, 128, SPRINGLS__ROLE_BIT(relaxed_springls))\n",
+    "    X(relax, RESAMPLE, 128, SPRINGLS__ROLE_BIT(relaxed_springls))\n",
     "\n",
     "/* Lists kernels that only a device has, where work items do together what one loop does in C (collectives.cl, regions.cl): name,\n",
-    "   elements that a core of a processor takes at once. */\n",
+    "   program, elements that a core of a processor takes at once. */\n",
     "#define SPRINGLS__COLLECTIVES(X)                                                                                                 \\\n",
-    "    X(scan_chunk, 1) X(scan_sums, 1) X(scan_apply, 1)                                                                            \\\n",
-    "    X(count_chunk, 1) X(largest_chunk, 1) X(largest_sums, 1)                                                                     \\\n",
-    "    X(counts_clear, 16)                                                                                                          \\\n",
-    "    X(cells_clear, 64) X(cells_count, 512) X(cells_prefix, 64) X(cells_base, 64) X(cells_scatter, 512) X(cells_sort, 64)         \\\n",
-    "    X(unbinned_flag, 4096) X(unbinned_scatter, 4096)                                                                                   \\\n",
-    "    X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16)             \\\n",
-    "    X(mark_outside, 1024) X(mark_cover, 64) X(mark_band, 64) X(mark_near, 512)                                                   \\\n",
-    "    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_scatter, 128)                   \\\n",
-    "    X(brick_lists_sort, 8)                                                                                                       \\\n",
-    "    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \\\n",
-    "    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)\n",
-    "#line 36139 \"springls.h\"\n",
+    "    X(scan_chunk, LISTS, 1) X(scan_sums, LISTS, 1) X(scan_apply, LISTS, 1)                                                       \\\n",
+    "    X(count_chunk, LISTS, 1) X(largest_chunk, LISTS, 1) X(largest_sums, LISTS, 1)                                                \\\n",
+    "    X(counts_clear, LISTS, 16)                                                                                                   \\\n",
+    "    X(cells_clear, LISTS, 64) X(cells_count, LISTS, 512) X(cells_prefix, LISTS, 64) X(cells_base, LISTS, 64)                     \\\n",
+    "    X(cells_scatter, LISTS, 512) X(cells_sort, LISTS, 64)                                                                        \\\n",
+    "    X(unbinned_flag, LISTS, 4096) X(unbinned_scatter, LISTS, 4096)                                                               \\\n",
+    "    X(bricks_begin, LISTS, 4096) X(bricks_count, LISTS, 1) X(bricks_sums, LISTS, 1) X(bricks_drop, LISTS, 1)                     \\\n",
+    "    X(bricks_add, LISTS, 1) X(bricks_fill, LISTS, 16)                                                                            \\\n",
+    "    X(mark_outside, LISTS, 1024) X(mark_cover, LISTS, 64) X(mark_band, LISTS, 64) X(mark_near, LISTS, 512)                       \\\n",
+    "    X(brick_lists_rank, LISTS, 1024) X(brick_lists_clear, LISTS, 1024) X(brick_lists_count, LISTS, 128)                          \\\n",
+    "    X(brick_lists_scatter, LISTS, 128) X(brick_lists_sort, LISTS, 8)                                                             \\\n",
+    "    X(compact_flag, LISTS, 4096) X(compact_out, LISTS, 256) X(compact_in, LISTS, 256)                                            \\\n",
+    "    X(region_begin, SIGNS, 64) X(region_join, SIGNS, 64) X(region_vote, SIGNS, 64) X(region_resolve, SIGNS, 64)\n",
+    "#line 36161 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -36736,6 +36758,23 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__ARGUMENT(name, type, block, owner, member) __global type *name,\n",
     "#define SPRINGLS__MEMBER(name, type, block, owner, member) model.owner.member = name;\n",
     "\n",
+    "/* A program has the kernels of the rows that name it: springls_cl.h leaves out the others by a definition of SPRINGLS__IN_x for\n",
+    "   each program x. Without that all are in one. */\n",
+    "#if !defined(SPRINGLS__IN_LISTS)\n",
+    "#define SPRINGLS__IN_LISTS(define, name, floats) define(name, floats)\n",
+    "#define SPRINGLS__IN_MOVE SPRINGLS__IN_LISTS\n",
+    "#define SPRINGLS__IN_RESAMPLE SPRINGLS__IN_LISTS\n",
+    "#define SPRINGLS__IN_EDGES SPRINGLS__IN_LISTS\n",
+    "#define SPRINGLS__IN_FILL SPRINGLS__IN_LISTS\n",
+    "#define SPRINGLS__IN_LEVEL_SET SPRINGLS__IN_LISTS\n",
+    "#define SPRINGLS__IN_SIGNS SPRINGLS__IN_LISTS\n",
+    "#define SPRINGLS__IN_SURFACE SPRINGLS__IN_LISTS\n",
+    "#endif\n",
+    "\n",
+    "#define SPRINGLS__HEAD(name)                                                                                                     \\\n",
+    "    __kernel void springls_##name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,            \\\n",
+    "                                  springls__arguments args, int count, int grain)\n",
+    "\n",
     "#define SPRINGLS__BEGIN(first)                                                                                                   \\\n",
     "    springls__model model;                                                                                                       \\\n",
     "    int i = (first) * grain, end = springls__imin(i + grain, count);                                                             \\\n",
@@ -36744,46 +36783,45 @@ static const char *const springls__kernel_lines[] = {
     "    model.params = params;\n",
     "\n",
     "/* Defines kernel springls_name: springls__name_element for every element before `count`, `grain` of them a work item. */\n",
-    "#define SPRINGLS__ENTRY(kernel_name, task, writes)                                                                               \\\n",
-    "    __kernel void springls_##kernel_name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,     \\\n",
-    "                                         springls__arguments args, int count, int grain)                                        \\\n",
+    "#define SPRINGLS__DEFINE(name, floats)                                                                                           \\\n",
+    "    SPRINGLS__HEAD(name)                                                                                                         \\\n",
     "    {                                                                                                                            \\\n",
     "        SPRINGLS__BEGIN((int)get_global_id(0))                                                                                   \\\n",
     "        model.group = springls__alone();                                                                                         \\\n",
-    "        for (; i < end; i++) springls__##kernel_name##_element(&model, args, i);                                                 \\\n",
+    "        for (; i < end; i++) springls__##name##_element(&model, args, i);                                                        \\\n",
     "    }\n",
     "\n",
     "/* Defines one for bricks: `grain` of them a work group, whose items share `memory`. */\n",
-    "#define SPRINGLS__BRICK_ENTRY(kernel_name, task, writes, floats)                                                                 \\\n",
-    "    __kernel void springls_##kernel_name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,     \\\n",
-    "                                         springls__arguments args, int count, int grain)                                        \\\n",
+    "#define SPRINGLS__DEFINE_BRICK(name, floats)                                                                                     \\\n",
+    "    SPRINGLS__HEAD(name)                                                                                                         \\\n",
     "    {                                                                                                                            \\\n",
     "        __local float memory[floats];                                                                                            \\\n",
     "        SPRINGLS__BEGIN((int)get_group_id(0))                                                                                    \\\n",
     "        model.group.item = (int)get_local_id(0);                                                                                 \\\n",
     "        model.group.items = (int)get_local_size(0);                                                                              \\\n",
-    "        for (; i < end; i++) springls__##kernel_name##_element(&model, args, i, memory);                                         \\\n",
+    "        for (; i < end; i++) springls__##name##_element(&model, args, i, memory);                                                \\\n",
     "    }\n",
     "\n",
     "/* Defines one that does several elements at once where a work item has several: on a processor. */\n",
     "#if defined(SPRINGLS__ON_PROCESSOR)\n",
-    "#define SPRINGLS__SIMD_ENTRY(kernel_name, task, writes)                                                                          \\\n",
-    "    __kernel void springls_##kernel_name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,     \\\n",
-    "                                         springls__arguments args, int count, int grain)                                        \\\n",
+    "#define SPRINGLS__DEFINE_SIMD(name, floats)                                                                                      \\\n",
+    "    SPRINGLS__HEAD(name)                                                                                                         \\\n",
     "    {                                                                                                                            \\\n",
     "        SPRINGLS__BEGIN((int)get_global_id(0))                                                                                   \\\n",
     "        model.group = springls__alone();                                                                                         \\\n",
-    "        springls__##kernel_name##_elements(&model, args, i, end);                                                                \\\n",
+    "        springls__##name##_elements(&model, args, i, end);                                                                       \\\n",
     "    }\n",
     "#else\n",
-    "#define SPRINGLS__SIMD_ENTRY SPRINGLS__ENTRY\n",
+    "#define SPRINGLS__DEFINE_SIMD SPRINGLS__DEFINE\n",
     "#endif\n",
     "\n",
+    "#define SPRINGLS__ENTRY(name, program, task, writes) SPRINGLS__IN_##program(SPRINGLS__DEFINE, name, 0)\n",
+    "#define SPRINGLS__SIMD_ENTRY(name, program, task, writes) SPRINGLS__IN_##program(SPRINGLS__DEFINE_SIMD, name, 0)\n",
+    "#define SPRINGLS__BRICK_ENTRY(name, program, task, writes, floats) SPRINGLS__IN_##program(SPRINGLS__DEFINE_BRICK, name, floats)\n",
+    "#define SPRINGLS__COLLECTIVE_ENTRY(name, program, task) SPRINGLS__IN_##program(SPRINGLS__DEFINE, name, 0)\n",
     "SPRINGLS__KERNELS(SPRINGLS__ENTRY)\n",
     "SPRINGLS__SIMD_KERNELS(SPRINGLS__SIMD_ENTRY)\n",
     "SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_ENTRY)\n",
-    "\n",
-    "#define SPRINGLS__COLLECTIVE_ENTRY(kernel_name, task) SPRINGLS__ENTRY(kernel_name, task, 0)\n",
     "SPRINGLS__COLLECTIVES(SPRINGLS__COLLECTIVE_ENTRY)\n",
 #endif
     ""   /* not counted: the array must not be empty */

@@ -18,7 +18,9 @@
 
    FAILURE  When the device fails, the model is read back, the work is completed by scalar code, and the context stays without a
    device from then on; the call that was running returns SPRINGLS_DEVICE_FAILED, once. When the model can no longer be read back
-   it is empty, and springls_last_error() reports that.
+   it is empty, and springls_last_error() reports that. It names the kernels that were started last, since one fails unseen until the
+   device is waited for. Other contexts of the backend fail in the same way, each in a call of its own; springls_cl_create makes a new
+   backend where the driver can go on.
 
    Licence: as springls.h. */
 #ifndef SPRINGLS_CL_H
@@ -50,6 +52,17 @@ typedef enum springls_cl_kind {
     SPRINGLS_CL_KIND_CPU
 } springls_cl_kind;
 
+/* Keeps compiled programs, each a blob under a key that stands for the device, its driver and all else that it was made of. The
+   driver runs a blob unseen: nobody else should be able to write it. One that is damaged, or of something else, is replaced. All zero:
+   nothing is kept. PoCL keeps programs itself, and is asked for none. */
+typedef struct springls_cl_cache {
+    const char *folder;  /* there is one, and each blob is a file in it that its owner alone reads; NULL: the callbacks      */
+    /* Copies the blob of a key if it is of at most `room` bytes; returns how many it has, 0: there is none. */
+    size_t (*load)(void *user, const char *key, void *blob, size_t room);
+    bool (*store)(void *user, const char *key, const void *blob, size_t bytes); /* false: it cannot be kept              */
+    void *user;
+} springls_cl_cache;
+
 /* Describes a backend; zero-initialised members mean the default. */
 typedef struct springls_cl_desc {
     springls_cl_kind kind;    /* the device to choose when `context` is NULL                                         */
@@ -64,19 +77,23 @@ typedef struct springls_cl_desc {
                                       float3 springls_velocity(float3 x, float time, __global const float *user)     */
     size_t velocity_user_bytes;    /* bytes of springls_forces.user, sent at every step; 0: the source reads no user */
     springls_logger logger;   /* receives what was chosen, why there is none, and build logs with lines of springls.h */
+    springls_cl_cache cache;  /* where compiled programs are kept                                                    */
+    springls_tasks tasks;     /* threads on which springls_cl_prepare compiles; NULL: the calling one                */
 } springls_cl_desc;
 
-/* Makes a backend for springls_desc.backend; desc NULL: the defaults. Compiles the kernels, which may take seconds. The backend
-   is for the thread of its contexts; its memory comes from malloc. On failure *out is NULL and nothing is left allocated.
-   DEVICE_FAILED: there is no OpenCL, no such device, or it cannot run the kernels; the logger has a warning and the build log.
-   OUT_OF_MEMORY. INVALID_ARGUMENT: out is NULL, a member is out of range, a queue comes without its context or is not in order,
-   or only one of velocity and velocity_source is given. */
+/* Makes a backend for springls_desc.backend; desc NULL: the defaults. Compiles the kernels that every step uses, which may take
+   seconds; others are compiled when they are first needed, program by program, or by springls_cl_prepare. The backend is for the
+   thread of its contexts; its memory comes from malloc. Strings of desc are copied. On failure *out is NULL and nothing is left
+   allocated. DEVICE_FAILED: there is no OpenCL, no such device, or it cannot run the kernels; the logger has a warning and the build
+   log. OUT_OF_MEMORY. INVALID_ARGUMENT: out is NULL, a member is out of range, a queue comes without its context or is not in order,
+   only one of velocity and velocity_source is given, or cache has one callback only, or a folder and callbacks. */
 SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, springls_backend **out);
 
-/* Starts every kernel once, with nothing to do: a driver that compiles a kernel when it first runs does so now, and not during a
-   step. May take a minute. progress: receives the fraction that is done, and may cancel; NULL: none. A call without need costs some
-   milliseconds. CANCELLED: the other kernels are compiled when they first run. DEVICE_FAILED, OUT_OF_MEMORY: the logger has the
-   reason. INVALID_ARGUMENT: backend is NULL. */
+/* Compiles all programs that are not compiled yet, on springls_cl_desc.tasks, and starts every kernel once with nothing to do, so
+   that no driver compiles anything during a step. May take a minute. progress: receives, in the calling thread, the fraction of
+   kernels compiled and started, after each program or, on threads, a few of them, and after each kernel; it may cancel; NULL: none.
+   A call without need costs some milliseconds. CANCELLED: the others are compiled when they are needed. DEVICE_FAILED, OUT_OF_MEMORY:
+   the logger has the reason. INVALID_ARGUMENT: backend is NULL. */
 SPRINGLS_API springls_status springls_cl_prepare(springls_backend *backend, const springls_progress *progress);
 
 /* Destroys a backend, after the contexts that use it; NULL is allowed. */
@@ -105,6 +122,8 @@ SPRINGLS_API springls_cl_counts springls_cl_get_counts(const springls_backend *b
 
 #if defined(SPRINGLS_IMPLEMENTATION) && !defined(SPRINGLS_CL_IMPLEMENTED)
 #define SPRINGLS_CL_IMPLEMENTED
+
+#include <time.h>
 
 #ifndef CL_TARGET_OPENCL_VERSION
 #define CL_TARGET_OPENCL_VERSION 120
@@ -139,6 +158,9 @@ __declspec(dllimport) int __stdcall FreeLibrary(struct HINSTANCE__ *);
 #define SPRINGLS__CL_LIBRARY "OpenCL.dll"
 #else
 #include <dlfcn.h>
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
 typedef void *springls__cl_symbol;
 #define SPRINGLS__CL_OPEN(name) dlopen(name, RTLD_NOW | RTLD_LOCAL)
 #define SPRINGLS__CL_FIND(library, name) dlsym(library, name)
@@ -164,6 +186,9 @@ typedef void *springls__cl_symbol;
     X(GetCommandQueueInfo, cl_int, (cl_command_queue, cl_command_queue_info, size_t, void *, size_t *))                          \
     X(RetainCommandQueue, cl_int, (cl_command_queue)) X(ReleaseCommandQueue, cl_int, (cl_command_queue))                         \
     X(CreateProgramWithSource, cl_program, (cl_context, cl_uint, const char **, const size_t *, cl_int *))                       \
+    X(CreateProgramWithBinary, cl_program, (cl_context, cl_uint, const cl_device_id *, const size_t *, const unsigned char **,   \
+                                            cl_int *, cl_int *))                                                                 \
+    X(GetProgramInfo, cl_int, (cl_program, cl_program_info, size_t, void *, size_t *))                                           \
     X(BuildProgram, cl_int, (cl_program, cl_uint, const cl_device_id *, const char *,                                            \
                              void (CL_CALLBACK *)(cl_program, void *), void *))                                                  \
     X(GetProgramBuildInfo, cl_int, (cl_program, cl_device_id, cl_program_build_info, size_t, void *, size_t *))                  \
@@ -182,22 +207,39 @@ typedef void *springls__cl_symbol;
     X(Finish, cl_int, (cl_command_queue))
 
 typedef enum springls__collective {
-#define SPRINGLS__COLLECTIVE_NUMBER(name, task) SPRINGLS__COLLECTIVE_##name,
+#define SPRINGLS__COLLECTIVE_NUMBER(name, program, task) SPRINGLS__COLLECTIVE_##name,
     SPRINGLS__COLLECTIVES(SPRINGLS__COLLECTIVE_NUMBER)
 #undef SPRINGLS__COLLECTIVE_NUMBER
     SPRINGLS__COLLECTIVE_COUNT
 } springls__collective;
 
+typedef enum springls__program {
+#define SPRINGLS__PROGRAM_NUMBER(name) SPRINGLS__PROGRAM_##name,
+    SPRINGLS__PROGRAMS(SPRINGLS__PROGRAM_NUMBER)
+#undef SPRINGLS__PROGRAM_NUMBER
+    SPRINGLS__PROGRAM_COUNT
+} springls__program;
+
 /* The kernels of the table, then the collectives. */
 enum { SPRINGLS__CL_KERNELS = (int)SPRINGLS__KERNEL_COUNT + (int)SPRINGLS__COLLECTIVE_COUNT };
 
-typedef struct springls__collective_info { const char *name; int grain; } springls__collective_info;
+typedef struct springls__cl_kernel { const char *name; springls__program program; int grain; bool brick; } springls__cl_kernel;
 
-static const springls__collective_info springls__collectives[] = {
-#define SPRINGLS__COLLECTIVE_INFO(name, task) { #name, task },
-    SPRINGLS__COLLECTIVES(SPRINGLS__COLLECTIVE_INFO)
-#undef SPRINGLS__COLLECTIVE_INFO
+static const springls__cl_kernel springls__cl_kernels[] = {
+#define SPRINGLS__CL_KERNEL(name, program, grain, writes) { #name, SPRINGLS__PROGRAM_##program, grain, false },
+    SPRINGLS__KERNELS(SPRINGLS__CL_KERNEL) SPRINGLS__SIMD_KERNELS(SPRINGLS__CL_KERNEL)
+#undef SPRINGLS__CL_KERNEL
+#define SPRINGLS__CL_BRICK(name, program, grain, writes, floats) { #name, SPRINGLS__PROGRAM_##program, grain, true },
+    SPRINGLS__BRICK_KERNELS(SPRINGLS__CL_BRICK)
+#undef SPRINGLS__CL_BRICK
+#define SPRINGLS__CL_COLLECTIVE(name, program, grain) { #name, SPRINGLS__PROGRAM_##program, grain, false },
+    SPRINGLS__COLLECTIVES(SPRINGLS__CL_COLLECTIVE)
+#undef SPRINGLS__CL_COLLECTIVE
 };
+
+#define SPRINGLS__CL_MAX_PLATFORMS 16 /* and devices of one; others are not seen */
+
+enum { SPRINGLS__CL_LAST = 3 }; /* kernels that the message of a failure names */
 
 typedef struct springls__cl {
     springls_backend base;  /* the first member, so that a backend is a springls__cl                            */
@@ -206,10 +248,17 @@ typedef struct springls__cl {
     cl_context context;
     cl_device_id device;
     cl_command_queue queue;
-    cl_program program;
+    cl_program programs[SPRINGLS__PROGRAM_COUNT]; /* NULL: not compiled yet, and so are its kernels                 */
+    bool refused[SPRINGLS__PROGRAM_COUNT];        /* the compiler has, and would again                              */
     cl_kernel kernels[SPRINGLS__CL_KERNELS];
+    char *velocity_source;
+    springls_cl_cache cache;
+    char *folder;           /* cache.user, where it is one                                                      */
+    bool warned;            /* that a program cannot be kept                                                        */
+    springls_tasks tasks;
+    const char *started[SPRINGLS__CL_LAST]; /* the last kernels since the device was waited for, the newest first        */
     springls_cl_counts counts;
-    bool exact, gpu;
+    bool exact;
     size_t group;           /* work items that share a brick                                                     */
     char device_name[256];
 #define SPRINGLS__CL_POINTER(name, result, arguments) result (CL_API_CALL *name) arguments;
@@ -241,14 +290,27 @@ SPRINGLS__FN springls_status springls__cl_status(cl_int error)
         || error == CL_INVALID_BUFFER_SIZE ? SPRINGLS_OUT_OF_MEMORY : SPRINGLS_DEVICE_FAILED;
 }
 
+SPRINGLS__FN springls__cl *springls__cl_of(springls_context *ctx) { return (springls__cl *)(void *)ctx->backend; }
+
+/* Notes the reason of a failure, and the kernels that may have caused it. */
 SPRINGLS__FN springls_status springls__cl_check(springls_context *ctx, cl_int error, const char *doing)
 {
+    const char *const *started = springls__cl_of(ctx)->started;
+    int i, length;
     if (error == CL_SUCCESS) return SPRINGLS_OK;
-    snprintf(ctx->error, sizeof ctx->error, "opencl: %s: %s (%d)", doing, springls__cl_error(error), (int)error);
+    length = snprintf(ctx->error, sizeof ctx->error, "opencl: %s: %s (%d)", doing, springls__cl_error(error), (int)error);
+    for (i = 0; i < SPRINGLS__CL_LAST && started[i] && length < (int)sizeof ctx->error; i++)
+        length += snprintf(ctx->error + length, sizeof ctx->error - (size_t)length, "%s%s", i ? ", " : "; last started: ", started[i]);
     return SPRINGLS_DEVICE_FAILED;
 }
 
-SPRINGLS__FN springls__cl *springls__cl_of(springls_context *ctx) { return (springls__cl *)(void *)ctx->backend; }
+/* Checks a call that waits for the device, and so for all kernels that were started. */
+SPRINGLS__FN springls_status springls__cl_check_wait(springls_context *ctx, cl_int error, const char *doing)
+{
+    SPRINGLS__TRY(springls__cl_check(ctx, error, doing));
+    memset(springls__cl_of(ctx)->started, 0, sizeof springls__cl_of(ctx)->started);
+    return SPRINGLS_OK;
+}
 
 /* ---- memory and kernels ---- */
 
@@ -280,7 +342,8 @@ SPRINGLS__FN springls_status springls__cl_download(springls_context *ctx, void *
     springls__cl *cl = springls__cl_of(ctx);
     cl->counts.downloads++;
     cl->counts.bytes_down += bytes;
-    return springls__cl_check(ctx, cl->EnqueueReadBuffer(cl->queue, (cl_mem)memory, CL_TRUE, 0, bytes, to, 0, NULL, NULL), doing);
+    return springls__cl_check_wait(ctx, cl->EnqueueReadBuffer(cl->queue, (cl_mem)memory, CL_TRUE, 0, bytes, to, 0, NULL, NULL),
+                                   doing);
 }
 
 SPRINGLS__FN springls_status springls__cl_send(springls_context *ctx, void *memory, size_t bytes, const void *from)
@@ -288,8 +351,8 @@ SPRINGLS__FN springls_status springls__cl_send(springls_context *ctx, void *memo
     springls__cl *cl = springls__cl_of(ctx);
     cl->counts.uploads++;
     cl->counts.bytes_up += bytes;
-    return springls__cl_check(ctx, cl->EnqueueWriteBuffer(cl->queue, (cl_mem)memory, CL_TRUE, 0, bytes, from, 0, NULL, NULL),
-                              "upload");
+    return springls__cl_check_wait(ctx, cl->EnqueueWriteBuffer(cl->queue, (cl_mem)memory, CL_TRUE, 0, bytes, from, 0, NULL, NULL),
+                                   "upload");
 }
 
 SPRINGLS__FN springls_status springls__cl_transfer(springls_context *ctx, springls__buffer *buffer, size_t bytes, bool to_host)
@@ -302,7 +365,7 @@ SPRINGLS__FN springls_status springls__cl_transfer(springls_context *ctx, spring
 SPRINGLS__FN springls_status springls__cl_finish(springls_context *ctx)
 {
     springls__cl *cl = springls__cl_of(ctx);
-    return springls__cl_check(ctx, cl->Finish(cl->queue), "wait");
+    return springls__cl_check_wait(ctx, cl->Finish(cl->queue), "wait");
 }
 
 SPRINGLS__FN springls_status springls__cl_upload(springls_context *ctx, springls__buffer *buffer, const void *data, size_t bytes)
@@ -330,30 +393,31 @@ SPRINGLS__FN cl_int springls__cl_arguments(springls__cl *cl, cl_kernel kernel, c
     return error;
 }
 
-/* Starts `groups` work groups of a kernel, one item each unless it is one for bricks. */
+/* Starts `groups` work groups of a kernel for bricks, or as many items of another, in whole groups. */
 SPRINGLS__FN cl_int springls__cl_enqueue(springls__cl *cl, cl_kernel kernel, size_t groups, bool brick)
 {
-    const size_t group = brick ? cl->group : 1, items = group * groups;
-    return cl->EnqueueNDRangeKernel(cl->queue, kernel, 1, NULL, &items, cl->gpu && !brick ? NULL : &group, 0, NULL, NULL);
+    const size_t items = brick ? groups * cl->group : (groups + cl->group - 1) / cl->group * cl->group;
+    return cl->EnqueueNDRangeKernel(cl->queue, kernel, 1, NULL, &items, &cl->group, 0, NULL, NULL);
 }
+
+SPRINGLS__FN cl_int springls__cl_need(springls__cl *cl, springls__program program);
 
 /* Starts a kernel: a work item does as many elements as a task of the scalar backend on a processor, one on a GPU. */
-SPRINGLS__FN springls_status springls__cl_launch(springls_context *ctx, cl_kernel kernel, const char *name, int grain, int count,
-                                                 springls__arguments args, bool brick)
+SPRINGLS__FN springls_status springls__cl_launch(springls_context *ctx, int kernel, int count, springls__arguments args)
 {
+    const springls__cl_kernel *info = &springls__cl_kernels[kernel];
     springls__cl *cl = springls__cl_of(ctx);
-    cl_int error;
-    if (cl->gpu) grain = 1;
-    error = springls__cl_arguments(cl, kernel, ctx->memory, &ctx->model, args, count, grain);
-    SPRINGLS__TRY(springls__cl_check(ctx, error, name));
+    const int grain = cl->group > 1 ? 1 : info->grain;
+    cl_int error = springls__cl_need(cl, info->program);
+    if (error == CL_SUCCESS)
+        error = springls__cl_arguments(cl, cl->kernels[kernel], ctx->memory, &ctx->model, args, count, grain);
+    SPRINGLS__TRY(springls__cl_check(ctx, error, info->name));
     cl->counts.kernels++;
-    return springls__cl_check(ctx, springls__cl_enqueue(cl, kernel, ((size_t)count + (size_t)grain - 1) / (size_t)grain, brick), name);
-}
-
-SPRINGLS__FN springls_status springls__cl_run(springls_context *ctx, int kernel, int count, springls__arguments args)
-{
-    const springls__kernel_info *info = &springls__kernels[kernel];
-    return springls__cl_launch(ctx, springls__cl_of(ctx)->kernels[kernel], info->name, info->grain, count, args, info->brick);
+    error = springls__cl_enqueue(cl, cl->kernels[kernel], ((size_t)count + (size_t)grain - 1) / (size_t)grain, info->brick);
+    SPRINGLS__TRY(springls__cl_check(ctx, error, info->name));
+    memmove(cl->started + 1, cl->started, (SPRINGLS__CL_LAST - 1) * sizeof *cl->started);
+    cl->started[0] = info->name;
+    return SPRINGLS_OK;
 }
 
 /* ---- collectives: sequences of the kernels of collectives.cl and regions.cl ---- */
@@ -362,12 +426,10 @@ SPRINGLS__FN springls_status springls__cl_run(springls_context *ctx, int kernel,
 SPRINGLS__FN springls_status springls__cl_collect(springls_context *ctx, springls__collective collective, int count,
                                                   const springls__arguments *args)
 {
-    const springls__collective_info *info = &springls__collectives[collective];
-    cl_kernel kernel = springls__cl_of(ctx)->kernels[(int)SPRINGLS__KERNEL_COUNT + (int)collective];
     springls__arguments none;
     if (count <= 0) return SPRINGLS_OK;
     memset(&none, 0, sizeof none);
-    return springls__cl_launch(ctx, kernel, info->name, info->grain, count, args ? *args : none, false);
+    return springls__cl_launch(ctx, (int)SPRINGLS__KERNEL_COUNT + (int)collective, count, args ? *args : none);
 }
 
 /* Brings the arrays of a collective to the device, as large as they have to be; those it writes are only there from now on. */
@@ -617,7 +679,7 @@ SPRINGLS__FN springls_status springls__cl_brick_lists_build(springls_context *ct
     return springls__cl_collect(ctx, SPRINGLS__COLLECTIVE_brick_lists_sort, bricks, NULL);
 }
 
-/* ---- creation ---- */
+/* ---- compiled programs that are kept ---- */
 
 SPRINGLS__FN void springls__cl_log(const springls_logger *logger, int level, const char *format, const char *what)
 {
@@ -626,6 +688,344 @@ SPRINGLS__FN void springls__cl_log(const springls_logger *logger, int level, con
     snprintf(line, sizeof line, format, what);
     (logger->log)(logger->user, level, line);
 }
+
+/* Returns three strings as one, from malloc; NULL: no memory. */
+SPRINGLS__FN char *springls__cl_join(const char *a, const char *b, const char *c)
+{
+    const size_t size = strlen(a) + strlen(b) + strlen(c) + 1;
+    char *joined = (char *)malloc(size);
+    if (joined) snprintf(joined, size, "%s%s%s", a, b, c);
+    return joined;
+}
+
+SPRINGLS__FN size_t springls__cl_load_file(void *folder, const char *key, void *blob, size_t room)
+{
+    char *path = springls__cl_join((const char *)folder, "/", key);
+    FILE *file = path ? fopen(path, "rb") : NULL;
+    long size = 0;
+    free(path);
+    if (!file) return 0;
+    if (fseek(file, 0, SEEK_END) == 0) size = ftell(file);
+    if (size > 0 && (size_t)size <= room) {
+        rewind(file);
+        if (fread(blob, 1, (size_t)size, file) != (size_t)size) size = 0;
+    }
+    fclose(file);
+    return size > 0 ? (size_t)size : 0;
+}
+
+#if defined(_WIN32)
+SPRINGLS__FN bool springls__cl_write_file(const char *path, const void *blob, size_t bytes)
+{
+    FILE *file = fopen(path, "wb");
+    bool written;
+    if (!file) return false;
+    written = fwrite(blob, 1, bytes, file) == bytes;
+    return fclose(file) == 0 && written;
+}
+#else
+/* Writes a new file that nobody else can read. */
+SPRINGLS__FN bool springls__cl_write_file(const char *path, const void *blob, size_t bytes)
+{
+    const char *from = (const char *)blob;
+    int file = open(path, O_WRONLY | O_CREAT | O_EXCL, S_IRUSR | S_IWUSR);
+    ssize_t written = 1;
+    if (file < 0) return false;
+    while (bytes > 0 && written > 0) {
+        written = write(file, from, bytes);
+        if (written > 0) from += written, bytes -= (size_t)written;
+    }
+    return close(file) == 0 && bytes == 0;
+}
+#endif
+
+/* Gives a whole file its name, in the place of another one. */
+SPRINGLS__FN bool springls__cl_rename_file(const char *from, const char *to)
+{
+#if defined(_WIN32)
+    remove(to);
+#endif
+    return rename(from, to) == 0;
+}
+
+SPRINGLS__FN bool springls__cl_store_file(void *folder, const char *key, const void *blob, size_t bytes)
+{
+    char mark[40]; /* of this process and call */
+    char *path = springls__cl_join((const char *)folder, "/", key), *part = NULL;
+    bool stored = false;
+    snprintf(mark, sizeof mark, ".%lx%lx.part", (unsigned long)time(NULL), (unsigned long)(uintptr_t)blob);
+    if (path) part = springls__cl_join(path, mark, "");
+    if (part) {
+        stored = springls__cl_write_file(part, blob, bytes) && springls__cl_rename_file(part, path);
+        if (!stored) remove(part);
+    }
+    free(part);
+    free(path);
+    return stored;
+}
+
+/* Begins a blob; what the driver has made follows. */
+typedef struct springls__cl_head { char magic[8]; char key[24]; uint64_t bytes, hash; } springls__cl_head;
+
+#define SPRINGLS__CL_MAGIC "springl1"
+
+SPRINGLS__FN uint64_t springls__cl_hash(uint64_t hash, const void *data, size_t bytes)
+{
+    const unsigned char *byte = (const unsigned char *)data, *end = byte + bytes;
+    for (; byte < end; byte++) hash = (hash ^ *byte) * 1099511628211u;
+    return hash;
+}
+
+SPRINGLS__FN springls__cl_head springls__cl_head_of(const char *key, const void *binary, size_t bytes)
+{
+    springls__cl_head head;
+    memset(&head, 0, sizeof head);
+    memcpy(head.magic, SPRINGLS__CL_MAGIC, sizeof head.magic);
+    memcpy(head.key, key, strlen(key));
+    head.bytes = bytes;
+    head.hash = springls__cl_hash(SPRINGLS__HASH_BEGIN, binary, bytes);
+    return head;
+}
+
+/* Returns the blob of a key, whole and its own, from malloc; its head is followed by a program. NULL: there is none. */
+SPRINGLS__FN unsigned char *springls__cl_load_blob(const springls_cl_cache *cache, const char *key)
+{
+    const size_t most = (size_t)1 << 30;
+    const size_t size = cache->load ? (cache->load)(cache->user, key, NULL, 0) : 0;
+    unsigned char *blob = size > sizeof(springls__cl_head) && size < most ? (unsigned char *)malloc(size) : NULL;
+    springls__cl_head head;
+    if (!blob) return NULL;
+    if ((cache->load)(cache->user, key, blob, size) == size) {
+        head = springls__cl_head_of(key, blob + sizeof head, size - sizeof head);
+        if (memcmp(blob, &head, sizeof head) == 0) return blob;
+    }
+    free(blob);
+    return NULL;
+}
+
+/* ---- programs ---- */
+
+/* A program on its way: springls__cl_begin_build, then springls__cl_build, which may run on another thread, then
+   springls__cl_end_build. */
+typedef struct springls__cl_build_state {
+    springls__cl *cl;
+    springls__program number;
+    char key[24];
+    const char **text;    /* the program's, `count` strings                                                    */
+    int count;
+    unsigned char *blob;  /* a head and a compiled program: from the cache, or for it                          */
+    size_t bytes;         /* of that program                                                                   */
+    bool loaded;          /* it is from the cache                                                              */
+    cl_program program;
+    cl_int error;
+} springls__cl_build_state;
+
+SPRINGLS__FN void springls__cl_options(const springls__cl *cl, char options[100])
+{
+    snprintf(options, 100, "-cl-std=CL1.2%s%s", cl->exact ? " -cl-fp32-correctly-rounded-divide-sqrt" : "",
+             cl->group > 1 ? "" : " -DSPRINGLS__ON_PROCESSOR");
+}
+
+/* Makes the list of strings that a program consists of: which kernels it has, the text of all, the velocity. That is part of the
+   program that calls it, and of the first, so that springls_cl_create finds its faults. */
+SPRINGLS__FN cl_int springls__cl_take_text(springls__cl_build_state *b)
+{
+#define SPRINGLS__CL_CHOICE(name)                                                                                                \
+    { "#define SPRINGLS__IN_" #name "(define, name, floats)\n",                                                                  \
+      "#define SPRINGLS__IN_" #name "(define, name, floats) define(name, floats)\n" },
+    static const char *const choice[][2] = { SPRINGLS__PROGRAMS(SPRINGLS__CL_CHOICE) };
+#undef SPRINGLS__CL_CHOICE
+    const char *const *strings;
+    int count, i;
+    springls_kernel_source(&strings, &count);
+    b->text = (const char **)malloc(((size_t)count + SPRINGLS__PROGRAM_COUNT + 2) * sizeof *b->text);
+    if (!b->text) return CL_OUT_OF_HOST_MEMORY;
+    for (i = 0; i < (int)SPRINGLS__PROGRAM_COUNT; i++) b->text[b->count++] = choice[i][i == (int)b->number];
+    memcpy(b->text + b->count, strings, (size_t)count * sizeof *b->text);
+    b->count += count;
+    b->text[b->count++] = "#line 1 \"velocity_source\"\n";
+    b->text[b->count++] = b->cl->velocity_source && b->number <= SPRINGLS__PROGRAM_MOVE
+                        ? b->cl->velocity_source
+                        : "float3 springls_velocity(float3 x, float t, __global const float *u) { return x; }\n";
+    return CL_SUCCESS;
+}
+
+/* Makes the key of a program: a hash of all that its compilation depends on. */
+SPRINGLS__FN void springls__cl_make_key(springls__cl_build_state *b)
+{
+    static const cl_device_info facts[] = { CL_DEVICE_NAME, CL_DEVICE_VENDOR, CL_DEVICE_VERSION, CL_DRIVER_VERSION };
+    char words[256];
+    uint64_t hash = SPRINGLS__HASH_BEGIN;
+    size_t i;
+    int line;
+    for (line = 0; line < b->count; line++) hash = springls__cl_hash(hash, b->text[line], strlen(b->text[line]));
+    springls__cl_options(b->cl, words);
+    hash = springls__cl_hash(hash, words, strlen(words) + 1);
+    for (i = 0; i < sizeof facts / sizeof *facts; i++) {
+        memset(words, 0, sizeof words);
+        b->cl->GetDeviceInfo(b->cl->device, facts[i], sizeof words - 1, words, NULL);
+        hash = springls__cl_hash(hash, words, strlen(words) + 1);
+    }
+    snprintf(b->key, sizeof b->key, "%08lx%08lx", (unsigned long)(hash >> 32), (unsigned long)(hash & 0xffffffffu));
+}
+
+/* Gets ready what springls__cl_build needs: the program of the cache, if it is there, and the text. */
+SPRINGLS__FN void springls__cl_begin_build(springls__cl *cl, springls__program number, springls__cl_build_state *b)
+{
+    memset(b, 0, sizeof *b);
+    b->cl = cl;
+    b->number = number;
+    b->error = springls__cl_take_text(b);
+    if (b->error != CL_SUCCESS || !cl->cache.load) return;
+    springls__cl_make_key(b);
+    b->blob = springls__cl_load_blob(&cl->cache, b->key);
+    b->loaded = b->blob != NULL;
+    if (b->loaded) b->bytes = (size_t)((const springls__cl_head *)(const void *)b->blob)->bytes;
+}
+
+/* Builds b->program and its kernels. */
+SPRINGLS__FN cl_int springls__cl_build_kernels(springls__cl_build_state *b)
+{
+    springls__cl *cl = b->cl;
+    char options[100], entry[64];
+    cl_int error;
+    int kernel;
+    springls__cl_options(cl, options);
+    error = cl->BuildProgram(b->program, 1, &cl->device, options, NULL, NULL);
+    for (kernel = 0; kernel < SPRINGLS__CL_KERNELS && error == CL_SUCCESS; kernel++) {
+        if (springls__cl_kernels[kernel].program != b->number) continue;
+        snprintf(entry, sizeof entry, "springls_%s", springls__cl_kernels[kernel].name);
+        cl->kernels[kernel] = cl->CreateKernel(b->program, entry, &error);
+    }
+    return error;
+}
+
+SPRINGLS__FN void springls__cl_release_program(springls__cl *cl, springls__program number, cl_program program)
+{
+    int kernel;
+    for (kernel = 0; kernel < SPRINGLS__CL_KERNELS; kernel++) {
+        if (springls__cl_kernels[kernel].program != number || !cl->kernels[kernel]) continue;
+        cl->ReleaseKernel(cl->kernels[kernel]);
+        cl->kernels[kernel] = NULL;
+    }
+    if (program) cl->ReleaseProgram(program);
+}
+
+SPRINGLS__FN cl_int springls__cl_build_binary(springls__cl_build_state *b)
+{
+    const unsigned char *binary = b->blob + sizeof(springls__cl_head);
+    cl_int error = CL_SUCCESS, taken = CL_SUCCESS;
+    b->program = b->cl->CreateProgramWithBinary(b->cl->context, 1, &b->cl->device, &b->bytes, &binary, &taken, &error);
+    if (error == CL_SUCCESS) error = taken;
+    return error == CL_SUCCESS ? springls__cl_build_kernels(b) : error;
+}
+
+/* Takes from the driver what it has compiled for the device; leaves b->blob NULL when it does not give it. */
+SPRINGLS__FN void springls__cl_take_binary(springls__cl_build_state *b)
+{
+    springls__cl *cl = b->cl;
+    cl_device_id devices[SPRINGLS__CL_MAX_PLATFORMS];
+    size_t sizes[SPRINGLS__CL_MAX_PLATFORMS], count = 0, i;
+    unsigned char *binaries[SPRINGLS__CL_MAX_PLATFORMS];
+    springls__cl_head head;
+    cl_int error = cl->GetProgramInfo(b->program, CL_PROGRAM_DEVICES, sizeof devices, devices, &count);
+    if (error == CL_SUCCESS) error = cl->GetProgramInfo(b->program, CL_PROGRAM_BINARY_SIZES, sizeof sizes, sizes, NULL);
+    if (error != CL_SUCCESS) return;
+    count /= sizeof *devices;
+    memset(binaries, 0, sizeof binaries);
+    for (i = 0; i < count; i++) {
+        if (devices[i] != cl->device || sizes[i] == 0) continue;
+        b->bytes = sizes[i];
+        b->blob = (unsigned char *)malloc(sizeof head + b->bytes);
+        if (b->blob) binaries[i] = b->blob + sizeof head;
+    }
+    if (!b->blob) return;
+    if (cl->GetProgramInfo(b->program, CL_PROGRAM_BINARIES, count * sizeof *binaries, binaries, NULL) == CL_SUCCESS) {
+        head = springls__cl_head_of(b->key, b->blob + sizeof head, b->bytes);
+        memcpy(b->blob, &head, sizeof head);
+        return;
+    }
+    free(b->blob);
+    b->blob = NULL;
+}
+
+/* Compiles the text, and takes the compiled program for the cache. */
+SPRINGLS__FN cl_int springls__cl_build_text(springls__cl_build_state *b)
+{
+    cl_int error = CL_SUCCESS;
+    b->program = b->cl->CreateProgramWithSource(b->cl->context, (cl_uint)b->count, b->text, NULL, &error);
+    if (error == CL_SUCCESS) error = springls__cl_build_kernels(b);
+    if (error == CL_SUCCESS && b->cl->cache.store) springls__cl_take_binary(b);
+    return error;
+}
+
+/* A task: builds programs from the cache, and those that are not there, or that the driver does not take, from their text. Calls
+   nothing of the caller's. */
+SPRINGLS__FN void springls__cl_build(void *builds, int begin, int end)
+{
+    springls__cl_build_state *b = (springls__cl_build_state *)builds + begin, *last = (springls__cl_build_state *)builds + end;
+    for (; b < last; b++) {
+        if (b->error != CL_SUCCESS) continue;
+        if (b->loaded && springls__cl_build_binary(b) == CL_SUCCESS) continue;
+        if (b->loaded) springls__cl_release_program(b->cl, b->number, b->program);
+        free(b->blob);
+        b->blob = NULL;
+        b->loaded = false;
+        b->program = NULL;
+        b->error = springls__cl_build_text(b);
+    }
+}
+
+SPRINGLS__FN void springls__cl_log_build(springls__cl *cl, cl_program program)
+{
+    size_t bytes = 0;
+    char *text, *line, *next;
+    if (!cl->logger.log || !program) return;
+    if (cl->GetProgramBuildInfo(program, cl->device, CL_PROGRAM_BUILD_LOG, 0, NULL, &bytes) != CL_SUCCESS) return;
+    text = (char *)calloc(bytes + 1, 1);
+    if (!text) return;
+    cl->GetProgramBuildInfo(program, cl->device, CL_PROGRAM_BUILD_LOG, bytes, text, NULL);
+    for (line = text; line && *line; line = next) {
+        next = strchr(line, '\n');
+        if (next) *next++ = 0;
+        if (*line) (cl->logger.log)(cl->logger.user, 2, line);
+    }
+    free(text);
+}
+
+/* Takes the program into the backend, and into the cache if it is new; returns the failure there was. */
+SPRINGLS__FN cl_int springls__cl_end_build(springls__cl_build_state *b)
+{
+    springls__cl *cl = b->cl;
+    if (b->error != CL_SUCCESS) {
+        springls__cl_log_build(cl, b->program);
+        springls__cl_release_program(cl, b->number, b->program);
+        cl->refused[b->number] = b->error == CL_BUILD_PROGRAM_FAILURE;
+    } else {
+        cl->programs[b->number] = b->program;
+    }
+    if (b->error == CL_SUCCESS && b->blob && !b->loaded && !cl->warned) {
+        cl->warned = !(cl->cache.store)(cl->cache.user, b->key, b->blob, sizeof(springls__cl_head) + b->bytes);
+        if (cl->warned)
+            springls__cl_log(&cl->logger, 2, "opencl: compiled programs cannot be kept in %s", cl->folder ? cl->folder : "the cache");
+    }
+    free(b->blob);
+    free(b->text);
+    return b->error;
+}
+
+/* Builds a program that has not been built yet. */
+SPRINGLS__FN cl_int springls__cl_need(springls__cl *cl, springls__program program)
+{
+    springls__cl_build_state build;
+    if (cl->programs[program]) return CL_SUCCESS;
+    if (cl->refused[program]) return CL_BUILD_PROGRAM_FAILURE;
+    springls__cl_begin_build(cl, program, &build);
+    springls__cl_build(&build, 0, 1);
+    return springls__cl_end_build(&build);
+}
+
+/* ---- creation ---- */
 
 /* Loads the library; returns the name of what is missing, or NULL. */
 SPRINGLS__FN const char *springls__cl_load(springls__cl *cl, const char *library)
@@ -642,8 +1042,6 @@ SPRINGLS__FN const char *springls__cl_load(springls__cl *cl, const char *library
 #undef SPRINGLS__CL_LOAD
     return NULL;
 }
-
-#define SPRINGLS__CL_MAX_PLATFORMS 16 /* and devices of one; others are not seen */
 
 /* Chooses the first device of the kind; for ANY a GPU before others. */
 SPRINGLS__FN bool springls__cl_choose_device(springls__cl *cl, springls_cl_kind kind)
@@ -678,68 +1076,17 @@ SPRINGLS__FN cl_int springls__cl_describe(springls__cl *cl)
     error = cl->GetDeviceInfo(cl->device, CL_DEVICE_TYPE, sizeof type, &type, NULL);
     if (error == CL_SUCCESS) error = cl->GetDeviceInfo(cl->device, CL_DEVICE_SINGLE_FP_CONFIG, sizeof config, &config, NULL);
     snprintf(cl->device_name, sizeof cl->device_name, "%s: %s", platform, device);
-    cl->gpu = (type & CL_DEVICE_TYPE_CPU) == 0;
-    if (cl->group == 0) cl->group = cl->gpu ? SPRINGLS__ROWS : 1;
+    if (cl->group == 0) cl->group = type & CL_DEVICE_TYPE_CPU ? 1 : SPRINGLS__ROWS;
+    /* To ask PoCL for a program makes it compile every kernel once more, for work groups of any size; it keeps them itself. */
+    if (strcmp(platform, "Portable Computing Language") == 0) memset(&cl->cache, 0, sizeof cl->cache);
     cl->exact = (config & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT) && (config & CL_FP_DENORM);
-    return error;
-}
-
-SPRINGLS__FN void springls__cl_log_build(springls__cl *cl)
-{
-    size_t bytes = 0;
-    char *text, *line, *next;
-    if (!cl->logger.log) return;
-    if (cl->GetProgramBuildInfo(cl->program, cl->device, CL_PROGRAM_BUILD_LOG, 0, NULL, &bytes) != CL_SUCCESS) return;
-    text = (char *)calloc(bytes + 1, 1);
-    if (!text) return;
-    cl->GetProgramBuildInfo(cl->program, cl->device, CL_PROGRAM_BUILD_LOG, bytes, text, NULL);
-    for (line = text; line && *line; line = next) {
-        next = strchr(line, '\n');
-        if (next) *next++ = 0;
-        if (*line) (cl->logger.log)(cl->logger.user, 2, line);
-    }
-    free(text);
-}
-
-SPRINGLS__FN cl_kernel springls__cl_kernel(const springls__cl *cl, const char *name, cl_int *error)
-{
-    char entry[64];
-    snprintf(entry, sizeof entry, "springls_%s", name);
-    return cl->CreateKernel(cl->program, entry, error);
-}
-
-SPRINGLS__FN cl_int springls__cl_build(springls__cl *cl, const char *velocity_source)
-{
-    const char *const *strings;
-    const char **text;
-    int count, kernel;
-    char options[100];
-    cl_int error = CL_SUCCESS;
-    snprintf(options, sizeof options, "-cl-std=CL1.2%s%s", cl->exact ? " -cl-fp32-correctly-rounded-divide-sqrt" : "",
-             cl->gpu ? "" : " -DSPRINGLS__ON_PROCESSOR");
-    springls_kernel_source(&strings, &count);
-    text = (const char **)malloc(((size_t)count + 2) * sizeof *text);
-    if (!text) return CL_OUT_OF_HOST_MEMORY;
-    memcpy(text, strings, (size_t)count * sizeof *text);
-    text[count++] = "#line 1 \"velocity_source\"\n";
-    text[count++] = velocity_source ? velocity_source
-                                    : "float3 springls_velocity(float3 x, float t, __global const float *u) { return x; }\n";
-    cl->program = cl->CreateProgramWithSource(cl->context, (cl_uint)count, text, NULL, &error);
-    free(text);
-    if (error != CL_SUCCESS) return error;
-    error = cl->BuildProgram(cl->program, 1, &cl->device, options, NULL, NULL);
-    if (error != CL_SUCCESS) springls__cl_log_build(cl);
-    for (kernel = 0; kernel < SPRINGLS__KERNEL_COUNT && error == CL_SUCCESS; kernel++)
-        cl->kernels[kernel] = springls__cl_kernel(cl, springls__kernels[kernel].name, &error);
-    for (kernel = 0; kernel < SPRINGLS__COLLECTIVE_COUNT && error == CL_SUCCESS; kernel++)
-        cl->kernels[(int)SPRINGLS__KERNEL_COUNT + kernel] = springls__cl_kernel(cl, springls__collectives[kernel].name, &error);
     return error;
 }
 
 /* Returns a failure when the device has no room for a work group on a brick. */
 SPRINGLS__FN cl_int springls__cl_check_room(const springls__cl *cl)
 {
-#define SPRINGLS__CL_FLOATS(name, grain, writes, floats) (floats),
+#define SPRINGLS__CL_FLOATS(name, program, grain, writes, floats) (floats),
     static const size_t shared[] = { SPRINGLS__BRICK_KERNELS(SPRINGLS__CL_FLOATS) 0 };
 #undef SPRINGLS__CL_FLOATS
     cl_ulong memory = 0;
@@ -792,20 +1139,23 @@ SPRINGLS__FN cl_int springls__cl_set_up(springls__cl *cl, const springls_cl_desc
     if (error != CL_SUCCESS) return error;
     if (desc->queue) error = springls__cl_take_queue(cl, (cl_command_queue)desc->queue);
     else cl->queue = cl->CreateCommandQueue(cl->context, cl->device, 0, &error);
-    return error == CL_SUCCESS ? springls__cl_build(cl, desc->velocity ? desc->velocity_source : NULL) : error;
+    return error == CL_SUCCESS ? springls__cl_need(cl, SPRINGLS__PROGRAM_LISTS) : error;
 }
 
 SPRINGLS_API void springls_cl_destroy(springls_backend *backend)
 {
     springls__cl *cl = (springls__cl *)(void *)backend;
-    int kernel;
+    int kernel, program;
     if (!cl) return;
     for (kernel = 0; kernel < SPRINGLS__CL_KERNELS; kernel++)
         if (cl->kernels[kernel]) cl->ReleaseKernel(cl->kernels[kernel]);
-    if (cl->program) cl->ReleaseProgram(cl->program);
+    for (program = 0; program < (int)SPRINGLS__PROGRAM_COUNT; program++)
+        if (cl->programs[program]) cl->ReleaseProgram(cl->programs[program]);
     if (cl->queue) cl->ReleaseCommandQueue(cl->queue);
     if (cl->context) cl->ReleaseContext(cl->context);
     if (cl->library) SPRINGLS__CL_CLOSE(cl->library);
+    free(cl->velocity_source);
+    free(cl->folder);
     free(cl);
 }
 
@@ -816,7 +1166,7 @@ SPRINGLS__FN void springls__cl_set_functions(springls_backend *base)
     base->transfer = springls__cl_transfer;
     base->upload = springls__cl_upload;
     base->finish = springls__cl_finish;
-    base->run = springls__cl_run;
+    base->run = springls__cl_launch;
     base->count_of = springls__cl_count_of;
     base->largest = springls__cl_largest;
     base->scan = springls__cl_scan;
@@ -829,6 +1179,19 @@ SPRINGLS__FN void springls__cl_set_functions(springls_backend *base)
     base->brick_lists_build = springls__cl_brick_lists_build;
     base->bricks_around_springls = springls__cl_bricks_around_springls;
     base->resolve_regions = springls__cl_resolve_regions;
+}
+
+/* Copies the velocity's text and the cache; returns false without memory for that. */
+SPRINGLS__FN bool springls__cl_copy_strings(springls__cl *cl, const springls_cl_desc *desc)
+{
+    cl->cache = desc->cache;
+    if (desc->velocity && !(cl->velocity_source = springls__cl_join(desc->velocity_source, "", ""))) return false;
+    if (!desc->cache.folder) return true;
+    cl->folder = springls__cl_join(desc->cache.folder, "", "");
+    cl->cache.load = springls__cl_load_file;
+    cl->cache.store = springls__cl_store_file;
+    cl->cache.user = cl->folder;
+    return cl->folder != NULL;
 }
 
 SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, springls_backend **out)
@@ -844,9 +1207,15 @@ SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, sp
     if ((int)desc->kind < SPRINGLS_CL_KIND_ANY || desc->kind > SPRINGLS_CL_KIND_CPU) return SPRINGLS_INVALID_ARGUMENT;
     if (desc->brick_items < 0 || desc->brick_items > SPRINGLS__ROWS) return SPRINGLS_INVALID_ARGUMENT;
     if ((desc->queue && !desc->context) || !desc->velocity != !desc->velocity_source) return SPRINGLS_INVALID_ARGUMENT;
+    if (!desc->cache.load != !desc->cache.store || (desc->cache.folder && desc->cache.load)) return SPRINGLS_INVALID_ARGUMENT;
     cl = (springls__cl *)calloc(1, sizeof *cl);
     if (!cl) return SPRINGLS_OUT_OF_MEMORY;
+    if (!springls__cl_copy_strings(cl, desc)) {
+        springls_cl_destroy(&cl->base);
+        return SPRINGLS_OUT_OF_MEMORY;
+    }
     cl->logger = desc->logger;
+    cl->tasks = desc->tasks;
     cl->group = (size_t)desc->brick_items;
     springls__cl_set_functions(&cl->base);
     cl->base.timed = desc->timed;
@@ -869,10 +1238,40 @@ SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, sp
     return SPRINGLS_OK;
 }
 
+/* ---- springls_cl_prepare ---- */
+
+enum { SPRINGLS__CL_AT_ONCE = 4 }; /* programs that threads build between two reports */
+
+/* Counts kernels that are compiled and those that are started; returns true when the caller cancels. */
+SPRINGLS__FN bool springls__cl_report(const springls__cl *cl, const springls_progress *progress, int started)
+{
+    int compiled = 0, kernel;
+    if (!progress || !progress->report) return false;
+    for (kernel = 0; kernel < SPRINGLS__CL_KERNELS; kernel++) compiled += cl->kernels[kernel] != NULL;
+    return (progress->report)(progress->user, (float)(compiled + started) / (float)(2 * SPRINGLS__CL_KERNELS)) != 0;
+}
+
+/* Builds the next programs that have not been built, from *program on; returns the first failure. */
+SPRINGLS__FN cl_int springls__cl_build_some(springls__cl *cl, int *program)
+{
+    springls__cl_build_state builds[SPRINGLS__CL_AT_ONCE];
+    const int most = cl->tasks.parallel_for ? SPRINGLS__CL_AT_ONCE : 1;
+    cl_int error = CL_SUCCESS;
+    int count = 0, i;
+    for (; *program < (int)SPRINGLS__PROGRAM_COUNT && count < most; ++*program)
+        if (!cl->programs[*program]) springls__cl_begin_build(cl, (springls__program)*program, &builds[count++]);
+    if (count > 1) (cl->tasks.parallel_for)(cl->tasks.user, count, 1, springls__cl_build, builds);
+    else springls__cl_build(builds, 0, count);
+    for (i = 0; i < count; i++) {
+        cl_int failure = springls__cl_end_build(&builds[i]);
+        if (error == CL_SUCCESS) error = failure;
+    }
+    return error;
+}
+
 /* Runs a kernel over no elements. `memory` stands for all arrays: what a compiler reads ahead of a loop has to be somewhere. */
 SPRINGLS__FN cl_int springls__cl_run_empty(springls__cl *cl, int kernel, cl_mem memory)
 {
-    const bool brick = kernel < (int)SPRINGLS__KERNEL_COUNT && springls__kernels[kernel].brick;
     springls__buffer arrays[SPRINGLS__ARRAY_COUNT];
     springls__arguments args;
     springls__model model;
@@ -882,29 +1281,40 @@ SPRINGLS__FN cl_int springls__cl_run_empty(springls__cl *cl, int kernel, cl_mem 
     memset(&args, 0, sizeof args);
     memset(&model, 0, sizeof model);
     error = springls__cl_arguments(cl, cl->kernels[kernel], arrays, &model, args, 0, 1);
-    if (error == CL_SUCCESS) error = springls__cl_enqueue(cl, cl->kernels[kernel], 1, brick);
+    if (error == CL_SUCCESS) error = springls__cl_enqueue(cl, cl->kernels[kernel], 1, springls__cl_kernels[kernel].brick);
     return error == CL_SUCCESS ? cl->Finish(cl->queue) : error;
+}
+
+SPRINGLS__FN springls_status springls__cl_prepared(const springls__cl *cl, cl_int error, const char *what)
+{
+    char line[128];
+    if (error == CL_SUCCESS) return SPRINGLS_OK;
+    snprintf(line, sizeof line, "%s: %s (%d)", what, springls__cl_error(error), (int)error);
+    springls__cl_log(&cl->logger, 1, "opencl: prepare: %s", line);
+    return springls__cl_status(error);
 }
 
 SPRINGLS_API springls_status springls_cl_prepare(springls_backend *backend, const springls_progress *progress)
 {
     const size_t enough = 65536; /* bytes: an element of every array */
     springls__cl *cl = (springls__cl *)(void *)backend;
-    bool cancelled = false;
+    springls_status status = SPRINGLS_OK;
     cl_int error = CL_SUCCESS;
     cl_mem memory;
-    int kernel;
+    int program = 0, kernel;
     if (!cl) return SPRINGLS_INVALID_ARGUMENT;
-    memory = cl->CreateBuffer(cl->context, CL_MEM_READ_WRITE, enough, NULL, &error);
-    for (kernel = 0; kernel < SPRINGLS__CL_KERNELS && error == CL_SUCCESS && !cancelled; kernel++) {
-        error = springls__cl_run_empty(cl, kernel, memory);
-        if (error == CL_SUCCESS && progress && progress->report)
-            cancelled = (progress->report)(progress->user, (float)(kernel + 1) / (float)SPRINGLS__CL_KERNELS) != 0;
+    while (program < (int)SPRINGLS__PROGRAM_COUNT) {
+        SPRINGLS__TRY(springls__cl_prepared(cl, springls__cl_build_some(cl, &program), "compile"));
+        if (springls__cl_report(cl, progress, 0)) return SPRINGLS_CANCELLED;
     }
-    if (memory) cl->ReleaseMemObject(memory);
-    if (error != CL_SUCCESS) springls__cl_log(&cl->logger, 1, "opencl: prepare: %s", springls__cl_error(error));
-    if (error != CL_SUCCESS) return springls__cl_status(error);
-    return cancelled ? SPRINGLS_CANCELLED : SPRINGLS_OK;
+    memory = cl->CreateBuffer(cl->context, CL_MEM_READ_WRITE, enough, NULL, &error);
+    SPRINGLS__TRY(springls__cl_prepared(cl, error, "device memory"));
+    for (kernel = 0; kernel < SPRINGLS__CL_KERNELS && status == SPRINGLS_OK; kernel++) {
+        status = springls__cl_prepared(cl, springls__cl_run_empty(cl, kernel, memory), springls__cl_kernels[kernel].name);
+        if (status == SPRINGLS_OK && springls__cl_report(cl, progress, kernel + 1)) status = SPRINGLS_CANCELLED;
+    }
+    cl->ReleaseMemObject(memory);
+    return status;
 }
 
 SPRINGLS_API const char *springls_cl_name(const springls_backend *backend)

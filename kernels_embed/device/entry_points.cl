@@ -10,6 +10,23 @@
 #define SPRINGLS__ARGUMENT(name, type, block, owner, member) __global type *name,
 #define SPRINGLS__MEMBER(name, type, block, owner, member) model.owner.member = name;
 
+/* A program has the kernels of the rows that name it: springls_cl.h leaves out the others by a definition of SPRINGLS__IN_x for
+   each program x. Without that all are in one. */
+#if !defined(SPRINGLS__IN_LISTS)
+#define SPRINGLS__IN_LISTS(define, name, floats) define(name, floats)
+#define SPRINGLS__IN_MOVE SPRINGLS__IN_LISTS
+#define SPRINGLS__IN_RESAMPLE SPRINGLS__IN_LISTS
+#define SPRINGLS__IN_EDGES SPRINGLS__IN_LISTS
+#define SPRINGLS__IN_FILL SPRINGLS__IN_LISTS
+#define SPRINGLS__IN_LEVEL_SET SPRINGLS__IN_LISTS
+#define SPRINGLS__IN_SIGNS SPRINGLS__IN_LISTS
+#define SPRINGLS__IN_SURFACE SPRINGLS__IN_LISTS
+#endif
+
+#define SPRINGLS__HEAD(name)                                                                                                     \
+    __kernel void springls_##name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,            \
+                                  springls__arguments args, int count, int grain)
+
 #define SPRINGLS__BEGIN(first)                                                                                                   \
     springls__model model;                                                                                                       \
     int i = (first) * grain, end = springls__imin(i + grain, count);                                                             \
@@ -18,46 +35,45 @@
     model.params = params;
 
 /* Defines kernel springls_name: springls__name_element for every element before `count`, `grain` of them a work item. */
-#define SPRINGLS__ENTRY(kernel_name, task, writes)                                                                               \
-    __kernel void springls_##kernel_name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,     \
-                                         springls__arguments args, int count, int grain)                                        \
+#define SPRINGLS__DEFINE(name, floats)                                                                                           \
+    SPRINGLS__HEAD(name)                                                                                                         \
     {                                                                                                                            \
         SPRINGLS__BEGIN((int)get_global_id(0))                                                                                   \
         model.group = springls__alone();                                                                                         \
-        for (; i < end; i++) springls__##kernel_name##_element(&model, args, i);                                                 \
+        for (; i < end; i++) springls__##name##_element(&model, args, i);                                                        \
     }
 
 /* Defines one for bricks: `grain` of them a work group, whose items share `memory`. */
-#define SPRINGLS__BRICK_ENTRY(kernel_name, task, writes, floats)                                                                 \
-    __kernel void springls_##kernel_name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,     \
-                                         springls__arguments args, int count, int grain)                                        \
+#define SPRINGLS__DEFINE_BRICK(name, floats)                                                                                     \
+    SPRINGLS__HEAD(name)                                                                                                         \
     {                                                                                                                            \
         __local float memory[floats];                                                                                            \
         SPRINGLS__BEGIN((int)get_group_id(0))                                                                                    \
         model.group.item = (int)get_local_id(0);                                                                                 \
         model.group.items = (int)get_local_size(0);                                                                              \
-        for (; i < end; i++) springls__##kernel_name##_element(&model, args, i, memory);                                         \
+        for (; i < end; i++) springls__##name##_element(&model, args, i, memory);                                                \
     }
 
 /* Defines one that does several elements at once where a work item has several: on a processor. */
 #if defined(SPRINGLS__ON_PROCESSOR)
-#define SPRINGLS__SIMD_ENTRY(kernel_name, task, writes)                                                                          \
-    __kernel void springls_##kernel_name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,     \
-                                         springls__arguments args, int count, int grain)                                        \
+#define SPRINGLS__DEFINE_SIMD(name, floats)                                                                                      \
+    SPRINGLS__HEAD(name)                                                                                                         \
     {                                                                                                                            \
         SPRINGLS__BEGIN((int)get_global_id(0))                                                                                   \
         model.group = springls__alone();                                                                                         \
-        springls__##kernel_name##_elements(&model, args, i, end);                                                                \
+        springls__##name##_elements(&model, args, i, end);                                                                       \
     }
 #else
-#define SPRINGLS__SIMD_ENTRY SPRINGLS__ENTRY
+#define SPRINGLS__DEFINE_SIMD SPRINGLS__DEFINE
 #endif
 
+#define SPRINGLS__ENTRY(name, program, task, writes) SPRINGLS__IN_##program(SPRINGLS__DEFINE, name, 0)
+#define SPRINGLS__SIMD_ENTRY(name, program, task, writes) SPRINGLS__IN_##program(SPRINGLS__DEFINE_SIMD, name, 0)
+#define SPRINGLS__BRICK_ENTRY(name, program, task, writes, floats) SPRINGLS__IN_##program(SPRINGLS__DEFINE_BRICK, name, floats)
+#define SPRINGLS__COLLECTIVE_ENTRY(name, program, task) SPRINGLS__IN_##program(SPRINGLS__DEFINE, name, 0)
 SPRINGLS__KERNELS(SPRINGLS__ENTRY)
 SPRINGLS__SIMD_KERNELS(SPRINGLS__SIMD_ENTRY)
 SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_ENTRY)
-
-#define SPRINGLS__COLLECTIVE_ENTRY(kernel_name, task) SPRINGLS__ENTRY(kernel_name, task, 0)
 SPRINGLS__COLLECTIVES(SPRINGLS__COLLECTIVE_ENTRY)
 
 #endif

@@ -29,101 +29,107 @@
 #include "../stages/write.h"
 #include "../output/isosurface.h"
 
-/* Lists kernels: name, elements worth a task of their own, arrays that it writes. It may read all of the model. */
+/* Lists the programs of OpenCL into which kernels are divided, by the stages that use them. Each is compiled when one of its
+   kernels is first needed, the first one with the backend. */
+#define SPRINGLS__PROGRAMS(X) X(LISTS) X(MOVE) X(RESAMPLE) X(EDGES) X(FILL) X(LEVEL_SET) X(SIGNS) X(SURFACE)
+
+/* Lists kernels: name, program, elements worth a task of their own, arrays that it writes. It may read all of the model. */
 #define SPRINGLS__KERNELS(X)                                                                                                     \
-    X(write, 512, SPRINGLS__BIT(S))                                                                                              \
-    X(wake, 4096, SPRINGLS__BIT(CALM) | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(NEAR_AWAKE))                                        \
-    X(calm, 4096, SPRINGLS__BIT(CALM))                                                                                           \
-    X(stir, 4096, SPRINGLS__BIT(CALM))                                                                                           \
-    X(awake, 64, SPRINGLS__BIT(AWAKE))                                                                                           \
-    X(near_awake, 64, SPRINGLS__BIT(NEAR_AWAKE))                                                                                 \
-    X(asleep, 1024, SPRINGLS__BIT(ASLEEP))                                                                                       \
-    X(cell_key, 1024, SPRINGLS__BIT(KEY))                                                                                        \
-    X(neighbors, 64, SPRINGLS__BIT(NEIGHBORS))                                                                                   \
-    X(shorten_arms, 512, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                   \
-    X(cover, 128, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                          \
-    X(orient, 256, SPRINGLS__BIT(S))                                                                                             \
-    X(sample_phi, 512, SPRINGLS__BIT(PHI_AT))                                                                                    \
-    X(contract, 256, SPRINGLS__ROLE_BIT(contract_action))                                                                        \
-    X(reshape, 256, SPRINGLS__BIT(S))                                                                                            \
-    X(merge_begin, 4096, SPRINGLS__ROLE_BIT(contract_action))                                                                    \
-    X(merge, 256, SPRINGLS__ROLE_BIT(next_contract_action))                                                                      \
-    X(overgrown, 512, SPRINGLS__ROLE_BIT(split_number))                                                                          \
-    X(split, 64, SPRINGLS__ROLE_BIT(split_halves))                                                                               \
-    X(split_store, 512, SPRINGLS__SET_BITS)                                                                                      \
-    X(track, 256, SPRINGLS__BIT(A))                                                                                              \
-    X(edge_normal, 512, SPRINGLS__ROLE_BIT(side_normal) | SPRINGLS__ROLE_BIT(was_at_edge))                                       \
-    X(edge_cells, 64, SPRINGLS__ROLE_BIT(edge_cells))                                                                            \
-    X(edge_candidate, 512, SPRINGLS__ROLE_BIT(edge_candidate))                                                                   \
-    X(edge_side, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__ROLE_BIT(side_normal))                                                      \
-    X(edge_turn, 256, SPRINGLS__BIT(S))                                                                                          \
-    X(seed, 64, SPRINGLS__ROLE_BIT(seeds) | SPRINGLS__ROLE_BIT(seed_action))                                                     \
-    X(seed_choose, 512, SPRINGLS__ROLE_BIT(next_seed_action))                                                                    \
-    X(seed_count, 4096, SPRINGLS__ROLE_BIT(seed_number))                                                                         \
-    X(insert_seeds, 512, SPRINGLS__SET_BITS)                                                                                     \
-    X(fill, 16, SPRINGLS__SET_BITS)                                                                                              \
-    X(fit_new_springls, 16,                                                                                                      \
+    X(write, MOVE, 512, SPRINGLS__BIT(S))                                                                                        \
+    X(wake, LISTS, 4096, SPRINGLS__BIT(CALM) | SPRINGLS__BIT(AWAKE) | SPRINGLS__BIT(NEAR_AWAKE))                                 \
+    X(calm, LISTS, 4096, SPRINGLS__BIT(CALM))                                                                                    \
+    X(stir, LISTS, 4096, SPRINGLS__BIT(CALM))                                                                                    \
+    X(awake, LISTS, 64, SPRINGLS__BIT(AWAKE))                                                                                    \
+    X(near_awake, LISTS, 64, SPRINGLS__BIT(NEAR_AWAKE))                                                                          \
+    X(asleep, LISTS, 1024, SPRINGLS__BIT(ASLEEP))                                                                                \
+    X(cell_key, LISTS, 1024, SPRINGLS__BIT(KEY))                                                                                 \
+    X(neighbors, RESAMPLE, 64, SPRINGLS__BIT(NEIGHBORS))                                                                         \
+    X(shorten_arms, RESAMPLE, 512, SPRINGLS__ROLE_BIT(relaxed_springls))                                                         \
+    X(cover, RESAMPLE, 128, SPRINGLS__ROLE_BIT(relaxed_springls))                                                                \
+    X(orient, RESAMPLE, 256, SPRINGLS__BIT(S))                                                                                   \
+    X(sample_phi, RESAMPLE, 512, SPRINGLS__BIT(PHI_AT))                                                                          \
+    X(contract, RESAMPLE, 256, SPRINGLS__ROLE_BIT(contract_action))                                                              \
+    X(reshape, RESAMPLE, 256, SPRINGLS__BIT(S))                                                                                  \
+    X(merge_begin, RESAMPLE, 4096, SPRINGLS__ROLE_BIT(contract_action))                                                          \
+    X(merge, RESAMPLE, 256, SPRINGLS__ROLE_BIT(next_contract_action))                                                            \
+    X(overgrown, RESAMPLE, 512, SPRINGLS__ROLE_BIT(split_number))                                                                \
+    X(split, RESAMPLE, 64, SPRINGLS__ROLE_BIT(split_halves))                                                                     \
+    X(split_store, RESAMPLE, 512, SPRINGLS__SET_BITS)                                                                            \
+    X(track, MOVE, 256, SPRINGLS__BIT(A))                                                                                        \
+    X(edge_normal, EDGES, 512, SPRINGLS__ROLE_BIT(side_normal) | SPRINGLS__ROLE_BIT(was_at_edge))                                \
+    X(edge_cells, EDGES, 64, SPRINGLS__ROLE_BIT(edge_cells))                                                                     \
+    X(edge_candidate, EDGES, 512, SPRINGLS__ROLE_BIT(edge_candidate))                                                            \
+    X(edge_side, EDGES, 64, SPRINGLS__BIT(EDGE) | SPRINGLS__ROLE_BIT(side_normal))                                               \
+    X(edge_turn, EDGES, 256, SPRINGLS__BIT(S))                                                                                   \
+    X(seed, FILL, 64, SPRINGLS__ROLE_BIT(seeds) | SPRINGLS__ROLE_BIT(seed_action))                                               \
+    X(seed_choose, FILL, 512, SPRINGLS__ROLE_BIT(next_seed_action))                                                              \
+    X(seed_count, FILL, 4096, SPRINGLS__ROLE_BIT(seed_number))                                                                   \
+    X(insert_seeds, FILL, 512, SPRINGLS__SET_BITS)                                                                               \
+    X(fill, FILL, 16, SPRINGLS__SET_BITS)                                                                                        \
+    X(fit_new_springls, FILL, 16,                                                                                                \
       SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(SYNCED_POSITION) | SPRINGLS__BIT(COMPONENT) | SPRINGLS__BIT(CAVITY)    \
           | SPRINGLS__BIT(CONTACT_BODY) | SPRINGLS__BIT(ERROR))                                                                  \
-    X(omega_constant, 1024, SPRINGLS__BIT(OMEGA))                                                                                \
-    X(omega_forget, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                               \
-    X(commit_simple_color, 8, SPRINGLS__BIT(PHI))                                                                                \
-    X(revert_unsimple, 8, SPRINGLS__BIT(PHI_NEXT))                                                                               \
-    X(band, 32, SPRINGLS__ROLE_BIT(band_mask))                                                                                   \
-    X(overlap, 64, SPRINGLS__BIT(OVERLAPPED))                                                                                    \
-    X(oriented, 256, SPRINGLS__ROLE_BIT(oriented_springls))                                                                      \
-    X(grow_line, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                            \
-    X(mark_phi_synced, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                                     \
-    X(displacement, 1024, SPRINGLS__ROLE_BIT(synced_distance2))                                                                  \
-    X(extent, 1024, SPRINGLS__ROLE_BIT(extent))                                                                                  \
-    X(departed, 1024, SPRINGLS__ROLE_BIT(has_departed))                                                                          \
-    X(attach_vertex_data, 256, SPRINGLS__ROLE_BIT(vertex_gradient) | SPRINGLS__ROLE_BIT(vertex_correspondence)                   \
+    X(omega_constant, LISTS, 1024, SPRINGLS__BIT(OMEGA))                                                                         \
+    X(omega_forget, LEVEL_SET, 256, SPRINGLS__BIT(OMEGA) | SPRINGLS__ROLE_BIT(omega_missing))                                    \
+    X(commit_simple_color, LEVEL_SET, 8, SPRINGLS__BIT(PHI))                                                                     \
+    X(revert_unsimple, LEVEL_SET, 8, SPRINGLS__BIT(PHI_NEXT))                                                                    \
+    X(band, LEVEL_SET, 32, SPRINGLS__ROLE_BIT(band_mask))                                                                        \
+    X(overlap, LEVEL_SET, 64, SPRINGLS__BIT(OVERLAPPED))                                                                         \
+    X(oriented, LEVEL_SET, 256, SPRINGLS__ROLE_BIT(oriented_springls))                                                           \
+    X(grow_line, SIGNS, 64, SPRINGLS__ROLE_BIT(has_grown) | SPRINGLS__ROLE_BIT(brick_state))                                     \
+    X(mark_phi_synced, LISTS, 1024, SPRINGLS__BIT(SYNCED_POSITION))                                                              \
+    X(displacement, LISTS, 1024, SPRINGLS__ROLE_BIT(synced_distance2))                                                           \
+    X(extent, LISTS, 1024, SPRINGLS__ROLE_BIT(extent))                                                                           \
+    X(departed, LISTS, 1024, SPRINGLS__ROLE_BIT(has_departed))                                                                   \
+    X(attach_vertex_data, SURFACE, 256, SPRINGLS__ROLE_BIT(vertex_gradient) | SPRINGLS__ROLE_BIT(vertex_correspondence)          \
                                    | SPRINGLS__ROLE_BIT(vertex_springl))
 
 /* Lists kernels whose elements are bricks, which the items of a work group share on a device; last: floats they share. */
 #define SPRINGLS__BRICK_KERNELS(X)                                                                                               \
-    X(exposure, 4, SPRINGLS__ROLE_BIT(exposed) | SPRINGLS__ROLE_BIT(exposed_count), SPRINGLS__TILE_VOXELS)                       \
-    X(omega, 4, SPRINGLS__BIT(OMEGA), 1)                                                                                         \
-    X(evolve, 4, SPRINGLS__BIT(PHI_NEXT), 2 * SPRINGLS__TILE_VOXELS)                                                             \
-    X(subvoxel, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                               \
-    X(redistance, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \
-    X(project, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side) | SPRINGLS__ROLE_BIT(has_opposed),              \
+    X(exposure, FILL, 4, SPRINGLS__ROLE_BIT(exposed) | SPRINGLS__ROLE_BIT(exposed_count), SPRINGLS__TILE_VOXELS)                 \
+    X(omega, LEVEL_SET, 4, SPRINGLS__BIT(OMEGA), 1)                                                                              \
+    X(evolve, LEVEL_SET, 4, SPRINGLS__BIT(PHI_NEXT), 2 * SPRINGLS__TILE_VOXELS)                                                  \
+    X(subvoxel, LEVEL_SET, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                    \
+    X(redistance, LEVEL_SET, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                  \
+    X(project, LEVEL_SET, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side) | SPRINGLS__ROLE_BIT(has_opposed),   \
       SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS)                                                                             \
-    X(resolve_sides, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS)                                                             \
-    X(find_joint_candidates, 8, SPRINGLS__ROLE_BIT(has_joint_candidates), SPRINGLS__TILE_VOXELS)                                 \
-    X(join_parts, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                             \
-    X(specks, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                                 \
-    X(brick_state, 64, SPRINGLS__ROLE_BIT(brick_state), SPRINGLS__ROWS)                                                          \
-    X(brick_side, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI), 1)                                                                \
-    X(grow, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_grown), SPRINGLS__ROWS)                                          \
-    X(sides, 4, SPRINGLS__BIT(PHI), SPRINGLS__BRICK_VOXELS)                                                                      \
-    X(with_sign, 64, SPRINGLS__BIT(PHI), 1)                                                                                      \
-    X(surface_count, 8,                                                                                                          \
+    X(resolve_sides, LEVEL_SET, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS)                                                  \
+    X(find_joint_candidates, LEVEL_SET, 8, SPRINGLS__ROLE_BIT(has_joint_candidates), SPRINGLS__TILE_VOXELS)                      \
+    X(join_parts, LEVEL_SET, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                  \
+    X(specks, LEVEL_SET, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                      \
+    X(brick_state, SIGNS, 64, SPRINGLS__ROLE_BIT(brick_state), SPRINGLS__ROWS)                                                   \
+    X(brick_side, SIGNS, 64, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI), 1)                                                         \
+    X(grow, SIGNS, 8, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_grown), SPRINGLS__ROWS)                                   \
+    X(sides, SIGNS, 4, SPRINGLS__BIT(PHI), SPRINGLS__BRICK_VOXELS)                                                               \
+    X(with_sign, SIGNS, 64, SPRINGLS__BIT(PHI), 1)                                                                               \
+    X(surface_count, SURFACE, 8,                                                                                                 \
       SPRINGLS__ROLE_BIT(cubes) | SPRINGLS__ROLE_BIT(triangles_before) | SPRINGLS__ROLE_BIT(vertices_before)                     \
           | SPRINGLS__ROLE_BIT(surface_rank) | SPRINGLS__ROLE_BIT(row_triangles),                                                \
       SPRINGLS__SURFACE_FLOATS)                                                                                                  \
-    X(surface, 8, SPRINGLS__ROLE_BIT(surface_positions) | SPRINGLS__ROLE_BIT(surface_corners), SPRINGLS__TILE_VOXELS)
+    X(surface, SURFACE, 8, SPRINGLS__ROLE_BIT(surface_positions) | SPRINGLS__ROLE_BIT(surface_corners), SPRINGLS__TILE_VOXELS)
 
 /* Lists kernels that have springls__name_elements besides, for several elements at once, which C calls. */
 #define SPRINGLS__SIMD_KERNELS(X)                                                                                                \
-    X(displace, 128,                                                                                                             \
+    X(displace, MOVE, 128,                                                                                                       \
       SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \
           | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))                                                  \
-    X(relax, 128, SPRINGLS__ROLE_BIT(relaxed_springls))
+    X(relax, RESAMPLE, 128, SPRINGLS__ROLE_BIT(relaxed_springls))
 
 /* Lists kernels that only a device has, where work items do together what one loop does in C (collectives.cl, regions.cl): name,
-   elements that a core of a processor takes at once. */
+   program, elements that a core of a processor takes at once. */
 #define SPRINGLS__COLLECTIVES(X)                                                                                                 \
-    X(scan_chunk, 1) X(scan_sums, 1) X(scan_apply, 1)                                                                            \
-    X(count_chunk, 1) X(largest_chunk, 1) X(largest_sums, 1)                                                                     \
-    X(counts_clear, 16)                                                                                                          \
-    X(cells_clear, 64) X(cells_count, 512) X(cells_prefix, 64) X(cells_base, 64) X(cells_scatter, 512) X(cells_sort, 64)         \
-    X(unbinned_flag, 4096) X(unbinned_scatter, 4096)                                                                                   \
-    X(bricks_begin, 4096) X(bricks_count, 1) X(bricks_sums, 1) X(bricks_drop, 1) X(bricks_add, 1) X(bricks_fill, 16)             \
-    X(mark_outside, 1024) X(mark_cover, 64) X(mark_band, 64) X(mark_near, 512)                                                   \
-    X(brick_lists_rank, 1024) X(brick_lists_clear, 1024) X(brick_lists_count, 128) X(brick_lists_scatter, 128)                   \
-    X(brick_lists_sort, 8)                                                                                                       \
-    X(compact_flag, 4096) X(compact_out, 256) X(compact_in, 256)                                                                 \
-    X(region_begin, 64) X(region_join, 64) X(region_vote, 64) X(region_resolve, 64)
+    X(scan_chunk, LISTS, 1) X(scan_sums, LISTS, 1) X(scan_apply, LISTS, 1)                                                       \
+    X(count_chunk, LISTS, 1) X(largest_chunk, LISTS, 1) X(largest_sums, LISTS, 1)                                                \
+    X(counts_clear, LISTS, 16)                                                                                                   \
+    X(cells_clear, LISTS, 64) X(cells_count, LISTS, 512) X(cells_prefix, LISTS, 64) X(cells_base, LISTS, 64)                     \
+    X(cells_scatter, LISTS, 512) X(cells_sort, LISTS, 64)                                                                        \
+    X(unbinned_flag, LISTS, 4096) X(unbinned_scatter, LISTS, 4096)                                                               \
+    X(bricks_begin, LISTS, 4096) X(bricks_count, LISTS, 1) X(bricks_sums, LISTS, 1) X(bricks_drop, LISTS, 1)                     \
+    X(bricks_add, LISTS, 1) X(bricks_fill, LISTS, 16)                                                                            \
+    X(mark_outside, LISTS, 1024) X(mark_cover, LISTS, 64) X(mark_band, LISTS, 64) X(mark_near, LISTS, 512)                       \
+    X(brick_lists_rank, LISTS, 1024) X(brick_lists_clear, LISTS, 1024) X(brick_lists_count, LISTS, 128)                          \
+    X(brick_lists_scatter, LISTS, 128) X(brick_lists_sort, LISTS, 8)                                                             \
+    X(compact_flag, LISTS, 4096) X(compact_out, LISTS, 256) X(compact_in, LISTS, 256)                                            \
+    X(region_begin, SIGNS, 64) X(region_join, SIGNS, 64) X(region_vote, SIGNS, 64) X(region_resolve, SIGNS, 64)
 
 #endif

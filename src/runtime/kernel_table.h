@@ -6,9 +6,9 @@
 #include "context.h"
 
 typedef enum springls__kernel {
-#define SPRINGLS__KERNEL_NUMBER(name, grain, writes) SPRINGLS__KERNEL_##name,
+#define SPRINGLS__KERNEL_NUMBER(name, program, grain, writes) SPRINGLS__KERNEL_##name,
     SPRINGLS__KERNELS(SPRINGLS__KERNEL_NUMBER) SPRINGLS__SIMD_KERNELS(SPRINGLS__KERNEL_NUMBER)
-#define SPRINGLS__BRICK_NUMBER(name, grain, writes, floats) SPRINGLS__KERNEL_##name,
+#define SPRINGLS__BRICK_NUMBER(name, program, grain, writes, floats) SPRINGLS__KERNEL_##name,
     SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_NUMBER)
 #undef SPRINGLS__BRICK_NUMBER
 #undef SPRINGLS__KERNEL_NUMBER
@@ -27,7 +27,7 @@ typedef struct springls__kernel_info {
 /* A range has as many floats on its stack; one that needs more gets them from its lane (launch.h). */
 enum { SPRINGLS__STACK_FLOATS = 2048 };
 
-#define SPRINGLS__RANGE(name, grain, writes)                                                                                     \
+#define SPRINGLS__RANGE(name, program, grain, writes)                                                                            \
     SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end,       \
                                                  float *memory)                                                                  \
     {                                                                                                                            \
@@ -35,7 +35,7 @@ enum { SPRINGLS__STACK_FLOATS = 2048 };
         for (; begin < end; begin++) springls__##name##_element(model, args, begin);                                             \
     }
 
-#define SPRINGLS__SIMD_RANGE(name, grain, writes)                                                                                \
+#define SPRINGLS__SIMD_RANGE(name, program, grain, writes)                                                                       \
     SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end,       \
                                                  float *memory)                                                                  \
     {                                                                                                                            \
@@ -43,7 +43,7 @@ enum { SPRINGLS__STACK_FLOATS = 2048 };
         springls__##name##_elements(model, args, begin, end);                                                                    \
     }
 
-#define SPRINGLS__BRICK_RANGE(name, grain, writes, floats)                                                                       \
+#define SPRINGLS__BRICK_RANGE(name, program, grain, writes, floats)                                                              \
     SPRINGLS__FN void springls__##name##_range(const springls__model *model, springls__arguments args, int begin, int end,       \
                                                  float *memory)                                                                  \
     {                                                                                                                            \

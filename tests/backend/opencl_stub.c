@@ -14,6 +14,17 @@
 
 static const char build_log[] = "springls.h:1234:5: error: made up by the stub\nand a second line\n";
 
+/* ---- threads: programs are built on several ---- */
+
+static char busy;
+
+static void lock(void)
+{
+    while (__atomic_test_and_set(&busy, __ATOMIC_ACQUIRE)) continue;
+}
+
+static void unlock(void) { __atomic_clear(&busy, __ATOMIC_RELEASE); }
+
 /* ---- faults ---- */
 
 typedef struct stub_count { char function[40]; int calls; } stub_count;
@@ -21,7 +32,7 @@ typedef struct stub_count { char function[40]; int calls; } stub_count;
 static struct {
     stub_count counts[64]; /* by function; the first: of all that may fail */
     char function[40], failed[40], misuse[40];
-    int at, error, on, hidden, build_failed;
+    int at, error, on, hidden, build_failed, other_driver;
 } stub;
 
 static int *calls_of(const char *function)
@@ -37,13 +48,15 @@ static int fails(int call) { return stub.error && (call == stub.at || (stub.on &
 /* Returns the error with which a call fails; every function that may fail begins with this. */
 static cl_int fault(const char *function)
 {
-    int call = (*calls_of(function))++, argument = strcmp(function, "clSetKernelArg") == 0,
-        any = argument ? -1 : stub.counts[0].calls++;
-    int now = stub.function[0] ? strcmp(stub.function, function) == 0 && fails(call) : !argument && fails(any);
+    int argument = strcmp(function, "clSetKernelArg") == 0, call, any, now;
+    lock();
+    call = (*calls_of(function))++;
+    any = argument ? -1 : stub.counts[0].calls++;
+    now = stub.function[0] ? strcmp(stub.function, function) == 0 && fails(call) : !argument && fails(any);
     if (stub.failed[0] && stub.on) now = 1;
-    if (!now) return CL_SUCCESS;
-    if (!stub.failed[0]) strcpy(stub.failed, function);
-    return stub.error;
+    if (now && !stub.failed[0]) strcpy(stub.failed, function);
+    unlock();
+    return now ? stub.error : CL_SUCCESS;
 }
 
 /* ---- objects ---- */
@@ -61,30 +74,48 @@ static stub_object *find(const void *handle)
     return NULL;
 }
 
+/* Returns the object that a function was given; notes when there is none. */
+static stub_object *given(const char *function, const void *handle)
+{
+    stub_object *object = find(handle);
+    if (!object && !stub.misuse[0]) strcpy(stub.misuse, function);
+    return object;
+}
+
 static void used(const char *function, const void *handle)
 {
-    if (!find(handle) && !stub.misuse[0]) strcpy(stub.misuse, function);
+    lock();
+    given(function, handle);
+    unlock();
 }
 
 static void made(const void *handle, int memory)
 {
-    if (!handle || object_count == 4096) return;
-    objects[object_count].handle = handle;
-    objects[object_count].memory = memory;
-    objects[object_count++].references = 1;
+    lock();
+    if (handle && object_count < 4096) {
+        objects[object_count].handle = handle;
+        objects[object_count].memory = memory;
+        objects[object_count++].references = 1;
+    }
+    unlock();
 }
 
 static void retained(const char *function, const void *handle)
 {
-    used(function, handle);
-    if (find(handle)) find(handle)->references++;
+    stub_object *object;
+    lock();
+    object = given(function, handle);
+    if (object) object->references++;
+    unlock();
 }
 
 static void released(const char *function, const void *handle)
 {
-    stub_object *object = find(handle);
-    used(function, handle);
+    stub_object *object;
+    lock();
+    object = given(function, handle);
     if (object && --object->references == 0) *object = objects[--object_count];
+    unlock();
 }
 
 /* ---- kernels that have been started ---- */
@@ -129,6 +160,8 @@ static int calls(const char *function) { return function ? *calls_of(function) :
 static int live(void) { return object_count; }
 static int launches(void) { return launch_count; }
 
+static void other_driver(int kind) { stub.other_driver = kind; }
+
 static int live_memories(void)
 {
     int i, n = 0;
@@ -140,7 +173,8 @@ static const char *misuse(void) { return stub.misuse; }
 static const char *failed(void) { return stub.failed; }
 
 extern const stub_controls stub_control;
-const stub_controls stub_control = { begin, fail, hide_platforms, calls, launches, live, live_memories, misuse, failed };
+const stub_controls stub_control = { begin, fail, hide_platforms, calls, launches, live, live_memories, misuse, failed,
+                                     other_driver };
 
 /* ---- OpenCL ---- */
 
@@ -187,6 +221,10 @@ cl_int clGetPlatformIDs(cl_uint most, cl_platform_id *platforms, cl_uint *count)
 cl_int clGetPlatformInfo(cl_platform_id platform, cl_platform_info what, size_t size, void *value, size_t *size_out)
 {
     MAY_FAIL(clGetPlatformInfo);
+    if (stub.other_driver && what == CL_PLATFORM_NAME && value) {
+        snprintf((char *)value, size, "a stub");
+        return CL_SUCCESS;
+    }
     return REAL(clGetPlatformInfo, platform, what, size, value, size_out);
 }
 
@@ -262,6 +300,31 @@ cl_int clReleaseCommandQueue(cl_command_queue queue)
     return REAL(clReleaseCommandQueue, queue);
 }
 
+/* The text of a program; text NULL: an unused entry. Compiled programs are their text, with other_driver(2). */
+typedef struct stub_program { cl_program program; char *text; size_t bytes; } stub_program;
+
+static stub_program programs[256];
+
+/* Notes the text of a program, of `bytes` bytes, which it takes. */
+static void keep_text(cl_program program, char *text, size_t bytes)
+{
+    int i;
+    lock();
+    for (i = 0; i < 255 && programs[i].text; i++) continue;
+    free(programs[i].text);
+    programs[i].program = program;
+    programs[i].text = text;
+    programs[i].bytes = bytes;
+    unlock();
+}
+
+static stub_program *text_of(cl_program program)
+{
+    int i;
+    for (i = 0; i < 255 && (!programs[i].text || programs[i].program != program); i++) continue;
+    return &programs[i];
+}
+
 cl_program clCreateProgramWithSource(cl_context context, cl_uint count, const char **lines, const size_t *lengths, cl_int *code)
 {
     cl_program program;
@@ -269,7 +332,51 @@ cl_program clCreateProgramWithSource(cl_context context, cl_uint count, const ch
     used("clCreateProgramWithSource", context);
     program = REAL(clCreateProgramWithSource, context, count, lines, lengths, code);
     made(program, 0);
+    if (program && stub.other_driver == 2) {
+        size_t bytes = 0;
+        cl_uint i;
+        char *text;
+        for (i = 0; i < count; i++) bytes += strlen(lines[i]);
+        text = (char *)calloc(bytes + 1, 1);
+        for (bytes = 0, i = 0; i < count; bytes += strlen(lines[i++])) memcpy(text + bytes, lines[i], strlen(lines[i]));
+        keep_text(program, text, bytes);
+    }
     return program;
+}
+
+cl_program clCreateProgramWithBinary(cl_context context, cl_uint count, const cl_device_id *devices, const size_t *sizes,
+                                     const unsigned char **binaries, cl_int *status, cl_int *code)
+{
+    cl_program program;
+    MAY_MAKE_NOTHING(clCreateProgramWithBinary, code);
+    used("clCreateProgramWithBinary", context);
+    if (stub.other_driver == 2) {
+        const char *text = (const char *)*binaries;
+        char *copy = (char *)malloc(*sizes);
+        program = REAL(clCreateProgramWithSource, context, 1, &text, sizes, code);
+        memcpy(copy, *binaries, *sizes);
+        keep_text(program, copy, *sizes);
+        *status = CL_SUCCESS;
+    } else {
+        program = REAL(clCreateProgramWithBinary, context, count, devices, sizes, binaries, status, code);
+    }
+    made(program, 0);
+    return program;
+}
+
+cl_int clGetProgramInfo(cl_program program, cl_program_info what, size_t size, void *value, size_t *size_out)
+{
+    const stub_program *known;
+    MAY_FAIL(clGetProgramInfo);
+    used("clGetProgramInfo", program);
+    if (stub.other_driver != 2 || (what != CL_PROGRAM_BINARY_SIZES && what != CL_PROGRAM_BINARIES))
+        return REAL(clGetProgramInfo, program, what, size, value, size_out);
+    lock();
+    known = text_of(program);
+    if (what == CL_PROGRAM_BINARY_SIZES) *(size_t *)value = known->bytes;
+    else memcpy(*(unsigned char **)value, known->text, known->bytes);
+    unlock();
+    return CL_SUCCESS;
 }
 
 cl_int clBuildProgram(cl_program program, cl_uint count, const cl_device_id *devices, const char *options,
@@ -296,7 +403,13 @@ cl_int clGetProgramBuildInfo(cl_program program, cl_device_id device, cl_program
 
 cl_int clReleaseProgram(cl_program program)
 {
+    stub_program *known;
     released("clReleaseProgram", program);
+    lock();
+    known = text_of(program);
+    free(known->text);
+    known->text = NULL;
+    unlock();
     return REAL(clReleaseProgram, program);
 }
 

@@ -19,6 +19,8 @@ typedef struct stub_controls {
     /* The first function that was given an object that there is not, or ""; the function that failed on demand, or "". */
     const char *(*misuse)(void);
     const char *(*failed)(void);
+    /* Until begin(): the platform has another name than PoCL's (1), and compiled programs are their text besides (2). */
+    void (*other_driver)(int kind);
 } stub_controls;
 
 #endif

@@ -60,7 +60,7 @@ TEST making_a_backend_fails(int error)
     ASSERT_OK(fault_create(stub_path, &log, &backend));
     ASSERT_EQ(0, log.errors + log.warnings);
     calls = stub->calls(NULL);
-    ASSERT_GT(calls, SPRINGLS__KERNEL_COUNT);
+    ASSERT_GT(calls, 40); /* the kernels of the first program, and more */
     springls_cl_destroy(backend);
     ASSERT(fault_leaves_nothing());
     for (call = 0; call < calls; call++) {
@@ -180,7 +180,7 @@ FIXTURE springls_status prepare(springls_backend *backend, int stop, preparing *
 /* After it no step starts a kernel that has not run. */
 TEST kernels_are_compiled_before_the_first_step(void)
 {
-    const int kernels = SPRINGLS__CL_KERNELS;
+    const int kernels = SPRINGLS__CL_KERNELS, programs = SPRINGLS__PROGRAM_COUNT;
     springls_sphere ball = { { 9.5f, 9.5f, 9.5f }, 5.0f };
     springls_desc desc;
     springls_step_desc step;
@@ -198,9 +198,13 @@ TEST kernels_are_compiled_before_the_first_step(void)
     compiled = stub->compiled();
     ASSERT_STATUS(SPRINGLS_CANCELLED, prepare(backend, 5, &p));
     ASSERT_EQ(5, p.reports);
-    ASSERT_EQ(compiled + 5, stub->compiled());
+    ASSERT_EQ(1 + 5, stub->calls("clBuildProgram"));
+    ASSERT_EQ(compiled, stub->compiled());
+    ASSERT_STATUS(SPRINGLS_CANCELLED, prepare(backend, programs - 6 + 3, &p));
+    ASSERT_EQ(programs, stub->calls("clBuildProgram"));
+    ASSERT_EQ(compiled + 3, stub->compiled());
     ASSERT_OK(prepare(backend, 0, &p));
-    ASSERT_EQ(kernels, p.reports);
+    ASSERT_EQ(1 + kernels, p.reports);
     ASSERT(p.ordered && p.fraction == 1.0f);
     ASSERT_EQ(compiled + kernels, stub->compiled());
     ASSERT_OK(springls_cl_prepare(backend, NULL));
@@ -215,6 +219,7 @@ TEST kernels_are_compiled_before_the_first_step(void)
     ASSERT_OK(springls_create(&desc, &ctx));
     ASSERT_OK(springls_set_implicit(ctx, springls_implicit_sphere, &ball));
     for (i = 0; i < 26; i++) ASSERT_OK(springls_step(ctx, &step));
+    ASSERT_EQ(programs, stub->calls("clBuildProgram"));
     ASSERT_GT(springls_cl_get_counts(backend).kernels, 100);
     ASSERT_EQ(compiled + kernels, stub->compiled());
     springls_destroy(ctx);
@@ -490,6 +495,114 @@ TEST a_view_fails(int on)
     PASS();
 }
 
+/* ---- programs that do not compile, and devices that are lost ---- */
+
+/* Makes a context on a backend, with the model of the calls above, and moves it. */
+FIXTURE springls_status fault_context(springls_backend *backend, fault_log *log, fault_bench *bench)
+{
+    springls_params p = springls_default_params();
+    springls_desc desc = fixture_desc(FAULT_SIZE, &p);
+    memset(log, 0, sizeof *log);
+    desc.backend = backend;
+    desc.logger.log = fault_logger;
+    desc.logger.user = log;
+    SPRINGLS__TRY(springls_create(&desc, &bench->ctx));
+    return fault_begin(bench);
+}
+
+/* The call that first needs a program reports that it does not compile, and names the kernel; so does, without compiling again, that
+   of another context. */
+TEST a_program_does_not_compile(void)
+{
+    fault_log log, logs[2];
+    fault_bench benches[2];
+    springls_backend *backend;
+    uint64_t expected;
+    int i;
+    NEEDS_STUB();
+    ASSERT_OK(fault_context(NULL, logs, benches));
+    ASSERT_OK(springls_relax(benches[0].ctx));
+    expected = springls_state_hash(benches[0].ctx);
+    springls_destroy(benches[0].ctx);
+    fault_count();
+    ASSERT_OK(fault_create(stub_path, &log, &backend));
+    for (i = 0; i < 2; i++) ASSERT_OK(fault_context(backend, &logs[i], &benches[i]));
+    for (i = 0; i < 2; i++) {
+        stub->begin();
+        stub->fail("clBuildProgram", 0, CL_BUILD_PROGRAM_FAILURE, 0);
+        ASSERT_STATUS(SPRINGLS_DEVICE_FAILED, springls_relax(benches[i].ctx));
+        ASSERT_EQ(i == 0, stub->calls("clBuildProgram"));
+        ASSERT(strstr(springls_last_error(benches[i].ctx), "opencl: shorten_arms: the kernels do not compile (-11)") != NULL);
+        ASSERT(expected == springls_state_hash(benches[i].ctx));
+        ASSERT_OK(springls_relax(benches[i].ctx));
+        ASSERT_EQ(1, logs[i].errors);
+    }
+    ASSERT(strstr(log.lines, "springls.h:1234:5: error: made up by the stub\nand a second line\n") != NULL);
+    ASSERT_EQ(2, log.warnings);
+    for (i = 0; i < 2; i++) springls_destroy(benches[i].ctx);
+    springls_cl_destroy(backend);
+    ASSERT(fault_leaves_nothing());
+    PASS();
+}
+
+/* When a device starts no kernels any more, or (lost) does nothing at all, each of its contexts fails once and goes on; a new backend
+   works once the driver has a device again. */
+TEST the_device_of_two_contexts_fails(int lost)
+{
+    fault_log log, logs[3];
+    fault_bench benches[3];
+    springls_backend *backend;
+    uint64_t hash;
+    int i;
+    NEEDS_STUB();
+    fault_count();
+    for (i = 0; i < 2; i++) {
+        ASSERT_OK(fault_context(reliable, &logs[i], &benches[i]));
+        ASSERT_OK(springls_relax(benches[i].ctx));
+    }
+    hash = springls_state_hash(benches[0].ctx);
+    for (i = 0; i < 2; i++) {
+        if (i == 0 || !lost)
+            stub->fail("clEnqueueNDRangeKernel", stub->calls("clEnqueueNDRangeKernel"), CL_DEVICE_NOT_AVAILABLE, lost);
+        ASSERT_STATUS(SPRINGLS_DEVICE_FAILED, springls_relax(benches[i].ctx));
+        ASSERT(strstr(springls_last_error(benches[i].ctx), "the device is lost") != NULL);
+        ASSERT_EQ(lost, (springls_count(benches[i].ctx) == 0));
+        ASSERT_OK(fault_begin(&benches[i]));
+        ASSERT_OK(springls_relax(benches[i].ctx));
+        ASSERT(hash == springls_state_hash(benches[i].ctx));
+        ASSERT_EQ(1, logs[i].errors);
+    }
+    if (lost) ASSERT_STATUS(SPRINGLS_DEVICE_FAILED, fault_create(stub_path, &log, &backend));
+    stub->begin();
+    ASSERT_OK(fault_create(stub_path, &log, &backend));
+    ASSERT_OK(fault_context(backend, &logs[2], &benches[2]));
+    ASSERT_OK(springls_relax(benches[2].ctx));
+    ASSERT_GT(springls_cl_get_counts(backend).kernels, 5);
+    ASSERT(hash == springls_state_hash(benches[2].ctx));
+    for (i = 0; i < 3; i++) springls_destroy(benches[i].ctx);
+    springls_cl_destroy(backend);
+    ASSERT(fault_leaves_nothing());
+    PASS();
+}
+
+/* A kernel fails unseen until the device is waited for: the message names those that were started since it last was. */
+TEST a_failure_names_the_last_kernels(void)
+{
+    fault_log log;
+    fault_bench bench;
+    NEEDS_STUB();
+    fault_count();
+    ASSERT_OK(fault_context(reliable, &log, &bench));
+    stub->fail("clEnqueueReadBuffer", stub->calls("clEnqueueReadBuffer"), CL_OUT_OF_RESOURCES, 0);
+    ASSERT_STATUS(SPRINGLS_DEVICE_FAILED, springls_relax(bench.ctx));
+    ASSERT_STR_EQ("opencl: counts: out of device resources (-5); last started: cells_count, cells_clear, counts_clear; "
+                  "going on without the device",
+                  springls_last_error(bench.ctx));
+    springls_destroy(bench.ctx);
+    ASSERT(fault_leaves_nothing());
+    PASS();
+}
+
 /* ---- each public call by itself ---- */
 
 /* The model after a call, and how many calls into OpenCL that has made. */
@@ -592,7 +705,11 @@ SUITE(working)
     for (on = 0; on < 2; on++) {
         greatest_set_test_suffix(on ? "for_good" : "once");
         RUN_TESTp(a_view_fails, on);
+        greatest_set_test_suffix(on ? "for_good" : "once");
+        RUN_TESTp(the_device_of_two_contexts_fails, on);
     }
+    RUN_TEST(a_program_does_not_compile);
+    RUN_TEST(a_failure_names_the_last_kernels);
     greatest_set_test_suffix("out_of_memory");
     RUN_TESTp(a_call_fails, NULL, CL_MEM_OBJECT_ALLOCATION_FAILURE, 0, 1);
     greatest_set_test_suffix("device_lost");
@@ -619,6 +736,7 @@ int main(int argc, char **argv)
     if (!stub) printf("there is no %s\n", stub_path);
     if (stub) stub->begin();
     if (stub && (fault_create(stub_path, &log, &reliable) != SPRINGLS_OK || !springls_cl_exact(reliable))) stub = NULL;
+    if (stub && springls_cl_prepare(reliable, NULL) != SPRINGLS_OK) stub = NULL; /* no call of a test compiles anything */
     RUN_SUITE(making);
     RUN_SUITE(working);
     RUN_SUITE(calls);
