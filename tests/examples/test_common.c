@@ -34,6 +34,7 @@ int main(int argc, char **argv)
 #include "../../examples/common/pictures/raycast.h"
 #include "../../examples/common/pictures/raycast_rows.h"
 #include "../../examples/common/imaging/slices.h"
+#include "../../examples/common/springls/run_options.h"
 #include "../../examples/common/imaging/volume.h"
 #include "scratch.h"
 
@@ -843,6 +844,39 @@ TEST volume_comes_back_in_its_geometry(void)
     PASS();
 }
 
+/* Compiled kernels are kept in the user's folder for such files, or in SPRINGLS_CACHE; nowhere when that is empty. */
+TEST the_cache_has_its_folder(void)
+{
+    static const char *const names[] = {"HOME", "LOCALAPPDATA", "XDG_CACHE_HOME", "SPRINGLS_CACHE"};
+    static const char *const folders[] = {"/home/of/.cache/springls", "/local/springls", "/cache/springls", "/own"};
+    static const char *const values[] = {"/home/of", "/local", "/cache", "/own"};
+    char before[4][512], path[512];
+    bool had[4];
+    for (int i = 0; i < 4; ++i) {
+        const char *value = getenv(names[i]);
+        had[i] = value != NULL;
+        snprintf(before[i], sizeof before[i], "%s", value ? value : "");
+        unsetenv(names[i]);
+    }
+    ASSERT_FALSE(run_cache_folder(path, sizeof path));
+    for (int i = 0; i < 4; ++i) {
+        setenv(names[i], values[i], 1);
+        ASSERT(run_cache_folder(path, sizeof path));
+        ASSERT_STR_EQ(folders[i], path);
+        ASSERT_FALSE(run_cache_folder(path, strlen(folders[i])));
+    }
+    setenv("SPRINGLS_CACHE", "", 1);
+    ASSERT_FALSE(run_cache_folder(path, sizeof path));
+    for (int i = 0; i < 4; ++i) {
+        if (had[i]) {
+            setenv(names[i], before[i], 1);
+        } else {
+            unsetenv(names[i]);
+        }
+    }
+    PASS();
+}
+
 TEST contours_are_drawn_where_they_are(void)
 {
     const int dims[3] = {20, 20, 20};
@@ -899,6 +933,7 @@ int main(int argc, char **argv)
     RUN_TEST(ply_comes_back_welded);
     RUN_TEST(volume_comes_back_in_its_geometry);
     RUN_TEST(contours_are_drawn_where_they_are);
+    RUN_TEST(the_cache_has_its_folder);
     remove_folder();
     GREATEST_MAIN_END();
 }

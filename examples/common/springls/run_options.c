@@ -130,8 +130,8 @@ int run_set_members(const char *program, const char *set, springls_params *param
     return CLI_CONTINUE;
 }
 
-/* Makes a folder and those that it lies in, as far as they are missing. */
-static bool make_folders(const char *path)
+/* Makes a folder and those that it lies in, as far as they are missing, with the rights of `mode`. */
+static bool make_folders(const char *path, mode_t mode)
 {
     char folder[1024];
     for (size_t n = 1; n < sizeof folder; ++n) {
@@ -139,7 +139,7 @@ static bool make_folders(const char *path)
         if (end == '/' || end == '\0') {
             memcpy(folder, path, n);
             folder[n] = '\0';
-            if (mkdir(folder, 0777) != 0 && errno != EEXIST) {
+            if (mkdir(folder, mode) != 0 && errno != EEXIST) {
                 return false;
             }
         }
@@ -167,7 +167,7 @@ static bool takes_files(const char *folder)
 
 int run_make_folder(const char *program, const char *path)
 {
-    const bool made = make_folders(path);
+    const bool made = make_folders(path, 0777);
     struct stat info;
     if (!made) {
         return cli_fail(program, CLI_EXIT_FAILURE, "cannot make the folder %s: %s", path, strerror(errno));
@@ -260,16 +260,58 @@ static void warn(void *user, int level, const char *message)
     }
 }
 
+bool run_cache_folder(char *path, size_t size)
+{
+    static const char *const users[][2] = {{"XDG_CACHE_HOME", ""}, {"LOCALAPPDATA", ""}, {"HOME", "/.cache"}};
+    const char *own = getenv("SPRINGLS_CACHE");
+    if (own) {
+        return *own && snprintf(path, size, "%s", own) < (int)size;
+    }
+    for (size_t i = 0; i < sizeof users / sizeof *users; ++i) {
+        const char *user = getenv(users[i][0]);
+        if (user && *user) {
+            return snprintf(path, size, "%s%s/springls", user, users[i][1]) < (int)size;
+        }
+    }
+    return false;
+}
+
+static int show_compilation(void *bar, float fraction)
+{
+    progress_update(bar, (size_t)(1000.0f * fraction), NULL);
+    return 0;
+}
+
+/* Compiles all kernels, so that no step is timed with it. */
+static bool prepare(springls_backend *backend, const char *program, bool quiet)
+{
+    struct progress bar;
+    const springls_progress progress = {show_compilation, &bar};
+    char label[100];
+    snprintf(label, sizeof label, "%s: compile", program);
+    progress_begin(&bar, label, 1000, quiet);
+    const springls_status status = springls_cl_prepare(backend, &progress);
+    progress_end(&bar);
+    return status == SPRINGLS_OK;
+}
+
 springls_backend *run_backend(const char *program, const struct cli_common *common)
 {
     springls_cl_desc desc;
     springls_backend *backend = NULL;
+    char folder[1024];
+    if (strcmp(common->backend, "opencl") != 0) {
+        return NULL;
+    }
     memset(&desc, 0, sizeof desc);
     desc.timed = true;
+    desc.tasks = run_tasks();
     desc.logger.log = warn;
     desc.logger.user = (void *)(uintptr_t)program;
-    if (strcmp(common->backend, "opencl") == 0) {
-        springls_cl_create(&desc, &backend);
+    desc.cache.folder = run_cache_folder(folder, sizeof folder) && make_folders(folder, 0700) ? folder : NULL;
+    if (springls_cl_create(&desc, &backend) == SPRINGLS_OK && !prepare(backend, program, common->quiet)) {
+        springls_cl_destroy(backend);
+        backend = NULL;
     }
     return backend;
 }

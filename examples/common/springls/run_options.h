@@ -44,8 +44,12 @@ int run_check_output(const char *program, const char *path);
 /* Builds "folder/name", cut to `size` - 1 characters. */
 const char *run_path(const char *folder, const char *name, char *path, size_t size);
 
-/* Makes the backend of --backend: NULL for scalar code, or after a warning on stderr if there is no OpenCL. Pass it to
- * springls_cl_destroy after its contexts are destroyed. */
+/* Builds the name of the folder where compiled OpenCL kernels are kept between runs: that of SPRINGLS_CACHE, or springls in the user's
+ * folder for such files. Returns false when there is none, as with an empty SPRINGLS_CACHE. */
+bool run_cache_folder(char *path, size_t size);
+
+/* Makes the backend of --backend, with all kernels compiled: NULL for scalar code, or after a warning on stderr if there is no OpenCL.
+ * Pass it to springls_cl_destroy after its contexts are destroyed. */
 springls_backend *run_backend(const char *program, const struct cli_common *common);
 
 /* Returns the name for reports: "scalar", or the name of the device. */
