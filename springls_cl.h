@@ -18,9 +18,9 @@
 
    FAILURE  When the device fails, the model is read back, the work is completed by scalar code, and the context stays without a
    device from then on; the call that was running returns SPRINGLS_DEVICE_FAILED, once. When the model can no longer be read back
-   it is empty, and springls_last_error() reports that. It names the kernels that were started last, since one fails unseen until the
-   device is waited for. Other contexts of the backend fail in the same way, each in a call of its own; springls_cl_create makes a new
-   backend where the driver can go on.
+   it is empty, and springls_last_error() reports that. It names the kernels that were started last, since one fails unseen until
+   the device is waited for. Other contexts of the backend fail in the same way, each in a call of its own; springls_cl_create
+   makes a new backend where the driver can go on.
 
    Licence: as springls.h. */
 #ifndef SPRINGLS_CL_H
@@ -53,8 +53,8 @@ typedef enum springls_cl_kind {
 } springls_cl_kind;
 
 /* Keeps compiled programs, each a blob under a key that stands for the device, its driver and all else that it was made of. The
-   driver runs a blob unseen: nobody else should be able to write it. One that is damaged, or of something else, is replaced. All zero:
-   nothing is kept. PoCL keeps programs itself, and is asked for none. */
+   driver runs a blob unseen: nobody else should be able to write it. One that is damaged, or of something else, is replaced.
+   All zero: nothing is kept. PoCL keeps programs itself, and is asked for none. */
 typedef struct springls_cl_cache {
     const char *folder;  /* there is one, and each blob is a file in it that its owner alone reads; NULL: the callbacks      */
     /* Copies the blob of a key if it is of at most `room` bytes; returns how many it has, 0: there is none. */
@@ -84,16 +84,16 @@ typedef struct springls_cl_desc {
 /* Makes a backend for springls_desc.backend; desc NULL: the defaults. Compiles the kernels that every step uses, which may take
    seconds; others are compiled when they are first needed, program by program, or by springls_cl_prepare. The backend is for the
    thread of its contexts; its memory comes from malloc. Strings of desc are copied. On failure *out is NULL and nothing is left
-   allocated. DEVICE_FAILED: there is no OpenCL, no such device, or it cannot run the kernels; the logger has a warning and the build
-   log. OUT_OF_MEMORY. INVALID_ARGUMENT: out is NULL, a member is out of range, a queue comes without its context or is not in order,
-   only one of velocity and velocity_source is given, or cache has one callback only, or a folder and callbacks. */
+   allocated. DEVICE_FAILED: there is no OpenCL, no such device, or it cannot run the kernels; the logger has a warning and the
+   build log. OUT_OF_MEMORY. INVALID_ARGUMENT: out is NULL, a member is out of range, a queue comes without its context or is not
+   in order, only one of velocity and velocity_source is given, or cache has one callback only, or a folder and callbacks. */
 SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, springls_backend **out);
 
 /* Compiles all programs that are not compiled yet, on springls_cl_desc.tasks, and starts every kernel once with nothing to do, so
    that no driver compiles anything during a step. May take a minute. progress: receives, in the calling thread, the fraction of
-   kernels compiled and started, after each program or, on threads, a few of them, and after each kernel; it may cancel; NULL: none.
-   A call without need costs some milliseconds. CANCELLED: the others are compiled when they are needed. DEVICE_FAILED, OUT_OF_MEMORY:
-   the logger has the reason. INVALID_ARGUMENT: backend is NULL. */
+   kernels compiled and started, after each program or, on threads, a few of them, and after each kernel; it may cancel; NULL:
+   none. A call without need costs some milliseconds. CANCELLED: the others are compiled when they are needed. DEVICE_FAILED,
+   OUT_OF_MEMORY: the logger has the reason. INVALID_ARGUMENT: backend is NULL. */
 SPRINGLS_API springls_status springls_cl_prepare(springls_backend *backend, const springls_progress *progress);
 
 /* Destroys a backend, after the contexts that use it; NULL is allowed. */
@@ -300,7 +300,8 @@ SPRINGLS__FN springls_status springls__cl_check(springls_context *ctx, cl_int er
     if (error == CL_SUCCESS) return SPRINGLS_OK;
     length = snprintf(ctx->error, sizeof ctx->error, "opencl: %s: %s (%d)", doing, springls__cl_error(error), (int)error);
     for (i = 0; i < SPRINGLS__CL_LAST && started[i] && length < (int)sizeof ctx->error; i++)
-        length += snprintf(ctx->error + length, sizeof ctx->error - (size_t)length, "%s%s", i ? ", " : "; last started: ", started[i]);
+        length += snprintf(ctx->error + length, sizeof ctx->error - (size_t)length, "%s%s", i ? ", " : "; last started: ",
+                           started[i]);
     return SPRINGLS_DEVICE_FAILED;
 }
 
@@ -993,21 +994,27 @@ SPRINGLS__FN void springls__cl_log_build(springls__cl *cl, cl_program program)
     free(text);
 }
 
-/* Takes the program into the backend, and into the cache if it is new; returns the failure there was. */
+/* Puts a program that has been compiled into the cache; warns once when that cannot be done. */
+SPRINGLS__FN void springls__cl_keep(const springls__cl_build_state *b)
+{
+    springls__cl *cl = b->cl;
+    if (!b->blob || b->loaded || cl->warned) return;
+    if ((cl->cache.store)(cl->cache.user, b->key, b->blob, sizeof(springls__cl_head) + b->bytes)) return;
+    springls__cl_log(&cl->logger, 2, "opencl: compiled programs cannot be kept in %s", cl->folder ? cl->folder : "the cache");
+    cl->warned = true;
+}
+
+/* Takes the program into the backend; returns the failure there was. */
 SPRINGLS__FN cl_int springls__cl_end_build(springls__cl_build_state *b)
 {
     springls__cl *cl = b->cl;
-    if (b->error != CL_SUCCESS) {
+    if (b->error == CL_SUCCESS) {
+        cl->programs[b->number] = b->program;
+        springls__cl_keep(b);
+    } else {
         springls__cl_log_build(cl, b->program);
         springls__cl_release_program(cl, b->number, b->program);
         cl->refused[b->number] = b->error == CL_BUILD_PROGRAM_FAILURE;
-    } else {
-        cl->programs[b->number] = b->program;
-    }
-    if (b->error == CL_SUCCESS && b->blob && !b->loaded && !cl->warned) {
-        cl->warned = !(cl->cache.store)(cl->cache.user, b->key, b->blob, sizeof(springls__cl_head) + b->bytes);
-        if (cl->warned)
-            springls__cl_log(&cl->logger, 2, "opencl: compiled programs cannot be kept in %s", cl->folder ? cl->folder : "the cache");
     }
     free(b->blob);
     free(b->text);
