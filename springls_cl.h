@@ -732,9 +732,9 @@ SPRINGLS__FN bool springls__cl_write_file(const char *path, const void *blob, si
     int file = open(path, O_WRONLY | O_CREAT | O_EXCL, S_IRUSR | S_IWUSR);
     ssize_t written = 1;
     if (file < 0) return false;
-    while (bytes > 0 && written > 0) {
+    for (; bytes > 0 && written > 0; bytes -= (size_t)written, from += written) {
         written = write(file, from, bytes);
-        if (written > 0) from += written, bytes -= (size_t)written;
+        if (written < 0) written = 0;
     }
     return close(file) == 0 && bytes == 0;
 }
