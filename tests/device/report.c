@@ -171,19 +171,25 @@ FIXTURE bool report_device(int grid)
 
 FIXTURE bool report_start(int grid)
 {
+    springls_threads *threads = springls_threads_create(0);
+    const char *folder = getenv("SPRINGLS_CACHE");
     springls_cl_desc desc;
     springls__cl *cl;
     double begin = report_seconds(), created, prepared;
-    springls_status status;
+    springls_status status = SPRINGLS_DEVICE_FAILED;
     (void)grid;
     memset(&desc, 0, sizeof desc);
+    desc.tasks = springls_threads_tasks(threads);
+    desc.cache.folder = folder && *folder ? folder : NULL;
     cl = report_open(&desc);
-    if (!cl) return false;
-    created = report_seconds();
-    status = springls_cl_prepare(&cl->base, NULL);
-    prepared = report_seconds();
-    printf("%.2f | %.2f\n", created - begin, prepared - created);
-    springls_cl_destroy(&cl->base);
+    if (cl) {
+        created = report_seconds();
+        status = springls_cl_prepare(&cl->base, NULL);
+        prepared = report_seconds();
+        printf("%.2f | %.2f\n", created - begin, prepared - created);
+        springls_cl_destroy(&cl->base);
+    }
+    springls_threads_destroy(threads);
     return status == SPRINGLS_OK;
 }
 
