@@ -343,14 +343,35 @@ SPRINGLS__MATHS void springls__copy_voxel_row(SPRINGLS__GLOBAL const float *from
     for (x = 0; x < 8; x += SPRINGLS__LANES) springls__vec_store(to + x, springls__vec_load(from + x));
 }
 
+/* Loads row (y, z) of a tile as springls__load_tile_row does, by the border rule: beyond the domain are the values at its border,
+   without their sign. */
+SPRINGLS__MATHS void springls__load_border_row(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
+                                               int margin, int y, int z, SPRINGLS__LOCAL float *out)
+{
+    const springls__table *t = &g->table;
+    const int before = origin[0] - t->lower[0], behind = t->upper[0] - origin[0]; /* voxels to the borders */
+    const int j = springls__iclamp(origin[1] + y, t->lower[1], t->upper[1] - 1);
+    const int k = springls__iclamp(origin[2] + z, t->lower[2], t->upper[2] - 1);
+    const bool beyond = j != origin[1] + y || k != origin[2] + z;
+    SPRINGLS__GLOBAL const int *top = g->top + springls__entry_at(g, origin[0], j, k);
+    SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, j, k);
+    SPRINGLS__LOCAL float *own = out + margin;
+    int x;
+    springls__copy_row(in + (size_t)top[0] * SPRINGLS__BRICK_VOXELS, own);
+    for (x = -margin; x < 0; x++)
+        own[x] = before > 0 ? (in + (size_t)top[-1] * SPRINGLS__BRICK_VOXELS)[SPRINGLS__BRICK + x] : springls__fabs(own[0]);
+    for (x = springls__imin(SPRINGLS__BRICK, behind); x < SPRINGLS__BRICK + margin; x++)
+        own[x] = x < behind ? (in + (size_t)top[1] * SPRINGLS__BRICK_VOXELS)[x - SPRINGLS__BRICK] : springls__fabs(own[behind - 1]);
+    for (x = -margin; beyond && x < SPRINGLS__BRICK + margin; x++) own[x] = springls__fabs(own[x]);
+}
+
 /* Loads row (y, z), counted from a brick's first voxel, of a tile of it with `margin` voxels around. entry: of the brick. */
 SPRINGLS__INNER void springls__load_tile_row(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
                                              int entry, bool border, int margin, int y, int z, SPRINGLS__LOCAL float *out)
 {
     int x;
     if (border) {
-        for (x = -margin; x < SPRINGLS__BRICK + margin; x++)
-            *out++ = springls__grid_phi(g, field, origin[0] + x, origin[1] + y, origin[2] + z);
+        springls__load_border_row(g, field, origin, margin, y, z, out);
     } else {
         SPRINGLS__GLOBAL const int *top = g->top + springls__entry_beside(g, entry, 0, y >> 3, z >> 3);
         SPRINGLS__GLOBAL const float *in = field + springls__voxel_in_brick(0, y, z);

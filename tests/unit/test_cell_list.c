@@ -329,21 +329,29 @@ TEST sampling_crosses_bricks(void)
 }
 
 /* Tiles hold a brick and the voxels around it, at the border by the border rule. */
-TEST tiles_hold_the_margin(void)
+TEST tiles_hold_the_margin(int size)
 {
-    springls_context *ctx = fixture_sphere(20, NULL, 6.0f, 12.0f, 10.0f, 7.5f); /* reaches across a border */
+    springls_context *ctx = fixture_sphere(size, NULL, 6.0f, (float)size - 8.0f, 10.0f, 7.5f); /* reaches across two borders */
     springls__grid *g = &ctx->model.grid;
-    float tile[SPRINGLS__TILE_VOXELS];
+    float tile[SPRINGLS__TILE_VOXELS], wide[SPRINGLS__WIDE_VOXELS];
+    const int m = SPRINGLS__WIDE_MARGIN;
     int i, x, y, z;
     ASSERT_GT(g->active_count, 4);
     for (i = 0; i < g->active_count; i++) {
+        springls__wide_tile about;
         int o[3];
+        about.value = wide;
         springls__slot_origin(g, g->active[i], o);
         springls__load_tile(g, g->phi, g->active[i], springls__alone(), tile);
-        for (z = -1; z <= 8; z++)
-            for (y = -1; y <= 8; y++)
-                for (x = -1; x <= 8; x++)
-                    ASSERT_EQ(springls__grid_phi(g, g->phi, o[0] + x, o[1] + y, o[2] + z), tile[springls__tile_index(x, y, z)]);
+        springls__load_wide_tile(g, g->phi, o, springls__alone(), true, &about);
+        for (z = -m; z < 8 + m; z++)
+            for (y = -m; y < 8 + m; y++)
+                for (x = -m; x < 8 + m; x++) {
+                    const float phi = springls__grid_phi(g, g->phi, o[0] + x, o[1] + y, o[2] + z);
+                    ASSERT_EQ(phi, wide[x + m + SPRINGLS__WIDE * (y + m + SPRINGLS__WIDE * (z + m))]);
+                    if (x < -1 || y < -1 || z < -1 || x > 8 || y > 8 || z > 8) continue;
+                    ASSERT_EQ(phi, tile[springls__tile_index(x, y, z)]);
+                }
     }
     springls_destroy(ctx);
     PASS();
@@ -366,7 +374,9 @@ SUITE(cells)
     RUN_TEST(cells_are_ordered);
     RUN_TEST(bricks_come_and_go);
     RUN_TEST(sampling_crosses_bricks);
-    RUN_TEST(tiles_hold_the_margin);
+    RUN_TESTp(tiles_hold_the_margin, 16);
+    RUN_TESTp(tiles_hold_the_margin, 17);
+    RUN_TESTp(tiles_hold_the_margin, 20);
 }
 
 GREATEST_MAIN_DEFS();
