@@ -26,10 +26,26 @@ run_half() {
 # Adds up the runs of a program.
 runs_of() { echo $(($(sed -n 's/^stat::number_of_executed_units: //p' "build/fuzz/$1.log" | paste -sd+ - | sed 's/^$/0/'))); }
 
-run_half "$name"
-run_half "$name-plain"
+# Sets `seconds` to the processor time of all programs that have ended.
+read_clock() {
+    times > "build/fuzz/$name.times"
+    seconds=$(awk 'NR == 2 { gsub("[ms]", " "); printf "%d", $1 * 60 + $2 + $3 * 60 + $4 }' "build/fuzz/$name.times")
+}
+
+# Runs a program for half of the minutes, and sets `result` to its runs, and those a second of a processor.
+measure_half() {
+    read_clock
+    before=$seconds
+    run_half "$1"
+    read_clock
+    runs=$(runs_of "$1")
+    result="$runs runs$2 ($((runs / (seconds > before ? seconds - before : 1))) a second of a processor)"
+}
+
+measure_half "$name" " with sanitizers"
+slow=$result
+measure_half "$name-plain" " without"
 coverage=$(sed -n 's/^#.* cov: \([0-9]*\) .*/\1/p' "build/fuzz/$name.log" | sort -n | tail -n 1)
 found=$(find build/fuzz -maxdepth 1 -name "$name-finding-*" | wc -l)
-echo "fuzz $name: $(runs_of "$name") runs with sanitizers, $(runs_of "$name-plain") without, ${coverage:-0} edges, $found findings" \
-    "in $minutes minutes"
+echo "fuzz $name: $slow, $result, ${coverage:-0} edges, $found findings in $minutes minutes"
 [ "$found" = 0 ]

@@ -2,7 +2,7 @@
 #include "fuzz.h"
 
 #ifndef SMALL_MODELS /* fuzz_small_set_mesh.c has them */
-enum { MOST_POINTS = 64, MOST_TRIANGLES = 128, MOST_SIDE = 31, MOST_SPRINGLS = 2000 };
+enum { MOST_POINTS = 64, MOST_TRIANGLES = 128, MOST_SIDE = 31, MOST_LOW = 20, MOST_SPRINGLS = 2000 };
 #endif
 
 /* Writes the triangles of a box whose corners come from the input, so that closed meshes are frequent. */
@@ -39,7 +39,7 @@ static void make_mesh(fuzz_bytes *b, any_mesh *mesh)
     mesh->points = mesh->count = 0;
     while (b->left && mesh->points + 8 <= MOST_POINTS && mesh->count + 12 <= MOST_TRIANGLES) {
         if (fuzz_choice(b, 3) == 0) {
-            box_corners(b, (float)(MOST_SIDE - 11), mesh->positions + 3 * mesh->points);
+            box_corners(b, MOST_LOW, mesh->positions + 3 * mesh->points);
             mesh->count += box_triangles(mesh->points, mesh->triangles + 3 * mesh->count);
             mesh->points += 8;
         } else if (fuzz_choice(b, 2) == 0) {
