@@ -15534,7 +15534,7 @@ SPRINGLS__FN springls_status springls__find_poor(springls_context *ctx)
     const springls_params *params = &ctx->model.params;
     springls__arguments args;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, contract_action, ctx->model.set.count));
-    if (params->keep_thin) SPRINGLS__TRY(springls__cell_list_cover(ctx));
+    if (params->keep_thin || params->contact == SPRINGLS_CONTACT_SEPARATE) SPRINGLS__TRY(springls__cell_list_cover(ctx));
     args.contract.min_angle_cosine = springls__cospi(params->min_angle / 180.0f);
     args.contract.max_angle_cosine = springls__cospi(params->max_angle / 180.0f);
     springls__loop(ctx, SPRINGLS__KERNEL_contract, ctx->model.set.count, &args);

@@ -332,6 +332,27 @@ TEST contract_keeps_a_gap(float gap, int keep_thin)
     PASS();
 }
 
+/* Without the switch too, springls stay where the surface of another body is over them. */
+TEST contract_keeps_what_another_body_covers(void)
+{
+    springls_params p = springls_default_params();
+    springls_context *ctx;
+    int side, i;
+    p.keep_thin = 0;
+    p.contact = SPRINGLS_CONTACT_SEPARATE;
+    ctx = fixture_sphere(32, &p, 16.0f, 16.0f, 16.0f, 10.0f);
+    fixture_clear(ctx);
+    lay_side(ctx, 16.0f, 1);
+    side = springls_count(ctx);
+    lay_side(ctx, 17.0f, 1);
+    for (i = 0; i < springls_count(ctx); i++) fixture_here(ctx)->set.contact_body[i] = i < side ? 1u : 2u;
+    ASSERT_OK(springls_contract(ctx));
+    ASSERT_EQ(side, springls_count(ctx));
+    for (i = 0; i < side; i++) ASSERT_LT(fixture_particle(ctx, i).z, 16.5f);
+    springls_destroy(ctx);
+    PASS();
+}
+
 /* How often one of the first `side` springls has a neighbor that comes after them. */
 static int neighbors_across(springls_context *ctx, int side)
 {
@@ -598,6 +619,7 @@ SUITE(contact)
     RUN_TESTp(contract_keeps_a_gap, 0.4f, 1);
     RUN_TESTp(contract_keeps_a_gap, 0.4f, 0);
     RUN_TESTp(contract_keeps_a_gap, -0.4f, 1);
+    RUN_TEST(contract_keeps_what_another_body_covers);
     RUN_TEST(neighbors_are_of_one_body);
     RUN_TEST(neighbors_are_of_their_body);
     RUN_TESTp(orient_keeps_what_is_beside_another_body, 1u);
