@@ -38,8 +38,8 @@ SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
     springls__arguments args;
+    SPRINGLS__TRY(springls__find_overlap(ctx)); /* each time: it adds bricks, which must not depend on what omega is known */
     args.omega_forget.all = !ctx->omega_fresh;
-    if (!ctx->omega_fresh) SPRINGLS__TRY(springls__find_overlap(ctx));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, omega_missing, g->active_count));
     springls__run(ctx, SPRINGLS__KERNEL_omega_forget, g->active_count, &args);
     if (springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(omega_missing), g->active_count, 1) > 0) {

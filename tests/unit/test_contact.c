@@ -353,6 +353,34 @@ TEST contract_keeps_what_another_body_covers(void)
     PASS();
 }
 
+/* A springl outside all bricks gets one whenever phi evolves, whether or not omega is known already: a restored model, which does
+   not know it, goes on to the same bits. */
+TEST bricks_for_overlaps_come_again(void)
+{
+    springls_params p = springls_default_params();
+    springls_context *ctx, *other;
+    size_t size;
+    void *block;
+    p.contact = SPRINGLS_CONTACT_SEPARATE;
+    ctx = fixture_sphere(32, &p, 20.0f, 20.0f, 20.0f, 5.0f);
+    other = fixture_context(32, &p);
+    fixture_add(ctx, springls__v3_make(3.0f, 3.0f, 3.0f), springls__v3_make(3.4f, 3.0f, 3.0f), springls__v3_make(3.0f, 3.4f, 3.0f));
+    ASSERT_OK(springls_evolve(ctx));
+    ASSERT_OK(springls_rebuild(ctx));
+    ASSERT_OK(springls_snapshot(ctx, SPRINGLS_SNAPSHOT_KIND_ALL, NULL, 0, &size));
+    block = malloc(size);
+    ASSERT_OK(springls_snapshot(ctx, SPRINGLS_SNAPSHOT_KIND_ALL, block, size, &size));
+    ASSERT_OK(springls_restore(other, block, size));
+    ASSERT_EQ(springls_state_hash(ctx), springls_state_hash(other));
+    ASSERT_OK(springls_evolve(ctx));
+    ASSERT_OK(springls_evolve(other));
+    ASSERT_EQ(springls_state_hash(ctx), springls_state_hash(other));
+    free(block);
+    springls_destroy(ctx);
+    springls_destroy(other);
+    PASS();
+}
+
 /* How often one of the first `side` springls has a neighbor that comes after them. */
 static int neighbors_across(springls_context *ctx, int side)
 {
@@ -620,6 +648,7 @@ SUITE(contact)
     RUN_TESTp(contract_keeps_a_gap, 0.4f, 0);
     RUN_TESTp(contract_keeps_a_gap, -0.4f, 1);
     RUN_TEST(contract_keeps_what_another_body_covers);
+    RUN_TEST(bricks_for_overlaps_come_again);
     RUN_TEST(neighbors_are_of_one_body);
     RUN_TEST(neighbors_are_of_their_body);
     RUN_TESTp(orient_keeps_what_is_beside_another_body, 1u);
