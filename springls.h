@@ -18340,6 +18340,7 @@ SPRINGLS__FN springls_status springls__save_level_set(springls_context *ctx)
 SPRINGLS__FN void springls__end_reading(springls_context *ctx)
 {
     springls__saved_level_set *saved = &ctx->saved;
+    const bool found = ctx->components_version == ctx->phi_version;
     if (!saved->in_use) return;
 #define SPRINGLS__GET_SAVED(name, member) ctx->member = saved->name;
     SPRINGLS__SAVED_NUMBERS(SPRINGLS__GET_SAVED)
@@ -18349,6 +18350,7 @@ SPRINGLS__FN void springls__end_reading(springls_context *ctx)
     ctx->omega_fresh = false;
     springls__note_writes(ctx, SPRINGLS__SAVED_BITS);
     springls__discard_cell_list(ctx);
+    if (found && !springls__phi_lags(ctx)) ctx->components_version = ctx->phi_version; /* only bricks have come and gone */
     saved->in_use = false;
 }
 
@@ -18380,10 +18382,13 @@ SPRINGLS__FN springls_status springls__read_level_set(springls_context *ctx)
 /* Builds the cell list for a reader. Bricks that particles outside all active ones need are there for the time of reading. */
 SPRINGLS__FN springls_status springls__read_cell_list(springls_context *ctx)
 {
+    const bool found = ctx->components_version == ctx->phi_version;
     SPRINGLS__TRY(springls__cell_list_build(ctx));
     if (ctx->particles_outside == 0) return SPRINGLS_OK;
     if (!ctx->saved.in_use) SPRINGLS__TRY(springls__save_level_set(ctx));
-    return springls__cell_list_cover(ctx);
+    SPRINGLS__TRY(springls__cell_list_cover(ctx));
+    if (found) ctx->components_version = ctx->phi_version; /* new bricks are outside: components stay */
+    return SPRINGLS_OK;
 }
 
 /* Makes phi and springls agree for good, for a call that changes the model; no step is in progress. */
@@ -36199,7 +36204,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_scatter, LISTS, 128) X(brick_lists_sort, LISTS, 8)                                                             \\\n",
     "    X(compact_flag, LISTS, 4096) X(compact_out, LISTS, 256) X(compact_in, LISTS, 256)                                            \\\n",
     "    X(region_begin, SIGNS, 64) X(region_join, SIGNS, 64) X(region_vote, SIGNS, 64) X(region_resolve, SIGNS, 64)\n",
-    "#line 36203 \"springls.h\"\n",
+    "#line 36208 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

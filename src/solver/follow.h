@@ -66,6 +66,7 @@ SPRINGLS__FN springls_status springls__save_level_set(springls_context *ctx)
 SPRINGLS__FN void springls__end_reading(springls_context *ctx)
 {
     springls__saved_level_set *saved = &ctx->saved;
+    const bool found = ctx->components_version == ctx->phi_version;
     if (!saved->in_use) return;
 #define SPRINGLS__GET_SAVED(name, member) ctx->member = saved->name;
     SPRINGLS__SAVED_NUMBERS(SPRINGLS__GET_SAVED)
@@ -75,6 +76,7 @@ SPRINGLS__FN void springls__end_reading(springls_context *ctx)
     ctx->omega_fresh = false;
     springls__note_writes(ctx, SPRINGLS__SAVED_BITS);
     springls__discard_cell_list(ctx);
+    if (found && !springls__phi_lags(ctx)) ctx->components_version = ctx->phi_version; /* only bricks have come and gone */
     saved->in_use = false;
 }
 
@@ -106,10 +108,13 @@ SPRINGLS__FN springls_status springls__read_level_set(springls_context *ctx)
 /* Builds the cell list for a reader. Bricks that particles outside all active ones need are there for the time of reading. */
 SPRINGLS__FN springls_status springls__read_cell_list(springls_context *ctx)
 {
+    const bool found = ctx->components_version == ctx->phi_version;
     SPRINGLS__TRY(springls__cell_list_build(ctx));
     if (ctx->particles_outside == 0) return SPRINGLS_OK;
     if (!ctx->saved.in_use) SPRINGLS__TRY(springls__save_level_set(ctx));
-    return springls__cell_list_cover(ctx);
+    SPRINGLS__TRY(springls__cell_list_cover(ctx));
+    if (found) ctx->components_version = ctx->phi_version; /* new bricks are outside: components stay */
+    return SPRINGLS_OK;
 }
 
 /* Makes phi and springls agree for good, for a call that changes the model; no step is in progress. */

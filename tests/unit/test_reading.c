@@ -59,6 +59,37 @@ TEST readers_leave_the_grid(void)
     PASS();
 }
 
+/* Bricks that come for the time of reading are no reason to find components anew: the volumes that bodies are to keep stay known. */
+TEST readers_leave_locked_volumes(void)
+{
+    springls_params params = springls_default_params();
+    springls_step_desc rest = fixture_step(NULL, SPRINGLS_MODE_FLUID, 1.0f);
+    float wind[3] = { 20.0f, 0.0f, 0.0f };
+    springls_forces forces = fixture_forces(fixture_wind, wind);
+    const springls_component *components;
+    springls_context *ctx;
+    void *before, *after;
+    size_t size;
+    int count;
+    params.volume_lock = 1;
+    ctx = fixture_sphere(48, &params, 14.0f, 23.5f, 23.5f, 6.0f);
+    ASSERT_OK(springls_step(ctx, &rest));
+    ASSERT_OK(springls_advect(ctx, &forces, 0.0f, 1.0f));
+    size = snapshot_bytes(ctx);
+    before = malloc(size);
+    after = malloc(size);
+    ASSERT_OK(springls_snapshot(ctx, SPRINGLS_SNAPSHOT_KIND_ALL, before, size, &size));
+    ASSERT_OK(read_all(ctx));
+    ASSERT_OK(springls_components(ctx, &components, &count));
+    ASSERT_EQ(size, snapshot_bytes(ctx));
+    ASSERT_OK(springls_snapshot(ctx, SPRINGLS_SNAPSHOT_KIND_ALL, after, size, &size));
+    ASSERT_EQ(0, memcmp(before, after, size));
+    free(before);
+    free(after);
+    springls_destroy(ctx);
+    PASS();
+}
+
 /* Returns the volume of the only component. */
 static double component_volume(springls_context *ctx)
 {
@@ -178,6 +209,7 @@ SUITE(reading)
     RUN_TESTp(writing_changes_no_ids, 0);
     RUN_TESTp(writing_changes_no_ids, 1);
     RUN_TEST(readers_leave_the_grid);
+    RUN_TEST(readers_leave_locked_volumes);
     RUN_TEST(components_are_of_the_present_level_set);
     RUN_TEST(reading_components_changes_nothing_later);
 }
