@@ -36,7 +36,7 @@ TEST walks_miss_nothing(int huge, int covered)
         float radius = fixture_between(0.05f, 3.0f);
         springls__cell_walk walk = springls__cell_walk_around(&ctx->model, x, radius);
         unsigned char *met = (unsigned char *)calloc((size_t)count, 1);
-        while ((i = springls__cell_walk_next(&walk)) >= 0) {
+        while ((i = springls__cell_walk_next(&ctx->model, &walk)) >= 0) {
             ASSERT_LT(i, count);
             ASSERT_EQ(0, met[i]);
             met[i] = 1;
@@ -63,7 +63,7 @@ TEST near_walks_meet_what_is_near(int huge)
         float radius = fixture_between(0.05f, 6.0f);
         springls__cell_walk walk = springls__cell_walk_near(&ctx->model, x, radius);
         unsigned char seen[901] = { 0 };
-        for (met = 0; (i = springls__cell_walk_next(&walk)) >= 0; met++) {
+        for (met = 0; (i = springls__cell_walk_next(&ctx->model, &walk)) >= 0; met++) {
             ASSERT_EQ(0, seen[i]);
             seen[i] = 1;
         }
@@ -239,7 +239,7 @@ TEST cells_are_ordered(void)
             springls__v3_make((float)(2 * (x % 12) + 1), (float)(2 * (x / 12 % 12) + 1), (float)(2 * (x / 144) + 1));
         springls__cell_walk walk = springls__cell_walk_begin(&ctx->model, middle, middle);
         before = -1;
-        while ((i = springls__cell_walk_next(&walk)) >= 0) {
+        while ((i = springls__cell_walk_next(&ctx->model, &walk)) >= 0) {
             springls__v3 p = fixture_particle(ctx, i);
             ASSERT_GT(i, before);
             before = i;
