@@ -2095,7 +2095,6 @@ SPRINGLS__FN bool springls__is_nan(double x) { return springls__magnitude_bits(x
   #define SPRINGLS__GLOBAL  __global           /* memory that kernels and host share    */
   #define SPRINGLS__LOCAL   __local            /* memory of one work group              */
   #define SPRINGLS__BARRIER barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE)
-  #define SPRINGLS__ADD(pointer, n) atomic_add((volatile __global uint *)(pointer), (uint)(n))
   /* Returns a counter in global memory and raises it by 1; work items may meet there. */
   #define SPRINGLS__NEXT(pointer) atomic_inc((volatile __global uint *)(pointer))
   #define SPRINGLS__CONST   static __constant  /* a read-only table                     */
@@ -2140,7 +2139,6 @@ SPRINGLS__FN bool springls__is_nan(double x) { return springls__magnitude_bits(x
   #define SPRINGLS__GLOBAL
   #define SPRINGLS__LOCAL
   #define SPRINGLS__BARRIER (void)0
-  #define SPRINGLS__ADD(pointer, n) (*(pointer) += (n))
   #define SPRINGLS__NEXT(pointer) ((*(pointer))++)
   /* Defines a function that is never called: on the host the velocity is a callback. */
   #define SPRINGLS__USER_VELOCITY                                                                                         \
@@ -3492,7 +3490,8 @@ typedef struct springls__record {
 #define SPRINGLS__GROUP_WORDS 4 /* of 32 groups each: the domain has up to 512 bricks along an axis */
 #define SPRINGLS__MOST_PLANES 512
 
-typedef struct springls__brick_groups { uint32_t kept[3][SPRINGLS__GROUP_WORDS]; } springls__brick_groups;
+/* The words of each axis, one after the other. */
+typedef struct springls__brick_groups { uint32_t kept[3 * SPRINGLS__GROUP_WORDS]; } springls__brick_groups;
 
 typedef struct springls__table {
     int lower[3], upper[3]; /* the first voxel, and the first one beyond, along each axis           */
@@ -3793,7 +3792,7 @@ SPRINGLS__MATHS int springls__place_of_plane(const springls__grid *g, int axis, 
 /* Returns whether a place along an axis, counted in bricks, is in a group that is kept. */
 SPRINGLS__MATHS bool springls__keeps_place(const springls__brick_groups *groups, int axis, int place)
 {
-    return (groups->kept[axis][place >> 7] >> ((place >> 2) & 31) & 1u) != 0u;
+    return (groups->kept[axis * SPRINGLS__GROUP_WORDS + (place >> 7)] >> ((place >> 2) & 31) & 1u) != 0u;
 }
 
 /* Returns whether the top table has an entry for a brick, at a place counted in bricks, alone. */
@@ -3930,6 +3929,12 @@ SPRINGLS__INNER float springls__grid_phi(const springls__grid *g, SPRINGLS__GLOB
     return springls__table_contains(g, x, y, z) ? v : springls__fabs(v);
 }
 
+/* Returns the voxel along an axis, of those that the top table has, that is nearest to n. */
+SPRINGLS__INNER int springls__table_place(const springls__table *t, int axis, int n)
+{
+    return springls__iclamp(n, t->lower[axis], t->upper[axis] - 1);
+}
+
 /* Reads phi at the eight corners of the cube at any voxel (i, j, k), by the border rule beyond the domain. */
 SPRINGLS__MATHS void springls__grid_corners(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int i, int j, int k,
                                             float corner[8])
@@ -3943,16 +3948,19 @@ SPRINGLS__MATHS void springls__grid_corners(const springls__grid *g, SPRINGLS__G
                                           + springls__voxel_in_brick(i, j, k);
         corner[0] = b[0];  corner[1] = b[1];  corner[2] = b[8];  corner[3] = b[9];
         corner[4] = b[64]; corner[5] = b[65]; corner[6] = b[72]; corner[7] = b[73];
-    } else if (inner) {
-        SPRINGLS__GLOBAL const int *top = g->top + springls__entry_at(g, i, j, k);
-        const int x = (i & 7) == 7, y = (j & 7) == 7 ? t->bricks[0] : 0, z = (k & 7) == 7 ? t->bricks[0] * t->bricks[1] : 0;
-        for (c = 0; c < 8; c++) {
-            size_t slot = (size_t)top[(c & 1 ? x : 0) + (c & 2 ? y : 0) + (c & 4 ? z : 0)];
-            corner[c] = phi[slot * SPRINGLS__BRICK_VOXELS
-                            + (size_t)springls__voxel_in_brick(i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2))];
-        }
     } else {
-        for (c = 0; c < 8; c++) corner[c] = springls__grid_phi(g, phi, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));
+        const int x[2] = { springls__table_place(t, 0, i), springls__table_place(t, 0, i + 1) };
+        const int y[2] = { springls__table_place(t, 1, j), springls__table_place(t, 1, j + 1) };
+        const int z[2] = { springls__table_place(t, 2, k), springls__table_place(t, 2, k + 1) };
+        SPRINGLS__GLOBAL const int *top = g->top + springls__entry_at(g, x[0], y[0], z[0]);
+        const int dx = (x[1] >> 3) - (x[0] >> 3), dy = ((y[1] >> 3) - (y[0] >> 3)) * t->bricks[0];
+        const int dz = ((z[1] >> 3) - (z[0] >> 3)) * t->bricks[0] * t->bricks[1];
+        for (c = 0; c < 8; c++) {
+            const int a = c & 1, b = c >> 1 & 1, d = c >> 2;
+            float v = phi[(size_t)top[a * dx + b * dy + d * dz] * SPRINGLS__BRICK_VOXELS
+                            + (size_t)springls__voxel_in_brick(x[a], y[b], z[d])];
+            corner[c] = inner || springls__table_contains(g, i + a, j + b, k + d) ? v : springls__fabs(v);
+        }
     }
 }
 
@@ -3967,19 +3975,35 @@ SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__G
     return springls__trilinear(corner, fx - (float)i, fy - (float)j, fz - (float)k);
 }
 
+/* Interpolates phi at x, in voxels from the first one of the brick at `origin`, trilinear. Within three voxels of the brick the
+   place keeps all its digits. */
+SPRINGLS__MATHS float springls__grid_sample_from(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, const int origin[3],
+                                                 springls__v3 x)
+{
+    const float lower = -3.0f, upper = 10.0f;
+    float i = springls__floor(x.x), j = springls__floor(x.y), k = springls__floor(x.z), corner[8];
+    if (!(i >= lower && j >= lower && k >= lower && i < upper && j < upper && k < upper)) {
+        springls__v3 first = springls__v3_make((float)origin[0], (float)origin[1], (float)origin[2]);
+        return springls__grid_sample(g, phi, springls__add(x, first));
+    }
+    springls__grid_corners(g, phi, origin[0] + (int)i, origin[1] + (int)j, origin[2] + (int)k, corner);
+    return springls__trilinear(corner, x.x - i, x.y - j, x.z - k);
+}
+
 /* Interpolates phi at x to third order: takes from the trilinear value u (1 - u) / 2 times the second difference along each
    axis. */
 SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
 {
+    springls__v3 step = springls__v3_make(1.0f, 0.0f, 0.0f), bend = springls__v3_make(0.0f, 0.0f, 0.0f);
     float c = springls__grid_sample(g, phi, x);
     float u = x.x - springls__floor(x.x), v = x.y - springls__floor(x.y), w = x.z - springls__floor(x.z);
-    float xx = springls__grid_sample(g, phi, springls__v3_make(x.x - 1.0f, x.y, x.z))
-               + springls__grid_sample(g, phi, springls__v3_make(x.x + 1.0f, x.y, x.z)) - 2.0f * c;
-    float yy = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - 1.0f, x.z))
-               + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + 1.0f, x.z)) - 2.0f * c;
-    float zz = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - 1.0f))
-               + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + 1.0f)) - 2.0f * c;
-    return c - 0.5f * (u * (1.0f - u) * xx + v * (1.0f - v) * yy + w * (1.0f - w) * zz);
+    int axis;
+    for (axis = 0; axis < 3; axis++) {
+        float before = springls__grid_sample(g, phi, springls__sub(x, step));
+        bend = springls__v3_make(bend.y, bend.z, before + springls__grid_sample(g, phi, springls__add(x, step)) - 2.0f * c);
+        step = springls__v3_make(step.z, step.x, step.y);
+    }
+    return c - 0.5f * (u * (1.0f - u) * bend.x + v * (1.0f - v) * bend.y + w * (1.0f - w) * bend.z);
 }
 
 /* Reads the 3x3x3 voxels from `first` on, x fastest, by the border rule beyond the domain. */
@@ -4029,13 +4053,14 @@ SPRINGLS__MATHS float springls__grid_sample_spline(const springls__grid *g, SPRI
 /* Returns the gradient of the trilinear values by central differences over one voxel. */
 SPRINGLS__INNER springls__v3 springls__grid_gradient(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
 {
-    const float h = 0.5f;
-    return springls__v3_make(springls__grid_sample(g, phi, springls__v3_make(x.x + h, x.y, x.z))
-                                 - springls__grid_sample(g, phi, springls__v3_make(x.x - h, x.y, x.z)),
-                             springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + h, x.z))
-                                 - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - h, x.z)),
-                             springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + h))
-                                 - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - h)));
+    springls__v3 step = springls__v3_make(0.5f, 0.0f, 0.0f), slope = springls__v3_make(0.0f, 0.0f, 0.0f);
+    int axis;
+    for (axis = 0; axis < 3; axis++) {
+        float d = springls__grid_sample(g, phi, springls__add(x, step)) - springls__grid_sample(g, phi, springls__sub(x, step));
+        slope = springls__v3_make(slope.y, slope.z, d);
+        step = springls__v3_make(step.z, step.x, step.y);
+    }
+    return slope;
 }
 
 /* A tile: a brick with a margin of one voxel, 10x10x10 values, x fastest. */
@@ -4196,55 +4221,6 @@ SPRINGLS__VEC_MATHS springls__vmask springls__crosses(springls__vec c, springls_
 SPRINGLS__VEC_MATHS springls__vmask springls__at_interface(springls__cross7 v)
 {
     return springls__crosses(v.c, springls__cross_min(v), springls__cross_max(v));
-}
-
-/* A wide tile: a brick with a margin of three voxels, sampled at the places that the surface has come from. */
-#define SPRINGLS__WIDE_MARGIN 3
-#define SPRINGLS__WIDE 14
-#define SPRINGLS__WIDE_VOXELS 2744
-
-typedef struct springls__wide_tile {
-    SPRINGLS__GLOBAL const float *field;
-    int origin[3];
-    SPRINGLS__LOCAL float *value; /* WIDE_VOXELS */
-} springls__wide_tile;
-
-/* Loads a wide tile into tile->value, as springls__load_rows does, if it is `wanted`. */
-SPRINGLS__INNER void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
-                                              springls__group group, bool wanted, springls__wide_tile *tile)
-{
-    const int m = SPRINGLS__WIDE_MARGIN;
-    int axis;
-    bool border = false;
-    tile->field = field;
-    for (axis = 0; axis < 3; axis++) {
-        tile->origin[axis] = origin[axis];
-        border = border || origin[axis] == 0 || origin[axis] + 8 + m > g->size[axis];
-    }
-    if (wanted) springls__load_rows(g, field, origin, border, m, group, tile->value);
-}
-
-/* Interpolates at x, in voxels from the brick's first one, trilinear. */
-SPRINGLS__MATHS float springls__wide_tile_sample(const springls__grid *g, const springls__wide_tile *tile, springls__v3 x)
-{
-    const int m = SPRINGLS__WIDE_MARGIN, sy = SPRINGLS__WIDE, sz = SPRINGLS__WIDE * SPRINGLS__WIDE;
-    const float lower = (float)-m, upper = (float)(7 + m);
-    float i = springls__floor(x.x), j = springls__floor(x.y), k = springls__floor(x.z), corner[8];
-    SPRINGLS__LOCAL const float *t;
-    if (!(i >= lower && j >= lower && k >= lower && i < upper && j < upper && k < upper)) {
-        springls__v3 origin = springls__v3_make((float)tile->origin[0], (float)tile->origin[1], (float)tile->origin[2]);
-        return springls__grid_sample(g, tile->field, springls__add(x, origin));
-    }
-    t = tile->value + ((int)i + m) + sy * ((int)j + m) + sz * ((int)k + m);
-    corner[0] = t[0];
-    corner[1] = t[1];
-    corner[2] = t[sy];
-    corner[3] = t[sy + 1];
-    corner[4] = t[sz];
-    corner[5] = t[sz + 1];
-    corner[6] = t[sz + sy];
-    corner[7] = t[sz + sy + 1];
-    return springls__trilinear(corner, x.x - i, x.y - j, x.z - k);
 }
 
 /* Returns how many bricks the domain has. */
@@ -8628,10 +8604,10 @@ SPRINGLS__MATHS bool springls__is_split(const springls__model *model, int i, spr
 /* Splits springl i into halves, stored by its number. */
 SPRINGLS__MATHS void springls__split_element(const springls__model *model, springls__arguments args, int i)
 {
-    uint32_t n = springls__split_number(model)[i];
+    uint32_t n = springls__split_number(model)[i], second;
     if (!springls__is_split(model, i, args)) return;
-    springls__split_halves(model)[2u * n] = springls__child_of(model, i, 0);
-    springls__split_halves(model)[2u * n + 1u] = springls__child_of(model, i, 1);
+    for (second = 0u; second < 2u; second++)
+        springls__split_halves(model)[2u * n + second] = springls__child_of(model, i, (int)second);
 }
 
 /* Stores the halves: the first in the parent's place, the second behind all springls. The kind "filled" goes to both. */
@@ -9401,7 +9377,6 @@ SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, sp
     SPRINGLS__GLOBAL uint8_t *exposed = springls__exposed(model) + (size_t)i * SPRINGLS__CUBES;
     SPRINGLS__GLOBAL uint32_t *total = springls__exposed_count(model) + i;
     springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
-    uint32_t count = 0u;
     int x, y, z, row;
     if (model->group.item == 0) *total = 0u;
     if (springls__is_brick_asleep(&model->grid, i)) {
@@ -9419,10 +9394,9 @@ SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, sp
             springls__mc_cell cell = springls__tile_cube(tile, x, y, z);
             uint32_t bits = springls__exposed_triangles(model, &range, cell, x, y, z, args.exposure);
             exposed[9 * row + x + 1] = (uint8_t)bits;
-            for (; bits; bits &= bits - 1u) count++;
+            for (; bits; bits &= bits - 1u) SPRINGLS__NEXT(total);
         }
     }
-    if (count > 0u) SPRINGLS__ADD(total, count);
 }
 
 /* Makes springls of the exposed triangles of active brick i; their correspondences are their own places. */
@@ -9494,12 +9468,13 @@ SPRINGLS__MATHS void springls__overlap_element(const springls__model *model, spr
 SPRINGLS__MATHS int springls__side_of_bodies(const springls__model *model, springls__v3 x, float max_displacement)
 {
     float radius = springls__overlap_radius(max_displacement);
-    int nearest, others;
+    int body, pass, side = 1;
     if (model->params.contact != SPRINGLS_CONTACT_SEPARATE) return 0;
-    nearest = springls__nearest_springl(model, x, radius);
-    others = nearest < 0 ? 0 : springls__side_of_springls(model, x, nearest, radius);
-    if (others == 0) return 0;
-    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;
+    body = springls__nearest_springl(model, x, radius);
+    if (body < 0) return 0;
+    for (pass = 0; pass < 2 && side > 0; pass++) /* of the bodies but the nearest, then of all */
+        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);
+    return side;
 }
 
 /* ======== >>project_brick:kernel  (kernels_embed/stages/project_brick.h) ======================================= */
@@ -9855,7 +9830,7 @@ SPRINGLS__VEC_MATHS springls__vmask springls__needs_project_voxel(const springls
 }
 
 /* Carries phi of a row along with the springls near its voxels: takes it from the places that they have come from. */
-SPRINGLS__MATHS void springls__carry_row(const springls__grid *g, const springls__wide_tile *tile, int row,
+SPRINGLS__MATHS void springls__carry_row(const springls__grid *g, const int origin[3], int row,
                                          SPRINGLS__LOCAL const float *sums, float phi[8])
 {
     const float y = (float)(row & 7), z = (float)(row >> 3);
@@ -9870,7 +9845,7 @@ SPRINGLS__MATHS void springls__carry_row(const springls__grid *g, const springls
     }
     for (i = 0; i < 8; i++)
         if (sums[8 * SPRINGLS__SUM_WEIGHT + i] > SPRINGLS__MIN_WEIGHT)
-            phi[i] = springls__wide_tile_sample(g, tile, springls__v3_make(from[0][i], from[1][i], from[2][i]));
+            phi[i] = springls__grid_sample_from(g, g->phi, origin, springls__v3_make(from[0][i], from[1][i], from[2][i]));
 }
 
 /* Makes phi of a row's voxels exact where springls are near. */
@@ -9948,7 +9923,7 @@ SPRINGLS__MATHS bool springls__mark_passed(const springls__model *model, const i
 /* Projects a row of a brick, from phi to out, by its sums, if a springl has reached it; returns whether the side of a voxel is
    unknown. */
 SPRINGLS__MATHS bool springls__project_row(const springls__model *model, const springls__near_ranges *near_by,
-                                           const springls__wide_tile *tile, const int origin[3], int row, bool reached,
+                                           const int origin[3], int row, bool reached,
                                            SPRINGLS__LOCAL const float *sums, springls__arguments args, springls__box edges,
                                            SPRINGLS__GLOBAL const float *phi, SPRINGLS__GLOBAL float *out)
 {
@@ -9963,7 +9938,7 @@ SPRINGLS__MATHS bool springls__project_row(const springls__model *model, const s
     }
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__vec_store(value + i, springls__vec_load(phi + i));
     if (some_passed) unknown = springls__mark_passed(model, origin, row, reached, sums, max_displacement, value);
-    if (reached && carry) springls__carry_row(&model->grid, tile, row, sums, value);
+    if (reached && carry) springls__carry_row(&model->grid, origin, row, sums, value);
     if (reached && model->params.project_level_set)
         springls__correct_row(model, near_by, origin, row, sums, args, edges, value);
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__vec_store(out + i, springls__vec_load(value + i));
@@ -9984,13 +9959,11 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     SPRINGLS__GLOBAL uint8_t *side_unknown = springls__has_unknown_side(model) + i;
     bool some;
     springls__brick_sums sums;
-    springls__wide_tile tile;
     springls__near_ranges near_by;
     springls__box edges;
     int row, o[3];
     sums.value = memory;
     sums.opposed = springls__has_opposed(model) + i;
-    tile.value = memory + SPRINGLS__SUMS_FLOATS;
     springls__slot_origin(g, g->active[i], o);
     if (model->group.item == 0) {
         *side_unknown = 0;
@@ -10000,13 +9973,12 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     SPRINGLS__BARRIER; /* both are cleared before an item sets one */
     near_by = springls__near_brick(model, o);
     some = near_by.count > 0;
-    springls__load_wide_tile(g, g->phi, o, model->group, args.project.carry && some, &tile);
     edges = springls__edge_box_of(model, &near_by);
     for (row = 0; row < SPRINGLS__ROWS; row++) sums.reached[row] = 0;
     if (some) springls__brick_sums_take(model, &near_by, o, &sums);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         SPRINGLS__LOCAL const float *of_row = sums.value + springls__sums_of_row(row);
-        if (springls__project_row(model, &near_by, &tile, o, row, sums.reached[row], of_row, args, edges, phi + 8 * row,
+        if (springls__project_row(model, &near_by, o, row, sums.reached[row], of_row, args, edges, phi + 8 * row,
                                   out + 8 * row))
             *side_unknown = 1;
     }
@@ -11981,7 +11953,7 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(subvoxel, LEVEL_SET, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                    \
     X(redistance, LEVEL_SET, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                  \
     X(project, LEVEL_SET, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side) | SPRINGLS__ROLE_BIT(has_opposed),   \
-      SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS)                                                                             \
+      SPRINGLS__SUMS_FLOATS)                                                                                                     \
     X(resolve_sides, LEVEL_SET, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS)                                                  \
     X(find_joint_candidates, LEVEL_SET, 8, SPRINGLS__ROLE_BIT(has_joint_candidates), SPRINGLS__TILE_VOXELS)                      \
     X(join_parts, LEVEL_SET, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                  \
@@ -13136,7 +13108,7 @@ SPRINGLS__FN void springls__keep_box(const springls__grid *g, springls__brick_gr
     for (axis = 0; axis < 3; axis++) {
         const int first = springls__imax(lower[axis] - around - 1, 0) >> 2;
         const int last = springls__imin(upper[axis] + around + 1, g->bricks[axis] - 1) >> 2;
-        for (group = first; group <= last; group++) groups->kept[axis][group >> 5] |= 1u << (group & 31);
+        for (group = first; group <= last; group++) groups->kept[axis * SPRINGLS__GROUP_WORDS + (group >> 5)] |= 1u << (group & 31);
     }
 }
 
@@ -13222,10 +13194,9 @@ SPRINGLS__FN size_t springls__entries_of(const springls__table *t)
 /* Returns whether the table of a grid keeps all of some groups. */
 SPRINGLS__FN bool springls__table_keeps(const springls__grid *g, const springls__brick_groups *groups)
 {
-    int axis, i;
-    for (axis = 0; axis < 3; axis++)
-        for (i = 0; i < SPRINGLS__GROUP_WORDS; i++)
-            if (groups->kept[axis][i] & ~g->table.groups.kept[axis][i]) return false;
+    int i;
+    for (i = 0; i < 3 * SPRINGLS__GROUP_WORDS; i++)
+        if (groups->kept[i] & ~g->table.groups.kept[i]) return false;
     return true;
 }
 
@@ -22803,6 +22774,31 @@ SPRINGLS__FN void springls__fill_chunk_material(const springls_context *ctx, spr
     }
 }
 
+/* A wide tile: a brick with a margin of three voxels. */
+#define SPRINGLS__WIDE_MARGIN 3
+#define SPRINGLS__WIDE 14
+#define SPRINGLS__WIDE_VOXELS 2744
+
+typedef struct springls__wide_tile {
+    int origin[3];
+    float *value; /* WIDE_VOXELS */
+} springls__wide_tile;
+
+/* Returns the wide tile of the brick at `origin`, in `memory`. */
+SPRINGLS__FN springls__wide_tile springls__load_wide_tile(const springls__grid *g, const int origin[3], float *memory)
+{
+    springls__wide_tile tile;
+    bool border = false;
+    int axis;
+    tile.value = memory;
+    for (axis = 0; axis < 3; axis++) {
+        tile.origin[axis] = origin[axis];
+        border = border || origin[axis] == 0 || origin[axis] + 8 + SPRINGLS__WIDE_MARGIN > g->size[axis];
+    }
+    springls__load_rows(g, g->phi, origin, border, SPRINGLS__WIDE_MARGIN, springls__alone(), memory);
+    return tile;
+}
+
 /* Interpolates between t[0], t[s], t[r] and t[r + s]: by u over the stride s, by v over the stride r. */
 SPRINGLS__FN float springls__square_sample(const float *t, int s, float u, int r, float v)
 {
@@ -22849,8 +22845,7 @@ SPRINGLS__FN void springls__fill_normals(const springls_context *ctx, const spri
     const int origin[3] = { 8 * b[0], 8 * b[1], 8 * b[2] };
     const bool border = springls__tile_at_border(g, origin);
     int i;
-    tile.value = memory;
-    springls__load_wide_tile(g, g->phi, origin, springls__alone(), !border, &tile);
+    if (!border) tile = springls__load_wide_tile(g, origin, memory);
     for (i = 0; i < chunk->vertex_count; i++) {
         const springls__v3 n = springls__normal_to_world(ctx, border ? springls__grid_gradient(g, g->phi, vertex[i])
                                                                      : springls__tile_gradient(&tile, vertex[i]));
@@ -26933,7 +26928,6 @@ static const char *const springls__kernel_lines[] = {
     "  #define SPRINGLS__GLOBAL  __global           /* memory that kernels and host share    */\n",
     "  #define SPRINGLS__LOCAL   __local            /* memory of one work group              */\n",
     "  #define SPRINGLS__BARRIER barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE)\n",
-    "  #define SPRINGLS__ADD(pointer, n) atomic_add((volatile __global uint *)(pointer), (uint)(n))\n",
     "  /* Returns a counter in global memory and raises it by 1; work items may meet there. */\n",
     "  #define SPRINGLS__NEXT(pointer) atomic_inc((volatile __global uint *)(pointer))\n",
     "  #define SPRINGLS__CONST   static __constant  /* a read-only table                     */\n",
@@ -26978,7 +26972,6 @@ static const char *const springls__kernel_lines[] = {
     "  #define SPRINGLS__GLOBAL\n",
     "  #define SPRINGLS__LOCAL\n",
     "  #define SPRINGLS__BARRIER (void)0\n",
-    "  #define SPRINGLS__ADD(pointer, n) (*(pointer) += (n))\n",
     "  #define SPRINGLS__NEXT(pointer) ((*(pointer))++)\n",
     "  /* Defines a function that is never called: on the host the velocity is a callback. */\n",
     "  #define SPRINGLS__USER_VELOCITY                                                                                         \\\n",
@@ -27016,7 +27009,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2183 \"springls.h\"\n",
+    "#line 2181 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -27038,7 +27031,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2206 \"springls.h\"\n",
+    "#line 2204 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27053,7 +27046,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2222 \"springls.h\"\n",
+    "#line 2220 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -27177,7 +27170,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2346 \"springls.h\"\n",
+    "#line 2344 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -27247,7 +27240,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2417 \"springls.h\"\n",
+    "#line 2415 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -27467,7 +27460,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2638 \"springls.h\"\n",
+    "#line 2636 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27482,7 +27475,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2653 \"springls.h\"\n",
+    "#line 2651 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -27606,14 +27599,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2777 \"springls.h\"\n",
+    "#line 2775 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2785 \"springls.h\"\n",
+    "#line 2783 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -27712,7 +27705,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 2885 \"springls.h\"\n",
+    "#line 2883 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -27807,7 +27800,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 2981 \"springls.h\"\n",
+    "#line 2979 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -27819,7 +27812,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2993 \"springls.h\"\n",
+    "#line 2991 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27834,7 +27827,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3009 \"springls.h\"\n",
+    "#line 3007 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -27878,7 +27871,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3053 \"springls.h\"\n",
+    "#line 3051 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27893,7 +27886,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3068 \"springls.h\"\n",
+    "#line 3066 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -27937,7 +27930,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3112 \"springls.h\"\n",
+    "#line 3110 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -28016,7 +28009,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3191 \"springls.h\"\n",
+    "#line 3189 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28031,7 +28024,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3207 \"springls.h\"\n",
+    "#line 3205 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -28098,7 +28091,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3274 \"springls.h\"\n",
+    "#line 3272 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28113,7 +28106,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3289 \"springls.h\"\n",
+    "#line 3287 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -28180,7 +28173,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3357 \"springls.h\"\n",
+    "#line 3355 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -28319,7 +28312,8 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__GROUP_WORDS 4 /* of 32 groups each: the domain has up to 512 bricks along an axis */\n",
     "#define SPRINGLS__MOST_PLANES 512\n",
     "\n",
-    "typedef struct springls__brick_groups { uint32_t kept[3][SPRINGLS__GROUP_WORDS]; } springls__brick_groups;\n",
+    "/* The words of each axis, one after the other. */\n",
+    "typedef struct springls__brick_groups { uint32_t kept[3 * SPRINGLS__GROUP_WORDS]; } springls__brick_groups;\n",
     "\n",
     "typedef struct springls__table {\n",
     "    int lower[3], upper[3]; /* the first voxel, and the first one beyond, along each axis           */\n",
@@ -28558,7 +28552,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3736 \"springls.h\"\n",
+    "#line 3735 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -28619,7 +28613,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Returns whether a place along an axis, counted in bricks, is in a group that is kept. */\n",
     "SPRINGLS__MATHS bool springls__keeps_place(const springls__brick_groups *groups, int axis, int place)\n",
     "{\n",
-    "    return (groups->kept[axis][place >> 7] >> ((place >> 2) & 31) & 1u) != 0u;\n",
+    "    return (groups->kept[axis * SPRINGLS__GROUP_WORDS + (place >> 7)] >> ((place >> 2) & 31) & 1u) != 0u;\n",
     "}\n",
     "\n",
     "/* Returns whether the top table has an entry for a brick, at a place counted in bricks, alone. */\n",
@@ -28756,6 +28750,12 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__table_contains(g, x, y, z) ? v : springls__fabs(v);\n",
     "}\n",
     "\n",
+    "/* Returns the voxel along an axis, of those that the top table has, that is nearest to n. */\n",
+    "SPRINGLS__INNER int springls__table_place(const springls__table *t, int axis, int n)\n",
+    "{\n",
+    "    return springls__iclamp(n, t->lower[axis], t->upper[axis] - 1);\n",
+    "}\n",
+    "\n",
     "/* Reads phi at the eight corners of the cube at any voxel (i, j, k), by the border rule beyond the domain. */\n",
     "SPRINGLS__MATHS void springls__grid_corners(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int i, int j, int k,\n",
     "                                            float corner[8])\n",
@@ -28769,16 +28769,19 @@ static const char *const springls__kernel_lines[] = {
     "                                          + springls__voxel_in_brick(i, j, k);\n",
     "        corner[0] = b[0];  corner[1] = b[1];  corner[2] = b[8];  corner[3] = b[9];\n",
     "        corner[4] = b[64]; corner[5] = b[65]; corner[6] = b[72]; corner[7] = b[73];\n",
-    "    } else if (inner) {\n",
-    "        SPRINGLS__GLOBAL const int *top = g->top + springls__entry_at(g, i, j, k);\n",
-    "        const int x = (i & 7) == 7, y = (j & 7) == 7 ? t->bricks[0] : 0, z = (k & 7) == 7 ? t->bricks[0] * t->bricks[1] : 0;\n",
-    "        for (c = 0; c < 8; c++) {\n",
-    "            size_t slot = (size_t)top[(c & 1 ? x : 0) + (c & 2 ? y : 0) + (c & 4 ? z : 0)];\n",
-    "            corner[c] = phi[slot * SPRINGLS__BRICK_VOXELS\n",
-    "                            + (size_t)springls__voxel_in_brick(i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2))];\n",
-    "        }\n",
     "    } else {\n",
-    "        for (c = 0; c < 8; c++) corner[c] = springls__grid_phi(g, phi, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));\n",
+    "        const int x[2] = { springls__table_place(t, 0, i), springls__table_place(t, 0, i + 1) };\n",
+    "        const int y[2] = { springls__table_place(t, 1, j), springls__table_place(t, 1, j + 1) };\n",
+    "        const int z[2] = { springls__table_place(t, 2, k), springls__table_place(t, 2, k + 1) };\n",
+    "        SPRINGLS__GLOBAL const int *top = g->top + springls__entry_at(g, x[0], y[0], z[0]);\n",
+    "        const int dx = (x[1] >> 3) - (x[0] >> 3), dy = ((y[1] >> 3) - (y[0] >> 3)) * t->bricks[0];\n",
+    "        const int dz = ((z[1] >> 3) - (z[0] >> 3)) * t->bricks[0] * t->bricks[1];\n",
+    "        for (c = 0; c < 8; c++) {\n",
+    "            const int a = c & 1, b = c >> 1 & 1, d = c >> 2;\n",
+    "            float v = phi[(size_t)top[a * dx + b * dy + d * dz] * SPRINGLS__BRICK_VOXELS\n",
+    "                            + (size_t)springls__voxel_in_brick(x[a], y[b], z[d])];\n",
+    "            corner[c] = inner || springls__table_contains(g, i + a, j + b, k + d) ? v : springls__fabs(v);\n",
+    "        }\n",
     "    }\n",
     "}\n",
     "\n",
@@ -28793,19 +28796,35 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__trilinear(corner, fx - (float)i, fy - (float)j, fz - (float)k);\n",
     "}\n",
     "\n",
+    "/* Interpolates phi at x, in voxels from the first one of the brick at `origin`, trilinear. Within three voxels of the brick the\n",
+    "   place keeps all its digits. */\n",
+    "SPRINGLS__MATHS float springls__grid_sample_from(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, const int origin[3],\n",
+    "                                                 springls__v3 x)\n",
+    "{\n",
+    "    const float lower = -3.0f, upper = 10.0f;\n",
+    "    float i = springls__floor(x.x), j = springls__floor(x.y), k = springls__floor(x.z), corner[8];\n",
+    "    if (!(i >= lower && j >= lower && k >= lower && i < upper && j < upper && k < upper)) {\n",
+    "        springls__v3 first = springls__v3_make((float)origin[0], (float)origin[1], (float)origin[2]);\n",
+    "        return springls__grid_sample(g, phi, springls__add(x, first));\n",
+    "    }\n",
+    "    springls__grid_corners(g, phi, origin[0] + (int)i, origin[1] + (int)j, origin[2] + (int)k, corner);\n",
+    "    return springls__trilinear(corner, x.x - i, x.y - j, x.z - k);\n",
+    "}\n",
+    "\n",
     "/* Interpolates phi at x to third order: takes from the trilinear value u (1 - u) / 2 times the second difference along each\n",
     "   axis. */\n",
     "SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)\n",
     "{\n",
+    "    springls__v3 step = springls__v3_make(1.0f, 0.0f, 0.0f), bend = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
     "    float c = springls__grid_sample(g, phi, x);\n",
     "    float u = x.x - springls__floor(x.x), v = x.y - springls__floor(x.y), w = x.z - springls__floor(x.z);\n",
-    "    float xx = springls__grid_sample(g, phi, springls__v3_make(x.x - 1.0f, x.y, x.z))\n",
-    "               + springls__grid_sample(g, phi, springls__v3_make(x.x + 1.0f, x.y, x.z)) - 2.0f * c;\n",
-    "    float yy = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - 1.0f, x.z))\n",
-    "               + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + 1.0f, x.z)) - 2.0f * c;\n",
-    "    float zz = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - 1.0f))\n",
-    "               + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + 1.0f)) - 2.0f * c;\n",
-    "    return c - 0.5f * (u * (1.0f - u) * xx + v * (1.0f - v) * yy + w * (1.0f - w) * zz);\n",
+    "    int axis;\n",
+    "    for (axis = 0; axis < 3; axis++) {\n",
+    "        float before = springls__grid_sample(g, phi, springls__sub(x, step));\n",
+    "        bend = springls__v3_make(bend.y, bend.z, before + springls__grid_sample(g, phi, springls__add(x, step)) - 2.0f * c);\n",
+    "        step = springls__v3_make(step.z, step.x, step.y);\n",
+    "    }\n",
+    "    return c - 0.5f * (u * (1.0f - u) * bend.x + v * (1.0f - v) * bend.y + w * (1.0f - w) * bend.z);\n",
     "}\n",
     "\n",
     "/* Reads the 3x3x3 voxels from `first` on, x fastest, by the border rule beyond the domain. */\n",
@@ -28855,13 +28874,14 @@ static const char *const springls__kernel_lines[] = {
     "/* Returns the gradient of the trilinear values by central differences over one voxel. */\n",
     "SPRINGLS__INNER springls__v3 springls__grid_gradient(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)\n",
     "{\n",
-    "    const float h = 0.5f;\n",
-    "    return springls__v3_make(springls__grid_sample(g, phi, springls__v3_make(x.x + h, x.y, x.z))\n",
-    "                                 - springls__grid_sample(g, phi, springls__v3_make(x.x - h, x.y, x.z)),\n",
-    "                             springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + h, x.z))\n",
-    "                                 - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - h, x.z)),\n",
-    "                             springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + h))\n",
-    "                                 - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - h)));\n",
+    "    springls__v3 step = springls__v3_make(0.5f, 0.0f, 0.0f), slope = springls__v3_make(0.0f, 0.0f, 0.0f);\n",
+    "    int axis;\n",
+    "    for (axis = 0; axis < 3; axis++) {\n",
+    "        float d = springls__grid_sample(g, phi, springls__add(x, step)) - springls__grid_sample(g, phi, springls__sub(x, step));\n",
+    "        slope = springls__v3_make(slope.y, slope.z, d);\n",
+    "        step = springls__v3_make(step.z, step.x, step.y);\n",
+    "    }\n",
+    "    return slope;\n",
     "}\n",
     "\n",
     "/* A tile: a brick with a margin of one voxel, 10x10x10 values, x fastest. */\n",
@@ -29022,55 +29042,6 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__VEC_MATHS springls__vmask springls__at_interface(springls__cross7 v)\n",
     "{\n",
     "    return springls__crosses(v.c, springls__cross_min(v), springls__cross_max(v));\n",
-    "}\n",
-    "\n",
-    "/* A wide tile: a brick with a margin of three voxels, sampled at the places that the surface has come from. */\n",
-    "#define SPRINGLS__WIDE_MARGIN 3\n",
-    "#define SPRINGLS__WIDE 14\n",
-    "#define SPRINGLS__WIDE_VOXELS 2744\n",
-    "\n",
-    "typedef struct springls__wide_tile {\n",
-    "    SPRINGLS__GLOBAL const float *field;\n",
-    "    int origin[3];\n",
-    "    SPRINGLS__LOCAL float *value; /* WIDE_VOXELS */\n",
-    "} springls__wide_tile;\n",
-    "\n",
-    "/* Loads a wide tile into tile->value, as springls__load_rows does, if it is `wanted`. */\n",
-    "SPRINGLS__INNER void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],\n",
-    "                                              springls__group group, bool wanted, springls__wide_tile *tile)\n",
-    "{\n",
-    "    const int m = SPRINGLS__WIDE_MARGIN;\n",
-    "    int axis;\n",
-    "    bool border = false;\n",
-    "    tile->field = field;\n",
-    "    for (axis = 0; axis < 3; axis++) {\n",
-    "        tile->origin[axis] = origin[axis];\n",
-    "        border = border || origin[axis] == 0 || origin[axis] + 8 + m > g->size[axis];\n",
-    "    }\n",
-    "    if (wanted) springls__load_rows(g, field, origin, border, m, group, tile->value);\n",
-    "}\n",
-    "\n",
-    "/* Interpolates at x, in voxels from the brick's first one, trilinear. */\n",
-    "SPRINGLS__MATHS float springls__wide_tile_sample(const springls__grid *g, const springls__wide_tile *tile, springls__v3 x)\n",
-    "{\n",
-    "    const int m = SPRINGLS__WIDE_MARGIN, sy = SPRINGLS__WIDE, sz = SPRINGLS__WIDE * SPRINGLS__WIDE;\n",
-    "    const float lower = (float)-m, upper = (float)(7 + m);\n",
-    "    float i = springls__floor(x.x), j = springls__floor(x.y), k = springls__floor(x.z), corner[8];\n",
-    "    SPRINGLS__LOCAL const float *t;\n",
-    "    if (!(i >= lower && j >= lower && k >= lower && i < upper && j < upper && k < upper)) {\n",
-    "        springls__v3 origin = springls__v3_make((float)tile->origin[0], (float)tile->origin[1], (float)tile->origin[2]);\n",
-    "        return springls__grid_sample(g, tile->field, springls__add(x, origin));\n",
-    "    }\n",
-    "    t = tile->value + ((int)i + m) + sy * ((int)j + m) + sz * ((int)k + m);\n",
-    "    corner[0] = t[0];\n",
-    "    corner[1] = t[1];\n",
-    "    corner[2] = t[sy];\n",
-    "    corner[3] = t[sy + 1];\n",
-    "    corner[4] = t[sz];\n",
-    "    corner[5] = t[sz + 1];\n",
-    "    corner[6] = t[sz + sy];\n",
-    "    corner[7] = t[sz + sy + 1];\n",
-    "    return springls__trilinear(corner, x.x - i, x.y - j, x.z - k);\n",
     "}\n",
     "\n",
     "/* Returns how many bricks the domain has. */\n",
@@ -29280,7 +29251,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4459 \"springls.h\"\n",
+    "#line 4435 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -29540,7 +29511,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4720 \"springls.h\"\n",
+    "#line 4696 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -29742,7 +29713,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 4923 \"springls.h\"\n",
+    "#line 4899 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -29859,7 +29830,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5041 \"springls.h\"\n",
+    "#line 5017 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -30009,7 +29980,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5191 \"springls.h\"\n",
+    "#line 5167 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30024,7 +29995,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5207 \"springls.h\"\n",
+    "#line 5183 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -30372,7 +30343,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5555 \"springls.h\"\n",
+    "#line 5531 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30387,7 +30358,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5570 \"springls.h\"\n",
+    "#line 5546 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -30735,7 +30706,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5918 \"springls.h\"\n",
+    "#line 5894 \"springls.h\"\n",
     "\n",
     "/* Displaces springl i by the forces of the rule, into moved_springls. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -30752,7 +30723,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 6542 \"springls.h\"\n",
+    "#line 6518 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -30778,7 +30749,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6569 \"springls.h\"\n",
+    "#line 6545 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -30867,7 +30838,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6659 \"springls.h\"\n",
+    "#line 6635 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -31007,7 +30978,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6800 \"springls.h\"\n",
+    "#line 6776 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -31112,7 +31083,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6906 \"springls.h\"\n",
+    "#line 6882 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -31344,7 +31315,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7139 \"springls.h\"\n",
+    "#line 7115 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -31374,7 +31345,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7169 \"springls.h\"\n",
+    "#line 7145 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31389,7 +31360,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7185 \"springls.h\"\n",
+    "#line 7161 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -31558,7 +31529,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7354 \"springls.h\"\n",
+    "#line 7330 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31573,7 +31544,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7369 \"springls.h\"\n",
+    "#line 7345 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -31742,7 +31713,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7538 \"springls.h\"\n",
+    "#line 7514 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -31796,7 +31767,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7593 \"springls.h\"\n",
+    "#line 7569 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -31822,7 +31793,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7619 \"springls.h\"\n",
+    "#line 7595 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31837,7 +31808,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7635 \"springls.h\"\n",
+    "#line 7611 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -31920,7 +31891,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7718 \"springls.h\"\n",
+    "#line 7694 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31935,7 +31906,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7733 \"springls.h\"\n",
+    "#line 7709 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -32018,7 +31989,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7816 \"springls.h\"\n",
+    "#line 7792 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -32092,7 +32063,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7891 \"springls.h\"\n",
+    "#line 7867 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -32645,7 +32616,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8445 \"springls.h\"\n",
+    "#line 8421 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -32741,7 +32712,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8542 \"springls.h\"\n",
+    "#line 8518 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -32831,10 +32802,10 @@ static const char *const springls__kernel_lines[] = {
     "/* Splits springl i into halves, stored by its number. */\n",
     "SPRINGLS__MATHS void springls__split_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
-    "    uint32_t n = springls__split_number(model)[i];\n",
+    "    uint32_t n = springls__split_number(model)[i], second;\n",
     "    if (!springls__is_split(model, i, args)) return;\n",
-    "    springls__split_halves(model)[2u * n] = springls__child_of(model, i, 0);\n",
-    "    springls__split_halves(model)[2u * n + 1u] = springls__child_of(model, i, 1);\n",
+    "    for (second = 0u; second < 2u; second++)\n",
+    "        springls__split_halves(model)[2u * n + second] = springls__child_of(model, i, (int)second);\n",
     "}\n",
     "\n",
     "/* Stores the halves: the first in the parent's place, the second behind all springls. The kind \"filled\" goes to both. */\n",
@@ -32862,7 +32833,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8664 \"springls.h\"\n",
+    "#line 8640 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -33132,7 +33103,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8935 \"springls.h\"\n",
+    "#line 8911 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
@@ -33208,7 +33179,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9012 \"springls.h\"\n",
+    "#line 8988 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -33350,7 +33321,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9155 \"springls.h\"\n",
+    "#line 9131 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -33539,7 +33510,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9345 \"springls.h\"\n",
+    "#line 9321 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -33599,7 +33570,6 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL uint8_t *exposed = springls__exposed(model) + (size_t)i * SPRINGLS__CUBES;\n",
     "    SPRINGLS__GLOBAL uint32_t *total = springls__exposed_count(model) + i;\n",
     "    springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);\n",
-    "    uint32_t count = 0u;\n",
     "    int x, y, z, row;\n",
     "    if (model->group.item == 0) *total = 0u;\n",
     "    if (springls__is_brick_asleep(&model->grid, i)) {\n",
@@ -33617,10 +33587,9 @@ static const char *const springls__kernel_lines[] = {
     "            springls__mc_cell cell = springls__tile_cube(tile, x, y, z);\n",
     "            uint32_t bits = springls__exposed_triangles(model, &range, cell, x, y, z, args.exposure);\n",
     "            exposed[9 * row + x + 1] = (uint8_t)bits;\n",
-    "            for (; bits; bits &= bits - 1u) count++;\n",
+    "            for (; bits; bits &= bits - 1u) SPRINGLS__NEXT(total);\n",
     "        }\n",
     "    }\n",
-    "    if (count > 0u) SPRINGLS__ADD(total, count);\n",
     "}\n",
     "\n",
     "/* Makes springls of the exposed triangles of active brick i; their correspondences are their own places. */\n",
@@ -33665,7 +33634,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9472 \"springls.h\"\n",
+    "#line 9446 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -33691,14 +33660,15 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS int springls__side_of_bodies(const springls__model *model, springls__v3 x, float max_displacement)\n",
     "{\n",
     "    float radius = springls__overlap_radius(max_displacement);\n",
-    "    int nearest, others;\n",
+    "    int body, pass, side = 1;\n",
     "    if (model->params.contact != SPRINGLS_CONTACT_SEPARATE) return 0;\n",
-    "    nearest = springls__nearest_springl(model, x, radius);\n",
-    "    others = nearest < 0 ? 0 : springls__side_of_springls(model, x, nearest, radius);\n",
-    "    if (others == 0) return 0;\n",
-    "    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;\n",
+    "    body = springls__nearest_springl(model, x, radius);\n",
+    "    if (body < 0) return 0;\n",
+    "    for (pass = 0; pass < 2 && side > 0; pass++) /* of the bodies but the nearest, then of all */\n",
+    "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
+    "    return side;\n",
     "}\n",
-    "#line 9506 \"springls.h\"\n",
+    "#line 9481 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -34051,7 +34021,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Carries phi of a row along with the springls near its voxels: takes it from the places that they have come from. */\n",
-    "SPRINGLS__MATHS void springls__carry_row(const springls__grid *g, const springls__wide_tile *tile, int row,\n",
+    "SPRINGLS__MATHS void springls__carry_row(const springls__grid *g, const int origin[3], int row,\n",
     "                                         SPRINGLS__LOCAL const float *sums, float phi[8])\n",
     "{\n",
     "    const float y = (float)(row & 7), z = (float)(row >> 3);\n",
@@ -34066,7 +34036,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    for (i = 0; i < 8; i++)\n",
     "        if (sums[8 * SPRINGLS__SUM_WEIGHT + i] > SPRINGLS__MIN_WEIGHT)\n",
-    "            phi[i] = springls__wide_tile_sample(g, tile, springls__v3_make(from[0][i], from[1][i], from[2][i]));\n",
+    "            phi[i] = springls__grid_sample_from(g, g->phi, origin, springls__v3_make(from[0][i], from[1][i], from[2][i]));\n",
     "}\n",
     "\n",
     "/* Makes phi of a row's voxels exact where springls are near. */\n",
@@ -34144,7 +34114,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Projects a row of a brick, from phi to out, by its sums, if a springl has reached it; returns whether the side of a voxel is\n",
     "   unknown. */\n",
     "SPRINGLS__MATHS bool springls__project_row(const springls__model *model, const springls__near_ranges *near_by,\n",
-    "                                           const springls__wide_tile *tile, const int origin[3], int row, bool reached,\n",
+    "                                           const int origin[3], int row, bool reached,\n",
     "                                           SPRINGLS__LOCAL const float *sums, springls__arguments args, springls__box edges,\n",
     "                                           SPRINGLS__GLOBAL const float *phi, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
@@ -34159,7 +34129,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__vec_store(value + i, springls__vec_load(phi + i));\n",
     "    if (some_passed) unknown = springls__mark_passed(model, origin, row, reached, sums, max_displacement, value);\n",
-    "    if (reached && carry) springls__carry_row(&model->grid, tile, row, sums, value);\n",
+    "    if (reached && carry) springls__carry_row(&model->grid, origin, row, sums, value);\n",
     "    if (reached && model->params.project_level_set)\n",
     "        springls__correct_row(model, near_by, origin, row, sums, args, edges, value);\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__vec_store(out + i, springls__vec_load(value + i));\n",
@@ -34180,13 +34150,11 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__GLOBAL uint8_t *side_unknown = springls__has_unknown_side(model) + i;\n",
     "    bool some;\n",
     "    springls__brick_sums sums;\n",
-    "    springls__wide_tile tile;\n",
     "    springls__near_ranges near_by;\n",
     "    springls__box edges;\n",
     "    int row, o[3];\n",
     "    sums.value = memory;\n",
     "    sums.opposed = springls__has_opposed(model) + i;\n",
-    "    tile.value = memory + SPRINGLS__SUMS_FLOATS;\n",
     "    springls__slot_origin(g, g->active[i], o);\n",
     "    if (model->group.item == 0) {\n",
     "        *side_unknown = 0;\n",
@@ -34196,13 +34164,12 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__BARRIER; /* both are cleared before an item sets one */\n",
     "    near_by = springls__near_brick(model, o);\n",
     "    some = near_by.count > 0;\n",
-    "    springls__load_wide_tile(g, g->phi, o, model->group, args.project.carry && some, &tile);\n",
     "    edges = springls__edge_box_of(model, &near_by);\n",
     "    for (row = 0; row < SPRINGLS__ROWS; row++) sums.reached[row] = 0;\n",
     "    if (some) springls__brick_sums_take(model, &near_by, o, &sums);\n",
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {\n",
     "        SPRINGLS__LOCAL const float *of_row = sums.value + springls__sums_of_row(row);\n",
-    "        if (springls__project_row(model, &near_by, &tile, o, row, sums.reached[row], of_row, args, edges, phi + 8 * row,\n",
+    "        if (springls__project_row(model, &near_by, o, row, sums.reached[row], of_row, args, edges, phi + 8 * row,\n",
     "                                  out + 8 * row))\n",
     "            *side_unknown = 1;\n",
     "    }\n",
@@ -34243,7 +34210,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10052 \"springls.h\"\n",
+    "#line 10024 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -34393,7 +34360,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10203 \"springls.h\"\n",
+    "#line 10175 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -34497,7 +34464,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10308 \"springls.h\"\n",
+    "#line 10280 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -34594,7 +34561,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10406 \"springls.h\"\n",
+    "#line 10378 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -35132,7 +35099,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10945 \"springls.h\"\n",
+    "#line 10917 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -35210,7 +35177,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 11024 \"springls.h\"\n",
+    "#line 10996 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -35459,7 +35426,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11274 \"springls.h\"\n",
+    "#line 11246 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -35492,7 +35459,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11308 \"springls.h\"\n",
+    "#line 11280 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -35517,14 +35484,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11334 \"springls.h\"\n",
+    "#line 11306 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11341 \"springls.h\"\n",
+    "#line 11313 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35539,7 +35506,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11357 \"springls.h\"\n",
+    "#line 11329 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35665,7 +35632,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11483 \"springls.h\"\n",
+    "#line 11455 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35680,7 +35647,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11498 \"springls.h\"\n",
+    "#line 11470 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35806,7 +35773,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11625 \"springls.h\"\n",
+    "#line 11597 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -36097,7 +36064,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11917 \"springls.h\"\n",
+    "#line 11889 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -36165,7 +36132,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(subvoxel, LEVEL_SET, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                    \\\n",
     "    X(redistance, LEVEL_SET, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                  \\\n",
     "    X(project, LEVEL_SET, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side) | SPRINGLS__ROLE_BIT(has_opposed),   \\\n",
-    "      SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS)                                                                             \\\n",
+    "      SPRINGLS__SUMS_FLOATS)                                                                                                     \\\n",
     "    X(resolve_sides, LEVEL_SET, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS)                                                  \\\n",
     "    X(find_joint_candidates, LEVEL_SET, 8, SPRINGLS__ROLE_BIT(has_joint_candidates), SPRINGLS__TILE_VOXELS)                      \\\n",
     "    X(join_parts, LEVEL_SET, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                  \\\n",
@@ -36204,7 +36171,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_scatter, LISTS, 128) X(brick_lists_sort, LISTS, 8)                                                             \\\n",
     "    X(compact_flag, LISTS, 4096) X(compact_out, LISTS, 256) X(compact_in, LISTS, 256)                                            \\\n",
     "    X(region_begin, SIGNS, 64) X(region_join, SIGNS, 64) X(region_vote, SIGNS, 64) X(region_resolve, SIGNS, 64)\n",
-    "#line 36208 \"springls.h\"\n",
+    "#line 36175 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

@@ -70,7 +70,8 @@ typedef struct springls_cl_desc {
     void *device;             /* a cl_device_id of `context`; NULL: its first                                        */
     void *queue;              /* the caller's in-order cl_command_queue for that device, retained; NULL: a new one   */
     const char *library;      /* file name of the OpenCL library; NULL: the system's                                 */
-    int brick_items;          /* work items that share a brick, 1..64; 0: 64 on a GPU, 1 on a processor              */
+    int brick_items;          /* work items that share a brick, 1..64; 0: 64 on a GPU, 1 on a processor. With 1 an item
+                                 does many elements, as suits a processor, with more it does one                     */
     bool timed;               /* wait at the end of every stage, so that springls_stats.seconds are each stage's own */
     springls_velocity_fn velocity; /* a velocity callback that velocity_source replaces on the device                */
     const char *velocity_source;   /* the same function in OpenCL C:
@@ -260,7 +261,7 @@ typedef struct springls__cl {
     springls_cl_counts counts;
     bool exact;
     size_t group;           /* work items that share a brick                                                     */
-    char device_name[256];
+    char device_name[256], lack[128]; /* what the device has too little of                                       */
 #define SPRINGLS__CL_POINTER(name, result, arguments) result (CL_API_CALL *name) arguments;
     SPRINGLS__CL_FUNCTIONS(SPRINGLS__CL_POINTER)
 #undef SPRINGLS__CL_POINTER
@@ -1090,19 +1091,29 @@ SPRINGLS__FN cl_int springls__cl_describe(springls__cl *cl)
     return error;
 }
 
+/* Returns a failure when the device has less of something than is needed. */
+SPRINGLS__FN cl_int springls__cl_check_limit(springls__cl *cl, const char *what, size_t has, size_t needed)
+{
+    if (has >= needed) return CL_SUCCESS;
+    snprintf(cl->lack, sizeof cl->lack, "%s: %lu, %lu are needed", what, (unsigned long)has, (unsigned long)needed);
+    return CL_INVALID_WORK_GROUP_SIZE;
+}
+
 /* Returns a failure when the device has no room for a work group on a brick. */
-SPRINGLS__FN cl_int springls__cl_check_room(const springls__cl *cl)
+SPRINGLS__FN cl_int springls__cl_check_room(springls__cl *cl)
 {
 #define SPRINGLS__CL_FLOATS(name, program, grain, writes, floats) (floats),
     static const size_t shared[] = { SPRINGLS__BRICK_KERNELS(SPRINGLS__CL_FLOATS) 0 };
 #undef SPRINGLS__CL_FLOATS
     cl_ulong memory = 0;
-    size_t items = 0, i;
+    size_t items = 0, most = 0, i;
+    cl_int error;
     cl->GetDeviceInfo(cl->device, CL_DEVICE_LOCAL_MEM_SIZE, sizeof memory, &memory, NULL);
     cl->GetDeviceInfo(cl->device, CL_DEVICE_MAX_WORK_GROUP_SIZE, sizeof items, &items, NULL);
     for (i = 0; i < sizeof shared / sizeof *shared; i++)
-        if (shared[i] * sizeof(float) > memory) return CL_INVALID_WORK_GROUP_SIZE;
-    return items < cl->group ? CL_INVALID_WORK_GROUP_SIZE : CL_SUCCESS;
+        if (shared[i] > most) most = shared[i];
+    error = springls__cl_check_limit(cl, "bytes of local memory", (size_t)memory, most * sizeof(float));
+    return error == CL_SUCCESS ? springls__cl_check_limit(cl, "items of a work group", items, cl->group) : error;
 }
 
 /* Takes the caller's queue, which must be in order, and of the context and device. */
@@ -1234,7 +1245,8 @@ SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, sp
         error = CL_DEVICE_NOT_AVAILABLE;
     } else {
         error = springls__cl_set_up(cl, desc);
-        if (error != CL_SUCCESS) springls__cl_log(&desc->logger, 2, "opencl: %s: going on without", springls__cl_error(error));
+        if (error != CL_SUCCESS) springls__cl_log(&desc->logger, 2, "opencl: %s: going on without",
+                                                    cl->lack[0] ? cl->lack : springls__cl_error(error));
     }
     if (error != CL_SUCCESS) {
         springls_cl_destroy(&cl->base);

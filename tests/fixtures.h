@@ -266,7 +266,8 @@ FIXTURE springls_tasks fixture_tasks(fixture_workers *workers, int count, int th
     return tasks;
 }
 
-/* ---- the backend: scalar, or OpenCL when SPRINGLS_TEST_BACKEND names a kind of device, cpu or gpu; one for the program ---- */
+/* ---- the backend: scalar, or OpenCL when SPRINGLS_TEST_BACKEND names a device; one for the program. It is cpu, gpu, or group: a
+   processor with the kernels of a GPU ---- */
 
 /* Ends the program as one that was skipped. */
 FIXTURE void fixture_no_device(const char *why)
@@ -292,13 +293,22 @@ FIXTURE void fixture_leave_device(void)
     springls_cl_destroy(fixture_device);
 }
 
+/* Describes the device that is asked for; the default one where none is. */
+FIXTURE springls_cl_desc fixture_device_desc(void)
+{
+    const char *name = getenv("SPRINGLS_TEST_BACKEND");
+    springls_cl_desc desc;
+    memset(&desc, 0, sizeof desc);
+    if (!name) return desc;
+    desc.kind = strcmp(name, "gpu") == 0 ? SPRINGLS_CL_KIND_GPU : SPRINGLS_CL_KIND_CPU;
+    desc.brick_items = strcmp(name, "group") == 0 ? 64 : 0;
+    return desc;
+}
+
 FIXTURE springls_backend *fixture_backend(void)
 {
-    const char *kind = getenv("SPRINGLS_TEST_BACKEND");
-    springls_cl_desc desc;
-    if (fixture_device || !kind) return fixture_device;
-    memset(&desc, 0, sizeof desc);
-    desc.kind = strcmp(kind, "gpu") == 0 ? SPRINGLS_CL_KIND_GPU : SPRINGLS_CL_KIND_CPU;
+    springls_cl_desc desc = fixture_device_desc();
+    if (fixture_device || !getenv("SPRINGLS_TEST_BACKEND")) return fixture_device;
     desc.logger.log = fixture_device_log;
     if (springls_cl_create(&desc, &fixture_device) != SPRINGLS_OK) exit(EXIT_FAILURE);
     atexit(fixture_leave_device);

@@ -196,9 +196,13 @@ LIBRARY_TESTS = $(call chosen,$(STAGE_TESTS) portability/same_hashes,$(ALL_LIBRA
 ALL_DEVICE    = $(patsubst tests/%.c,%,$(shell grep -l -E 'fixture_(context|desc|sphere|box|torus)|histories' tests/unit/test_*.c) \
                 $(wildcard tests/backend/test_*.c)) backend/opencl_small
 DEVICE_TESTS  = $(if $(WITH_OPENCL),$(call chosen,$(STAGE_TESTS) backend/opencl_small,$(ALL_DEVICE)))
+# On a processor with the kernels of a GPU, which PoCL compiles in 45 s.
+ALL_GROUP     = backend/opencl_small backend/test_opencl_parity
+GROUP_TESTS   = $(if $(WITH_OPENCL),$(call chosen,,$(ALL_GROUP)))
 ifneq ($(VARIANT)$(filter 1,$(PARTS)),)
   # What a driver does with memory and threads is its own affair, and the parts have no text for a device.
   DEVICE_TESTS := $(if $(filter cover,$(VARIANT)),$(DEVICE_TESTS))
+  GROUP_TESTS =
   LIBRARY_TESTS =
 endif
 # What takes a minute runs once, optimised: bits are the same in every build.
@@ -210,10 +214,12 @@ NO_SIMD_LOGS = $(LIBRARY_TESTS:%=$(TEST_DIR)-no-simd/%.log)
 # The script for machines with a GPU, small.
 DEVICE_SCRIPT_LOG = $(if $(DEVICE_TESTS),$(if $(VARIANT),,$(call chosen,,build/test/device/run.log)))
 OPENCL_LOGS  = $(DEVICE_TESTS:%=$(TEST_DIR)/%.opencl.log) $(DEVICE_SCRIPT_LOG)
+GROUP_LOGS   = $(GROUP_TESTS:%=$(TEST_DIR)/%.group.log)
 
 # The first program on OpenCL compiles the kernels into PoCL's cache, where the others find them.
 FIRST_OPENCL_LOG = $(firstword $(OPENCL_LOGS))
 $(filter-out $(FIRST_OPENCL_LOG),$(OPENCL_LOGS)): | $(FIRST_OPENCL_LOG)
+$(wordlist 2,9,$(GROUP_LOGS)): | $(firstword $(GROUP_LOGS))
 
 DEVICE_PROGRAMS = build/leveque build/zalesak build/test/device/report $(addprefix build/test/,backend/test_opencl_parity backend/test_opencl_transfers \
                   unit/test_determinism)
@@ -223,6 +229,8 @@ build/test/device/report: tests/device/report.c build/test/settings | springls.h
 
 %.opencl.log: % FORCE
 	@echo "  run $< on OpenCL"; SPRINGLS_TEST_BACKEND=cpu tests/run.sh $@ $<
+%.group.log: % FORCE
+	@echo "  run $< on OpenCL, in groups"; SPRINGLS_TEST_BACKEND=group tests/run.sh $@ $<
 %.log: % FORCE
 	@echo "  run $<"; tests/run.sh $@ $<
 build/test/device/run.log: tests/device/run.sh $(DEVICE_PROGRAMS) FORCE
@@ -233,8 +241,9 @@ $(SCRIPT_LOGS): $(TEST_DIR)/%.log: tests/%.sh FORCE
 $(TEST_DIR)-no-simd/portability/same_hashes.log: $(TEST_DIR)/portability/hashes $(TEST_DIR)-no-simd/portability/hashes FORCE
 	@tests/run.sh $@ tests/portability/same_hashes.sh $(filter-out FORCE,$^)
 
-test-run: $(FIRST_OPENCL_LOG) $(SCALAR_LOGS) $(NO_SIMD_LOGS) $(OPENCL_LOGS)
-	@tests/report.sh scalar $(SCALAR_LOGS) $(if $(NO_SIMD_LOGS),-- no-simd $(NO_SIMD_LOGS)) $(if $(OPENCL_LOGS),-- opencl $(OPENCL_LOGS))
+test-run: $(FIRST_OPENCL_LOG) $(SCALAR_LOGS) $(NO_SIMD_LOGS) $(OPENCL_LOGS) $(GROUP_LOGS)
+	@tests/report.sh scalar $(SCALAR_LOGS) $(if $(NO_SIMD_LOGS),-- no-simd $(NO_SIMD_LOGS)) $(if $(OPENCL_LOGS),-- opencl $(OPENCL_LOGS)) \
+	  $(if $(GROUP_LOGS),-- opencl-groups $(GROUP_LOGS))
 
 test-build: $(addprefix $(TEST_DIR)/,$(sort $(PLAIN_TESTS) $(DEVICE_TESTS))) $(patsubst %/same_hashes,%/hashes,$(LIBRARY_TESTS:%=$(TEST_DIR)-no-simd/%))   ## build the tests (WITH_LIBRARIES=1 WITH_OPENCL=1)
 

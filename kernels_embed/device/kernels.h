@@ -92,7 +92,7 @@
     X(subvoxel, LEVEL_SET, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                    \
     X(redistance, LEVEL_SET, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                  \
     X(project, LEVEL_SET, 4, SPRINGLS__BIT(PHI_NEXT) | SPRINGLS__ROLE_BIT(has_unknown_side) | SPRINGLS__ROLE_BIT(has_opposed),   \
-      SPRINGLS__SUMS_FLOATS + SPRINGLS__WIDE_VOXELS)                                                                             \
+      SPRINGLS__SUMS_FLOATS)                                                                                                     \
     X(resolve_sides, LEVEL_SET, 8, SPRINGLS__BIT(OMEGA), SPRINGLS__TILE_VOXELS)                                                  \
     X(find_joint_candidates, LEVEL_SET, 8, SPRINGLS__ROLE_BIT(has_joint_candidates), SPRINGLS__TILE_VOXELS)                      \
     X(join_parts, LEVEL_SET, 8, SPRINGLS__BIT(PHI_NEXT), SPRINGLS__TILE_VOXELS)                                                  \

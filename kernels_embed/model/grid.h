@@ -62,7 +62,7 @@ SPRINGLS__MATHS int springls__place_of_plane(const springls__grid *g, int axis, 
 /* Returns whether a place along an axis, counted in bricks, is in a group that is kept. */
 SPRINGLS__MATHS bool springls__keeps_place(const springls__brick_groups *groups, int axis, int place)
 {
-    return (groups->kept[axis][place >> 7] >> ((place >> 2) & 31) & 1u) != 0u;
+    return (groups->kept[axis * SPRINGLS__GROUP_WORDS + (place >> 7)] >> ((place >> 2) & 31) & 1u) != 0u;
 }
 
 /* Returns whether the top table has an entry for a brick, at a place counted in bricks, alone. */
@@ -199,6 +199,12 @@ SPRINGLS__INNER float springls__grid_phi(const springls__grid *g, SPRINGLS__GLOB
     return springls__table_contains(g, x, y, z) ? v : springls__fabs(v);
 }
 
+/* Returns the voxel along an axis, of those that the top table has, that is nearest to n. */
+SPRINGLS__INNER int springls__table_place(const springls__table *t, int axis, int n)
+{
+    return springls__iclamp(n, t->lower[axis], t->upper[axis] - 1);
+}
+
 /* Reads phi at the eight corners of the cube at any voxel (i, j, k), by the border rule beyond the domain. */
 SPRINGLS__MATHS void springls__grid_corners(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, int i, int j, int k,
                                             float corner[8])
@@ -212,16 +218,19 @@ SPRINGLS__MATHS void springls__grid_corners(const springls__grid *g, SPRINGLS__G
                                           + springls__voxel_in_brick(i, j, k);
         corner[0] = b[0];  corner[1] = b[1];  corner[2] = b[8];  corner[3] = b[9];
         corner[4] = b[64]; corner[5] = b[65]; corner[6] = b[72]; corner[7] = b[73];
-    } else if (inner) {
-        SPRINGLS__GLOBAL const int *top = g->top + springls__entry_at(g, i, j, k);
-        const int x = (i & 7) == 7, y = (j & 7) == 7 ? t->bricks[0] : 0, z = (k & 7) == 7 ? t->bricks[0] * t->bricks[1] : 0;
-        for (c = 0; c < 8; c++) {
-            size_t slot = (size_t)top[(c & 1 ? x : 0) + (c & 2 ? y : 0) + (c & 4 ? z : 0)];
-            corner[c] = phi[slot * SPRINGLS__BRICK_VOXELS
-                            + (size_t)springls__voxel_in_brick(i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2))];
-        }
     } else {
-        for (c = 0; c < 8; c++) corner[c] = springls__grid_phi(g, phi, i + (c & 1), j + ((c >> 1) & 1), k + (c >> 2));
+        const int x[2] = { springls__table_place(t, 0, i), springls__table_place(t, 0, i + 1) };
+        const int y[2] = { springls__table_place(t, 1, j), springls__table_place(t, 1, j + 1) };
+        const int z[2] = { springls__table_place(t, 2, k), springls__table_place(t, 2, k + 1) };
+        SPRINGLS__GLOBAL const int *top = g->top + springls__entry_at(g, x[0], y[0], z[0]);
+        const int dx = (x[1] >> 3) - (x[0] >> 3), dy = ((y[1] >> 3) - (y[0] >> 3)) * t->bricks[0];
+        const int dz = ((z[1] >> 3) - (z[0] >> 3)) * t->bricks[0] * t->bricks[1];
+        for (c = 0; c < 8; c++) {
+            const int a = c & 1, b = c >> 1 & 1, d = c >> 2;
+            float v = phi[(size_t)top[a * dx + b * dy + d * dz] * SPRINGLS__BRICK_VOXELS
+                            + (size_t)springls__voxel_in_brick(x[a], y[b], z[d])];
+            corner[c] = inner || springls__table_contains(g, i + a, j + b, k + d) ? v : springls__fabs(v);
+        }
     }
 }
 
@@ -236,19 +245,35 @@ SPRINGLS__MATHS float springls__grid_sample(const springls__grid *g, SPRINGLS__G
     return springls__trilinear(corner, fx - (float)i, fy - (float)j, fz - (float)k);
 }
 
+/* Interpolates phi at x, in voxels from the first one of the brick at `origin`, trilinear. Within three voxels of the brick the
+   place keeps all its digits. */
+SPRINGLS__MATHS float springls__grid_sample_from(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, const int origin[3],
+                                                 springls__v3 x)
+{
+    const float lower = -3.0f, upper = 10.0f;
+    float i = springls__floor(x.x), j = springls__floor(x.y), k = springls__floor(x.z), corner[8];
+    if (!(i >= lower && j >= lower && k >= lower && i < upper && j < upper && k < upper)) {
+        springls__v3 first = springls__v3_make((float)origin[0], (float)origin[1], (float)origin[2]);
+        return springls__grid_sample(g, phi, springls__add(x, first));
+    }
+    springls__grid_corners(g, phi, origin[0] + (int)i, origin[1] + (int)j, origin[2] + (int)k, corner);
+    return springls__trilinear(corner, x.x - i, x.y - j, x.z - k);
+}
+
 /* Interpolates phi at x to third order: takes from the trilinear value u (1 - u) / 2 times the second difference along each
    axis. */
 SPRINGLS__MATHS float springls__grid_sample_smooth(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
 {
+    springls__v3 step = springls__v3_make(1.0f, 0.0f, 0.0f), bend = springls__v3_make(0.0f, 0.0f, 0.0f);
     float c = springls__grid_sample(g, phi, x);
     float u = x.x - springls__floor(x.x), v = x.y - springls__floor(x.y), w = x.z - springls__floor(x.z);
-    float xx = springls__grid_sample(g, phi, springls__v3_make(x.x - 1.0f, x.y, x.z))
-               + springls__grid_sample(g, phi, springls__v3_make(x.x + 1.0f, x.y, x.z)) - 2.0f * c;
-    float yy = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - 1.0f, x.z))
-               + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + 1.0f, x.z)) - 2.0f * c;
-    float zz = springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - 1.0f))
-               + springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + 1.0f)) - 2.0f * c;
-    return c - 0.5f * (u * (1.0f - u) * xx + v * (1.0f - v) * yy + w * (1.0f - w) * zz);
+    int axis;
+    for (axis = 0; axis < 3; axis++) {
+        float before = springls__grid_sample(g, phi, springls__sub(x, step));
+        bend = springls__v3_make(bend.y, bend.z, before + springls__grid_sample(g, phi, springls__add(x, step)) - 2.0f * c);
+        step = springls__v3_make(step.z, step.x, step.y);
+    }
+    return c - 0.5f * (u * (1.0f - u) * bend.x + v * (1.0f - v) * bend.y + w * (1.0f - w) * bend.z);
 }
 
 /* Reads the 3x3x3 voxels from `first` on, x fastest, by the border rule beyond the domain. */
@@ -298,13 +323,14 @@ SPRINGLS__MATHS float springls__grid_sample_spline(const springls__grid *g, SPRI
 /* Returns the gradient of the trilinear values by central differences over one voxel. */
 SPRINGLS__INNER springls__v3 springls__grid_gradient(const springls__grid *g, SPRINGLS__GLOBAL const float *phi, springls__v3 x)
 {
-    const float h = 0.5f;
-    return springls__v3_make(springls__grid_sample(g, phi, springls__v3_make(x.x + h, x.y, x.z))
-                                 - springls__grid_sample(g, phi, springls__v3_make(x.x - h, x.y, x.z)),
-                             springls__grid_sample(g, phi, springls__v3_make(x.x, x.y + h, x.z))
-                                 - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y - h, x.z)),
-                             springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z + h))
-                                 - springls__grid_sample(g, phi, springls__v3_make(x.x, x.y, x.z - h)));
+    springls__v3 step = springls__v3_make(0.5f, 0.0f, 0.0f), slope = springls__v3_make(0.0f, 0.0f, 0.0f);
+    int axis;
+    for (axis = 0; axis < 3; axis++) {
+        float d = springls__grid_sample(g, phi, springls__add(x, step)) - springls__grid_sample(g, phi, springls__sub(x, step));
+        slope = springls__v3_make(slope.y, slope.z, d);
+        step = springls__v3_make(step.z, step.x, step.y);
+    }
+    return slope;
 }
 
 /* A tile: a brick with a margin of one voxel, 10x10x10 values, x fastest. */
@@ -465,55 +491,6 @@ SPRINGLS__VEC_MATHS springls__vmask springls__crosses(springls__vec c, springls_
 SPRINGLS__VEC_MATHS springls__vmask springls__at_interface(springls__cross7 v)
 {
     return springls__crosses(v.c, springls__cross_min(v), springls__cross_max(v));
-}
-
-/* A wide tile: a brick with a margin of three voxels, sampled at the places that the surface has come from. */
-#define SPRINGLS__WIDE_MARGIN 3
-#define SPRINGLS__WIDE 14
-#define SPRINGLS__WIDE_VOXELS 2744
-
-typedef struct springls__wide_tile {
-    SPRINGLS__GLOBAL const float *field;
-    int origin[3];
-    SPRINGLS__LOCAL float *value; /* WIDE_VOXELS */
-} springls__wide_tile;
-
-/* Loads a wide tile into tile->value, as springls__load_rows does, if it is `wanted`. */
-SPRINGLS__INNER void springls__load_wide_tile(const springls__grid *g, SPRINGLS__GLOBAL const float *field, const int origin[3],
-                                              springls__group group, bool wanted, springls__wide_tile *tile)
-{
-    const int m = SPRINGLS__WIDE_MARGIN;
-    int axis;
-    bool border = false;
-    tile->field = field;
-    for (axis = 0; axis < 3; axis++) {
-        tile->origin[axis] = origin[axis];
-        border = border || origin[axis] == 0 || origin[axis] + 8 + m > g->size[axis];
-    }
-    if (wanted) springls__load_rows(g, field, origin, border, m, group, tile->value);
-}
-
-/* Interpolates at x, in voxels from the brick's first one, trilinear. */
-SPRINGLS__MATHS float springls__wide_tile_sample(const springls__grid *g, const springls__wide_tile *tile, springls__v3 x)
-{
-    const int m = SPRINGLS__WIDE_MARGIN, sy = SPRINGLS__WIDE, sz = SPRINGLS__WIDE * SPRINGLS__WIDE;
-    const float lower = (float)-m, upper = (float)(7 + m);
-    float i = springls__floor(x.x), j = springls__floor(x.y), k = springls__floor(x.z), corner[8];
-    SPRINGLS__LOCAL const float *t;
-    if (!(i >= lower && j >= lower && k >= lower && i < upper && j < upper && k < upper)) {
-        springls__v3 origin = springls__v3_make((float)tile->origin[0], (float)tile->origin[1], (float)tile->origin[2]);
-        return springls__grid_sample(g, tile->field, springls__add(x, origin));
-    }
-    t = tile->value + ((int)i + m) + sy * ((int)j + m) + sz * ((int)k + m);
-    corner[0] = t[0];
-    corner[1] = t[1];
-    corner[2] = t[sy];
-    corner[3] = t[sy + 1];
-    corner[4] = t[sz];
-    corner[5] = t[sz + 1];
-    corner[6] = t[sz + sy];
-    corner[7] = t[sz + sy + 1];
-    return springls__trilinear(corner, x.x - i, x.y - j, x.z - k);
 }
 
 /* Returns how many bricks the domain has. */

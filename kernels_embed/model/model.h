@@ -148,7 +148,8 @@ typedef struct springls__record {
 #define SPRINGLS__GROUP_WORDS 4 /* of 32 groups each: the domain has up to 512 bricks along an axis */
 #define SPRINGLS__MOST_PLANES 512
 
-typedef struct springls__brick_groups { uint32_t kept[3][SPRINGLS__GROUP_WORDS]; } springls__brick_groups;
+/* The words of each axis, one after the other. */
+typedef struct springls__brick_groups { uint32_t kept[3 * SPRINGLS__GROUP_WORDS]; } springls__brick_groups;
 
 typedef struct springls__table {
     int lower[3], upper[3]; /* the first voxel, and the first one beyond, along each axis           */

@@ -67,7 +67,6 @@ SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, sp
     SPRINGLS__GLOBAL uint8_t *exposed = springls__exposed(model) + (size_t)i * SPRINGLS__CUBES;
     SPRINGLS__GLOBAL uint32_t *total = springls__exposed_count(model) + i;
     springls__cube_range range = springls__brick_cubes(&model->grid, model->grid.active[i]);
-    uint32_t count = 0u;
     int x, y, z, row;
     if (model->group.item == 0) *total = 0u;
     if (springls__is_brick_asleep(&model->grid, i)) {
@@ -85,10 +84,9 @@ SPRINGLS__MATHS void springls__exposure_element(const springls__model *model, sp
             springls__mc_cell cell = springls__tile_cube(tile, x, y, z);
             uint32_t bits = springls__exposed_triangles(model, &range, cell, x, y, z, args.exposure);
             exposed[9 * row + x + 1] = (uint8_t)bits;
-            for (; bits; bits &= bits - 1u) count++;
+            for (; bits; bits &= bits - 1u) SPRINGLS__NEXT(total);
         }
     }
-    if (count > 0u) SPRINGLS__ADD(total, count);
 }
 
 /* Makes springls of the exposed triangles of active brick i; their correspondences are their own places. */

@@ -28,12 +28,13 @@ SPRINGLS__MATHS void springls__overlap_element(const springls__model *model, spr
 SPRINGLS__MATHS int springls__side_of_bodies(const springls__model *model, springls__v3 x, float max_displacement)
 {
     float radius = springls__overlap_radius(max_displacement);
-    int nearest, others;
+    int body, pass, side = 1;
     if (model->params.contact != SPRINGLS_CONTACT_SEPARATE) return 0;
-    nearest = springls__nearest_springl(model, x, radius);
-    others = nearest < 0 ? 0 : springls__side_of_springls(model, x, nearest, radius);
-    if (others == 0) return 0;
-    return others < 0 || springls__side_of_springls(model, x, -1, radius) < 0 ? -1 : 1;
+    body = springls__nearest_springl(model, x, radius);
+    if (body < 0) return 0;
+    for (pass = 0; pass < 2 && side > 0; pass++) /* of the bodies but the nearest, then of all */
+        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);
+    return side;
 }
 
 #endif

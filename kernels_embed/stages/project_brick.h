@@ -361,7 +361,7 @@ SPRINGLS__VEC_MATHS springls__vmask springls__needs_project_voxel(const springls
 }
 
 /* Carries phi of a row along with the springls near its voxels: takes it from the places that they have come from. */
-SPRINGLS__MATHS void springls__carry_row(const springls__grid *g, const springls__wide_tile *tile, int row,
+SPRINGLS__MATHS void springls__carry_row(const springls__grid *g, const int origin[3], int row,
                                          SPRINGLS__LOCAL const float *sums, float phi[8])
 {
     const float y = (float)(row & 7), z = (float)(row >> 3);
@@ -376,7 +376,7 @@ SPRINGLS__MATHS void springls__carry_row(const springls__grid *g, const springls
     }
     for (i = 0; i < 8; i++)
         if (sums[8 * SPRINGLS__SUM_WEIGHT + i] > SPRINGLS__MIN_WEIGHT)
-            phi[i] = springls__wide_tile_sample(g, tile, springls__v3_make(from[0][i], from[1][i], from[2][i]));
+            phi[i] = springls__grid_sample_from(g, g->phi, origin, springls__v3_make(from[0][i], from[1][i], from[2][i]));
 }
 
 /* Makes phi of a row's voxels exact where springls are near. */
@@ -454,7 +454,7 @@ SPRINGLS__MATHS bool springls__mark_passed(const springls__model *model, const i
 /* Projects a row of a brick, from phi to out, by its sums, if a springl has reached it; returns whether the side of a voxel is
    unknown. */
 SPRINGLS__MATHS bool springls__project_row(const springls__model *model, const springls__near_ranges *near_by,
-                                           const springls__wide_tile *tile, const int origin[3], int row, bool reached,
+                                           const int origin[3], int row, bool reached,
                                            SPRINGLS__LOCAL const float *sums, springls__arguments args, springls__box edges,
                                            SPRINGLS__GLOBAL const float *phi, SPRINGLS__GLOBAL float *out)
 {
@@ -469,7 +469,7 @@ SPRINGLS__MATHS bool springls__project_row(const springls__model *model, const s
     }
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__vec_store(value + i, springls__vec_load(phi + i));
     if (some_passed) unknown = springls__mark_passed(model, origin, row, reached, sums, max_displacement, value);
-    if (reached && carry) springls__carry_row(&model->grid, tile, row, sums, value);
+    if (reached && carry) springls__carry_row(&model->grid, origin, row, sums, value);
     if (reached && model->params.project_level_set)
         springls__correct_row(model, near_by, origin, row, sums, args, edges, value);
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__vec_store(out + i, springls__vec_load(value + i));
@@ -490,13 +490,11 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     SPRINGLS__GLOBAL uint8_t *side_unknown = springls__has_unknown_side(model) + i;
     bool some;
     springls__brick_sums sums;
-    springls__wide_tile tile;
     springls__near_ranges near_by;
     springls__box edges;
     int row, o[3];
     sums.value = memory;
     sums.opposed = springls__has_opposed(model) + i;
-    tile.value = memory + SPRINGLS__SUMS_FLOATS;
     springls__slot_origin(g, g->active[i], o);
     if (model->group.item == 0) {
         *side_unknown = 0;
@@ -506,13 +504,12 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
     SPRINGLS__BARRIER; /* both are cleared before an item sets one */
     near_by = springls__near_brick(model, o);
     some = near_by.count > 0;
-    springls__load_wide_tile(g, g->phi, o, model->group, args.project.carry && some, &tile);
     edges = springls__edge_box_of(model, &near_by);
     for (row = 0; row < SPRINGLS__ROWS; row++) sums.reached[row] = 0;
     if (some) springls__brick_sums_take(model, &near_by, o, &sums);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items) {
         SPRINGLS__LOCAL const float *of_row = sums.value + springls__sums_of_row(row);
-        if (springls__project_row(model, &near_by, &tile, o, row, sums.reached[row], of_row, args, edges, phi + 8 * row,
+        if (springls__project_row(model, &near_by, o, row, sums.reached[row], of_row, args, edges, phi + 8 * row,
                                   out + 8 * row))
             *side_unknown = 1;
     }

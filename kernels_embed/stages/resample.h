@@ -94,10 +94,10 @@ SPRINGLS__MATHS bool springls__is_split(const springls__model *model, int i, spr
 /* Splits springl i into halves, stored by its number. */
 SPRINGLS__MATHS void springls__split_element(const springls__model *model, springls__arguments args, int i)
 {
-    uint32_t n = springls__split_number(model)[i];
+    uint32_t n = springls__split_number(model)[i], second;
     if (!springls__is_split(model, i, args)) return;
-    springls__split_halves(model)[2u * n] = springls__child_of(model, i, 0);
-    springls__split_halves(model)[2u * n + 1u] = springls__child_of(model, i, 1);
+    for (second = 0u; second < 2u; second++)
+        springls__split_halves(model)[2u * n + second] = springls__child_of(model, i, (int)second);
 }
 
 /* Stores the halves: the first in the parent's place, the second behind all springls. The kind "filled" goes to both. */

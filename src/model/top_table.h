@@ -27,7 +27,7 @@ SPRINGLS__FN void springls__keep_box(const springls__grid *g, springls__brick_gr
     for (axis = 0; axis < 3; axis++) {
         const int first = springls__imax(lower[axis] - around - 1, 0) >> 2;
         const int last = springls__imin(upper[axis] + around + 1, g->bricks[axis] - 1) >> 2;
-        for (group = first; group <= last; group++) groups->kept[axis][group >> 5] |= 1u << (group & 31);
+        for (group = first; group <= last; group++) groups->kept[axis * SPRINGLS__GROUP_WORDS + (group >> 5)] |= 1u << (group & 31);
     }
 }
 
@@ -113,10 +113,9 @@ SPRINGLS__FN size_t springls__entries_of(const springls__table *t)
 /* Returns whether the table of a grid keeps all of some groups. */
 SPRINGLS__FN bool springls__table_keeps(const springls__grid *g, const springls__brick_groups *groups)
 {
-    int axis, i;
-    for (axis = 0; axis < 3; axis++)
-        for (i = 0; i < SPRINGLS__GROUP_WORDS; i++)
-            if (groups->kept[axis][i] & ~g->table.groups.kept[axis][i]) return false;
+    int i;
+    for (i = 0; i < 3 * SPRINGLS__GROUP_WORDS; i++)
+        if (groups->kept[i] & ~g->table.groups.kept[i]) return false;
     return true;
 }
 

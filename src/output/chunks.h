@@ -524,6 +524,31 @@ SPRINGLS__FN void springls__fill_chunk_material(const springls_context *ctx, spr
     }
 }
 
+/* A wide tile: a brick with a margin of three voxels. */
+#define SPRINGLS__WIDE_MARGIN 3
+#define SPRINGLS__WIDE 14
+#define SPRINGLS__WIDE_VOXELS 2744
+
+typedef struct springls__wide_tile {
+    int origin[3];
+    float *value; /* WIDE_VOXELS */
+} springls__wide_tile;
+
+/* Returns the wide tile of the brick at `origin`, in `memory`. */
+SPRINGLS__FN springls__wide_tile springls__load_wide_tile(const springls__grid *g, const int origin[3], float *memory)
+{
+    springls__wide_tile tile;
+    bool border = false;
+    int axis;
+    tile.value = memory;
+    for (axis = 0; axis < 3; axis++) {
+        tile.origin[axis] = origin[axis];
+        border = border || origin[axis] == 0 || origin[axis] + 8 + SPRINGLS__WIDE_MARGIN > g->size[axis];
+    }
+    springls__load_rows(g, g->phi, origin, border, SPRINGLS__WIDE_MARGIN, springls__alone(), memory);
+    return tile;
+}
+
 /* Interpolates between t[0], t[s], t[r] and t[r + s]: by u over the stride s, by v over the stride r. */
 SPRINGLS__FN float springls__square_sample(const float *t, int s, float u, int r, float v)
 {
@@ -570,8 +595,7 @@ SPRINGLS__FN void springls__fill_normals(const springls_context *ctx, const spri
     const int origin[3] = { 8 * b[0], 8 * b[1], 8 * b[2] };
     const bool border = springls__tile_at_border(g, origin);
     int i;
-    tile.value = memory;
-    springls__load_wide_tile(g, g->phi, origin, springls__alone(), !border, &tile);
+    if (!border) tile = springls__load_wide_tile(g, origin, memory);
     for (i = 0; i < chunk->vertex_count; i++) {
         const springls__v3 n = springls__normal_to_world(ctx, border ? springls__grid_gradient(g, g->phi, vertex[i])
                                                                      : springls__tile_gradient(&tile, vertex[i]));

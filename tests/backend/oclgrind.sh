@@ -14,7 +14,7 @@ if [ -z "$library" ]; then
 fi
 log=$(mktemp) || exit 1
 trap 'rm -f "$log"' EXIT
-OCLGRIND_CHECK_API=1 OCLGRIND_DATA_RACES=1 OCLGRIND_MAX_ERRORS=20 OCLGRIND_LOCAL_MEM_SIZE=65536 OCLGRIND_LOG=$log \
+OCLGRIND_CHECK_API=1 OCLGRIND_DATA_RACES=1 OCLGRIND_MAX_ERRORS=20 OCLGRIND_LOG=$log \
     OCLGRIND_BUILD_OPTIONS="-cl-opt-disable -Dalways_inline=" "$1" "$library"
 status=$?
 cat "$log"

@@ -59,10 +59,9 @@ GREATEST_MAIN_DEFS();
 
 int main(int argc, char **argv)
 {
-    springls_cl_desc desc;
+    springls_cl_desc desc = fixture_device_desc();
     springls_backend *backend;
     int paper, wrong = 0;
-    memset(&desc, 0, sizeof desc);
     desc.library = argc > 1 ? argv[1] : NULL;
     if (desc.library) desc.brick_items = 4; /* else the device's own, whose kernels other tests have compiled */
     desc.logger.log = small_log;

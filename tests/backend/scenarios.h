@@ -328,8 +328,9 @@ FIXTURE uint64_t scenario_hash(int which, springls_backend *backend) { return sc
 /* Finds the device, to be destroyed after the tests, and makes the scenarios' image. */
 FIXTURE void scenarios_begin(void)
 {
+    springls_cl_desc desc = fixture_device_desc();
     scenario_image();
-    if (springls_cl_create(NULL, &test_device) == SPRINGLS_OK && springls_cl_exact(test_device)) return;
+    if (springls_cl_create(&desc, &test_device) == SPRINGLS_OK && springls_cl_exact(test_device)) return;
     springls_cl_destroy(test_device);
     test_device = NULL;
 }
