@@ -59,7 +59,7 @@ SPRINGLS__MATHS void springls__region_begin_element(const springls__model *model
 /* ---- join: neighbours get one root ---- */
 
 /* Returns the root of n as far as it is known: other work items join meanwhile. */
-SPRINGLS__MATHS int springls__region_root(__global int *label, int n)
+SPRINGLS__MATHS int springls__root_so_far(__global int *label, int n)
 {
     int next = atomic_or(&label[n], 0);
     while (next != n) {
@@ -71,13 +71,13 @@ SPRINGLS__MATHS int springls__region_root(__global int *label, int n)
 
 SPRINGLS__MATHS void springls__region_unite(__global int *label, int a, int b)
 {
-    a = springls__region_root(label, a);
-    b = springls__region_root(label, b);
+    a = springls__root_so_far(label, a);
+    b = springls__root_so_far(label, b);
     while (a != b) {
         int high = springls__imax(a, b), low = springls__imin(a, b), before = atomic_min(&label[high], low);
         if (before == high) return;
-        a = springls__region_root(label, before); /* another item was faster: join what it has joined */
-        b = springls__region_root(label, low);
+        a = springls__root_so_far(label, before); /* another item was faster: join what it has joined */
+        b = springls__root_so_far(label, low);
     }
 }
 
@@ -137,6 +137,13 @@ SPRINGLS__MATHS void springls__region_join_element(const springls__model *model,
 }
 
 /* ---- vote: the voxels around the members of a region are added up at its root ---- */
+
+/* Returns the root of n, when all are joined. */
+SPRINGLS__MATHS int springls__region_root(__global const int *label, int n)
+{
+    while (label[n] != n) n = label[n];
+    return n;
+}
 
 SPRINGLS__MATHS int springls__vote_at(const springls__model *model, int x, int y, int z)
 {

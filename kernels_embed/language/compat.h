@@ -19,6 +19,8 @@
   #define SPRINGLS__BARRIER barrier(CLK_LOCAL_MEM_FENCE | CLK_GLOBAL_MEM_FENCE)
   /* Returns a counter in global memory and raises it by 1; work items may meet there. */
   #define SPRINGLS__NEXT(pointer) atomic_inc((volatile __global uint *)(pointer))
+  /* Writes a number where other work items may write the same one meanwhile. */
+  #define SPRINGLS__MARK(pointer, number) (*(pointer) = (number))
   #define SPRINGLS__CONST   static __constant  /* a read-only table                     */
   /* Calls springls_cl_desc.velocity_source for advect.h. */
   #define SPRINGLS__USER_VELOCITY                                                                                         \
@@ -62,6 +64,11 @@
   #define SPRINGLS__LOCAL
   #define SPRINGLS__BARRIER (void)0
   #define SPRINGLS__NEXT(pointer) ((*(pointer))++)
+  #if defined(__GNUC__)
+    #define SPRINGLS__MARK(pointer, number) __atomic_store_n(pointer, number, __ATOMIC_RELAXED)
+  #else
+    #define SPRINGLS__MARK(pointer, number) (*(pointer) = (number))
+  #endif
   /* Defines a function that is never called: on the host the velocity is a callback. */
   #define SPRINGLS__USER_VELOCITY                                                                                         \
       SPRINGLS__MATHS springls__v3 springls__user_velocity(springls__v3 x, float time, const float *user)                  \

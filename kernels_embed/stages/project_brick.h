@@ -125,7 +125,7 @@ SPRINGLS__VEC_MATHS springls__vec springls__same_sheet_weight(springls__vec weig
     springls__vec along = springls__vec_load(sums + 8 * SPRINGLS__FACING) * n.x
                         + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 1)) * n.y
                         + springls__vec_load(sums + 8 * (SPRINGLS__FACING + 2)) * n.z;
-    if (springls__vec_any((along < SPRINGLS__FACING_AGAINST) & (weight > 0.0f))) *opposed = 1;
+    if (springls__vec_any((along < SPRINGLS__FACING_AGAINST) & (weight > 0.0f))) SPRINGLS__MARK(opposed, 1);
     return springls__vec_select(along > SPRINGLS__SAME_SHEET, weight, springls__vec_broadcast(0.0f));
 }
 
@@ -511,7 +511,7 @@ SPRINGLS__MATHS void springls__project_element(const springls__model *model, spr
         SPRINGLS__LOCAL const float *of_row = sums.value + springls__sums_of_row(row);
         if (springls__project_row(model, &near_by, o, row, sums.reached[row], of_row, args, edges, phi + 8 * row,
                                   out + 8 * row))
-            *side_unknown = 1;
+            SPRINGLS__MARK(side_unknown, 1);
     }
 }
 

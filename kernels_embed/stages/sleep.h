@@ -56,7 +56,7 @@ SPRINGLS__INNER void springls__end_calm_at(const springls__grid *g, springls__v3
     int voxel[3], octant;
     springls__voxel_of_place(g, x, voxel);
     octant = (voxel[0] >> 2 & 1) | (voxel[1] >> 1 & 2) | (voxel[2] & 4);
-    g->calm[springls__slot_at(g, voxel[0], voxel[1], voxel[2]) * SPRINGLS__OCTANTS + octant] = 0;
+    SPRINGLS__MARK(g->calm + springls__slot_at(g, voxel[0], voxel[1], voxel[2]) * SPRINGLS__OCTANTS + octant, 0);
 }
 
 /* Ends the calm of the octants that a springl lies in, and lay in when phi last followed, where it stirs. Several springls may end

@@ -271,7 +271,7 @@ SPRINGLS__MATHS void springls__find_joint_candidates_element(const springls__mod
     if (springls__is_brick_asleep(&model->grid, i)) return;
     springls__load_tile(&model->grid, model->grid.phi, model->grid.active[i], model->group, tile);
     for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)
-        if (springls__row_has_joint_candidate(springls__tile_row(tile, row))) *candidates = 1;
+        if (springls__row_has_joint_candidate(springls__tile_row(tile, row))) SPRINGLS__MARK(candidates, 1);
 }
 
 /* Loads active brick i into a tile, copies its phi to phi_next, and finds its first voxel. */
