@@ -404,13 +404,16 @@ SPRINGLS__FN cl_int springls__cl_enqueue(springls__cl *cl, cl_kernel kernel, siz
 
 SPRINGLS__FN cl_int springls__cl_need(springls__cl *cl, springls__program program);
 
-/* Starts a kernel: a work item does as many elements as a task of the scalar backend on a processor, one on a GPU. */
+/* Starts a kernel: a work item does as many elements as a task of the scalar backend on a processor, one on a GPU. OpenCL before
+   2.1 refuses to start one over nothing. */
 SPRINGLS__FN springls_status springls__cl_launch(springls_context *ctx, int kernel, int count, springls__arguments args)
 {
     const springls__cl_kernel *info = &springls__cl_kernels[kernel];
     springls__cl *cl = springls__cl_of(ctx);
     const int grain = cl->group > 1 ? 1 : info->grain;
-    cl_int error = springls__cl_need(cl, info->program);
+    cl_int error;
+    if (count <= 0) return SPRINGLS_OK;
+    error = springls__cl_need(cl, info->program);
     if (error == CL_SUCCESS)
         error = springls__cl_arguments(cl, cl->kernels[kernel], ctx->memory, &ctx->model, args, count, grain);
     SPRINGLS__TRY(springls__cl_check(ctx, error, info->name));
@@ -429,7 +432,6 @@ SPRINGLS__FN springls_status springls__cl_collect(springls_context *ctx, springl
                                                   const springls__arguments *args)
 {
     springls__arguments none;
-    if (count <= 0) return SPRINGLS_OK;
     memset(&none, 0, sizeof none);
     return springls__cl_launch(ctx, (int)SPRINGLS__KERNEL_COUNT + (int)collective, count, args ? *args : none);
 }
