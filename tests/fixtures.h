@@ -267,7 +267,7 @@ FIXTURE springls_tasks fixture_tasks(fixture_workers *workers, int count, int th
 }
 
 /* ---- the backend: scalar, or OpenCL when SPRINGLS_TEST_BACKEND names a device; one for the program. It is cpu, gpu, or group: a
-   processor with the kernels of a GPU ---- */
+   processor with the kernels of a GPU. Its library is SPRINGLS_TEST_LIBRARY, or the system's ---- */
 
 /* Ends the program as one that was skipped. */
 FIXTURE void fixture_no_device(const char *why)
@@ -299,6 +299,7 @@ FIXTURE springls_cl_desc fixture_device_desc(void)
     const char *name = getenv("SPRINGLS_TEST_BACKEND");
     springls_cl_desc desc;
     memset(&desc, 0, sizeof desc);
+    desc.library = getenv("SPRINGLS_TEST_LIBRARY");
     if (!name) return desc;
     desc.kind = strcmp(name, "gpu") == 0 ? SPRINGLS_CL_KIND_GPU : SPRINGLS_CL_KIND_CPU;
     desc.brick_items = strcmp(name, "group") == 0 ? 64 : 0;

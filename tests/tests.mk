@@ -34,6 +34,12 @@ $(TEST_DIR)/backend/opencl_stub.so: tests/backend/opencl_stub.c $(TEST_DIR)/sett
 	@mkdir -p $(@D)
 	$(SAY)$(CC) $(TEST_FLAGS) -shared -fPIC -o $@ $<
 
+# The device whose kernels are compiled as C, for sanitizers to watch.
+$(TEST_DIR)/backend/opencl_host.so: tests/backend/opencl_host.c tests/backend/opencl_kernels.c tests/backend/opencl_kernels.h \
+  $(filter kernels_embed/%,$(PARTS_FILES)) $(wildcard kernels_embed/*/*.cl) $(TEST_DIR)/settings
+	@mkdir -p $(@D)
+	$(SAY)$(CC) $(filter-out -M% $@.d,$(TEST_FLAGS)) -shared -fPIC -o $@ $(filter tests/%.c,$^) -lm
+
 # Tests of the examples are linked with the folders of examples/common that they use (examples/examples.mk), compiled with the
 # tests' flags. Where the libraries of these folders cannot be had, the tests skip themselves.
 test_atlas_USES     = $(atlas_USES)
@@ -205,6 +211,9 @@ ifneq ($(VARIANT)$(filter 1,$(PARTS)),)
   GROUP_TESTS =
   LIBRARY_TESTS =
 endif
+# And some on the device of opencl_host.so, whose kernels sanitizers watch.
+ALL_CHECKED   = backend/test_opencl_parity $(if $(filter tsan,$(VARIANT)),,unit/test_lives)
+CHECKED_TESTS = $(if $(filter 1,$(PARTS)),,$(if $(WITH_OPENCL),$(call chosen,backend/test_opencl_parity,$(ALL_CHECKED))))
 # What takes a minute runs once, optimised: bits are the same in every build.
 ACCURACY_LOG = $(if $(filter 1,$(WITH_LIBRARIES)),build/bench/accuracy.log)
 # The page of promises names what there is; what runs tests has a test.
@@ -215,6 +224,7 @@ NO_SIMD_LOGS = $(LIBRARY_TESTS:%=$(TEST_DIR)-no-simd/%.log)
 DEVICE_SCRIPT_LOG = $(if $(DEVICE_TESTS),$(if $(VARIANT),,$(call chosen,,build/test/device/run.log)))
 OPENCL_LOGS  = $(DEVICE_TESTS:%=$(TEST_DIR)/%.opencl.log) $(DEVICE_SCRIPT_LOG)
 GROUP_LOGS   = $(GROUP_TESTS:%=$(TEST_DIR)/%.group.log)
+CHECKED_LOGS = $(CHECKED_TESTS:%=$(TEST_DIR)/%.checked.log)
 
 # The first program on OpenCL compiles the kernels into PoCL's cache, where the others find them.
 FIRST_OPENCL_LOG = $(firstword $(OPENCL_LOGS))
@@ -231,6 +241,8 @@ build/test/device/report: tests/device/report.c build/test/settings | springls.h
 	@echo "  run $< on OpenCL"; SPRINGLS_TEST_BACKEND=cpu tests/run.sh $@ $<
 %.group.log: % FORCE
 	@echo "  run $< on OpenCL, in groups"; SPRINGLS_TEST_BACKEND=group tests/run.sh $@ $<
+%.checked.log: % $(TEST_DIR)/backend/opencl_host.so FORCE
+	@echo "  run $< on a checked device"; SPRINGLS_TEST_BACKEND=gpu SPRINGLS_TEST_LIBRARY=$(TEST_DIR)/backend/opencl_host.so tests/run.sh $@ $<
 %.log: % FORCE
 	@echo "  run $<"; tests/run.sh $@ $<
 build/test/device/run.log: tests/device/run.sh $(DEVICE_PROGRAMS) FORCE
@@ -241,11 +253,11 @@ $(SCRIPT_LOGS): $(TEST_DIR)/%.log: tests/%.sh FORCE
 $(TEST_DIR)-no-simd/portability/same_hashes.log: $(TEST_DIR)/portability/hashes $(TEST_DIR)-no-simd/portability/hashes FORCE
 	@tests/run.sh $@ tests/portability/same_hashes.sh $(filter-out FORCE,$^)
 
-test-run: $(FIRST_OPENCL_LOG) $(SCALAR_LOGS) $(NO_SIMD_LOGS) $(OPENCL_LOGS) $(GROUP_LOGS)
+test-run: $(FIRST_OPENCL_LOG) $(SCALAR_LOGS) $(NO_SIMD_LOGS) $(OPENCL_LOGS) $(GROUP_LOGS) $(CHECKED_LOGS)
 	@tests/report.sh scalar $(SCALAR_LOGS) $(if $(NO_SIMD_LOGS),-- no-simd $(NO_SIMD_LOGS)) $(if $(OPENCL_LOGS),-- opencl $(OPENCL_LOGS)) \
-	  $(if $(GROUP_LOGS),-- opencl-groups $(GROUP_LOGS))
+	  $(if $(GROUP_LOGS),-- opencl-groups $(GROUP_LOGS)) $(if $(CHECKED_LOGS),-- checked $(CHECKED_LOGS))
 
-test-build: $(addprefix $(TEST_DIR)/,$(sort $(PLAIN_TESTS) $(DEVICE_TESTS))) $(patsubst %/same_hashes,%/hashes,$(LIBRARY_TESTS:%=$(TEST_DIR)-no-simd/%))   ## build the tests (WITH_LIBRARIES=1 WITH_OPENCL=1)
+test-build: $(addprefix $(TEST_DIR)/,$(sort $(PLAIN_TESTS) $(DEVICE_TESTS) $(CHECKED_TESTS) $(if $(CHECKED_TESTS),backend/opencl_host.so))) $(patsubst %/same_hashes,%/hashes,$(LIBRARY_TESTS:%=$(TEST_DIR)-no-simd/%))   ## build the tests (WITH_LIBRARIES=1 WITH_OPENCL=1)
 
 test: TESTS ?= quick
 # All groups at once where they can all be had; then nothing is missing of each.

@@ -67,6 +67,26 @@ FIXTURE springls_status parity_poison(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
+typedef void (*parity_limit)(cl_mem memory, size_t bytes);
+
+/* Leaves a kernel what is in use of each array, with the springls that it adds; NULL: all of it. opencl_host.c has this for
+   AddressSanitizer, real devices have not. */
+FIXTURE void parity_limit_kernel(springls_context *ctx, const springls__kernel_info *kernel, springls__arguments args)
+{
+    const springls__cl_symbol symbol = SPRINGLS__CL_FIND(springls__cl_of(ctx)->library, "device_limit");
+    const bool adds = kernel && (kernel->writes & SPRINGLS__SET_BITS) == SPRINGLS__SET_BITS;
+    parity_limit limit;
+    int array;
+    memcpy(&limit, &symbol, sizeof limit);
+    for (array = 0; array < SPRINGLS__ARRAY_COUNT && limit; array++) {
+        const springls__buffer *buffer = &ctx->memory[array];
+        size_t used = springls__used(ctx, (springls__array)array);
+        if (adds && springls__has_array(SPRINGLS__SET_BITS, array)) used += (size_t)args.insert.count;
+        used *= springls__element_size((springls__array)array);
+        if (buffer->device) limit((cl_mem)buffer->device, kernel && buffer->data ? used : buffer->device_bytes);
+    }
+}
+
 FIXTURE void parity_free(void *copy[SPRINGLS__ARRAY_COUNT])
 {
     int array;
@@ -119,7 +139,9 @@ FIXTURE springls_status parity_run(springls_context *ctx, int kernel, int count,
     if (status == SPRINGLS_OK) status = parity_download(ctx, scalar);
     if (status == SPRINGLS_OK) {
         parity_scalar(ctx, scalar, kernel, count, args);
+        parity_limit_kernel(ctx, &springls__kernels[kernel], args);
         status = watch.run(ctx, kernel, count, args);
+        parity_limit_kernel(ctx, NULL, args);
     }
     if (status == SPRINGLS_OK) status = parity_download(ctx, device);
     if (status == SPRINGLS_OK) parity_compare(ctx, kernel, before, scalar, device);
