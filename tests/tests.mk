@@ -213,7 +213,9 @@ ifneq ($(VARIANT)$(filter 1,$(PARTS)),)
 endif
 # And some on the device of opencl_host.so, whose kernels sanitizers watch.
 ALL_CHECKED   = backend/test_opencl_parity $(if $(filter tsan,$(VARIANT)),,unit/test_lives)
-CHECKED_TESTS = $(if $(filter 1,$(PARTS)),,$(if $(WITH_OPENCL),$(call chosen,backend/test_opencl_parity,$(ALL_CHECKED))))
+CHECKED_TESTS = $(if $(filter 1,$(PARTS)),,$(if $(WITH_OPENCL),$(if $(filter quick,$(TESTS)),backend/test_opencl_parity,$(ALL_CHECKED))))
+# Quick, and not too long for ThreadSanitizer: each scenario as a whole, not kernel by kernel.
+CHECKED_PART  = $(if $(filter quick,$(TESTS))$(filter tsan,$(VARIANT)),-s scenarios -t same_bits)
 # What takes a minute runs once, optimised: bits are the same in every build.
 ACCURACY_LOG = $(if $(filter 1,$(WITH_LIBRARIES)),build/bench/accuracy.log)
 # The page of promises names what there is; what runs tests has a test.
@@ -242,7 +244,8 @@ build/test/device/report: tests/device/report.c build/test/settings | springls.h
 %.group.log: % FORCE
 	@echo "  run $< on OpenCL, in groups"; SPRINGLS_TEST_BACKEND=group tests/run.sh $@ $<
 %.checked.log: % $(TEST_DIR)/backend/opencl_host.so FORCE
-	@echo "  run $< on a checked device"; SPRINGLS_TEST_BACKEND=gpu SPRINGLS_TEST_LIBRARY=$(TEST_DIR)/backend/opencl_host.so tests/run.sh $@ $<
+	@echo "  run $< on a checked device"; SPRINGLS_TEST_BACKEND=gpu SPRINGLS_TEST_LIBRARY=$(TEST_DIR)/backend/opencl_host.so \
+	  tests/run.sh $@ $< $(if $(filter %/test_opencl_parity,$<),$(CHECKED_PART))
 %.log: % FORCE
 	@echo "  run $<"; tests/run.sh $@ $<
 build/test/device/run.log: tests/device/run.sh $(DEVICE_PROGRAMS) FORCE

@@ -108,8 +108,7 @@ start_section() {
         export SPRINGLS_CACHE=$w/cache/springls
         mkdir -p "$SPRINGLS_CACHE"
         started "into the library's cache" > /dev/null
-        rm -rf "${POCL_CACHE_DIR:?}"/* "${CUDA_CACHE_PATH:?}"/*
-        started "again, with the library's cache alone"
+        CUDA_CACHE_DISABLE=1 started "again, with the library's cache alone"
         unset SPRINGLS_CACHE
     fi
     printf '\n'
@@ -150,7 +149,7 @@ make_page() {
     [ -n "$device" ] || return
     exact=$(sed -n 's/^| Rounds as C does | \(.*\) |$/\1/p' <<< "$device")
     kind=gpu; ! grep -q '^| Kind | processor' <<< "$device" || kind=cpu
-    printf '# OpenCL on one device\n\nMade by `make device PAGE=docs/gpu.md`, %s. What the words mean: [OpenCL](opencl.md).\n\n' "$(date +%F)"
+    printf '# OpenCL on one device\n\nMade by `make device PAGE=docs/gpu.md`, %s. [OpenCL](opencl.md) explains what is measured.\n\n' "$(date +%F)"
     printf '%s\n\n' "$device"
     for part in $parts; do ${part}_section; done
 }

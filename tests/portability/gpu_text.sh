@@ -36,7 +36,7 @@ if [ ! -s "$w/text.ptx" ]; then
 fi
 bad=0
 echo "$clang, PTX: $taken s"
-spirv=$(seconds $clang -x cl -cl-std=CL1.2 -D__OPENCL_VERSION__=120 --target=spir64 -Xclang -finclude-default-header -w -O1 -emit-llvm -c \
+spirv=$(seconds $clang -x cl -cl-std=CL1.2 -D__OPENCL_VERSION__=120 --target=spir64 -Xclang -finclude-default-header -w -O0 -emit-llvm -c \
     -o "$w/text.bc" "$w/text.cl")
 [ -s "$w/text.bc" ] || { cat "$w/log"; bad=1; }
 echo "$clang, IR for SPIR-V: $spirv s"
