@@ -52,12 +52,13 @@ typedef enum springls_cl_kind {
     SPRINGLS_CL_KIND_CPU
 } springls_cl_kind;
 
-/* Keeps compiled programs, each a blob under a key that stands for the device, its driver and all else that it was made of. The
-   driver runs a blob unseen: nobody else should be able to write it. One that is damaged, or of something else, is replaced.
-   All zero: nothing is kept. PoCL keeps programs itself, and is asked for none. */
+/* Keeps compiled programs. A key, 16 hexadecimal digits, stands for device, driver, options and text; a blob is at most 1 GiB. The
+   driver runs blobs unchecked: nobody else should be able to write them. A blob that is damaged, or belongs to something else, is
+   replaced. Callbacks run on the thread that calls the library, before springls_cl_destroy. All zero: nothing is kept. PoCL has a
+   cache of its own: with it this one is not used. */
 typedef struct springls_cl_cache {
-    const char *folder;  /* there is one, and each blob is a file in it that its owner alone reads; NULL: the callbacks      */
-    /* Copies the blob of a key if it is of at most `room` bytes; returns how many it has, 0: there is none. */
+    const char *folder;  /* an existing folder, one file a blob, which its owner alone can read; copied; NULL: the callbacks */
+    /* Copies the blob of a key if it has at most `room` bytes (blob is NULL where room is 0); returns its size, 0: there is none. */
     size_t (*load)(void *user, const char *key, void *blob, size_t room);
     bool (*store)(void *user, const char *key, const void *blob, size_t bytes); /* false: it cannot be kept              */
     void *user;
@@ -79,12 +80,12 @@ typedef struct springls_cl_desc {
     size_t velocity_user_bytes;    /* bytes of springls_forces.user, sent at every step; 0: the source reads no user */
     springls_logger logger;   /* receives what was chosen, why there is none, and build logs with lines of springls.h */
     springls_cl_cache cache;  /* where compiled programs are kept                                                    */
-    springls_tasks tasks;     /* threads on which springls_cl_prepare compiles; NULL: the calling one                */
+    springls_tasks tasks;     /* threads on which springls_cl_prepare compiles; they last as long as the backend; no parallel_for: the calling one */
 } springls_cl_desc;
 
 /* Makes a backend for springls_desc.backend; desc NULL: the defaults. Compiles the kernels that every step uses, which may take
-   seconds; others are compiled when they are first needed, program by program, or by springls_cl_prepare. The backend is for the
-   thread of its contexts; its memory comes from malloc. Strings of desc are copied. On failure *out is NULL and nothing is left
+   seconds; others are compiled when they are first needed, program by program, or by springls_cl_prepare. A backend and its contexts
+   are used by one thread at a time; its memory comes from malloc. Strings of desc are copied. On failure *out is NULL and nothing is left
    allocated. DEVICE_FAILED: there is no OpenCL, no such device, or it cannot run the kernels; the logger has a warning and the
    build log. OUT_OF_MEMORY. INVALID_ARGUMENT: out is NULL, a member is out of range, a queue comes without its context or is not
    in order, only one of velocity and velocity_source is given, or cache has one callback only, or a folder and callbacks. */
@@ -250,12 +251,12 @@ typedef struct springls__cl {
     cl_device_id device;
     cl_command_queue queue;
     cl_program programs[SPRINGLS__PROGRAM_COUNT]; /* NULL: not compiled yet, and so are its kernels                 */
-    bool refused[SPRINGLS__PROGRAM_COUNT];        /* the compiler has, and would again                              */
+    bool refused[SPRINGLS__PROGRAM_COUNT];        /* it did not compile: no step tries again                        */
     cl_kernel kernels[SPRINGLS__CL_KERNELS];
     char *velocity_source;
     springls_cl_cache cache;
     char *folder;           /* cache.user, where it is one                                                      */
-    bool warned;            /* that a program cannot be kept                                                        */
+    bool warned;            /* that a program cannot be kept: no more are                                           */
     springls_tasks tasks;
     const char *started[SPRINGLS__CL_LAST]; /* the last kernels since the device was waited for, the newest first        */
     springls_cl_counts counts;
@@ -754,14 +755,15 @@ SPRINGLS__FN bool springls__cl_rename_file(const char *from, const char *to)
 
 SPRINGLS__FN bool springls__cl_store_file(void *folder, const char *key, const void *blob, size_t bytes)
 {
-    char mark[40]; /* of this process and call */
+    char mark[40]; /* another one in each call and, but by chance, in each process */
     char *path = springls__cl_join((const char *)folder, "/", key), *part = NULL;
     bool stored = false;
     snprintf(mark, sizeof mark, ".%lx%lx.part", (unsigned long)time(NULL), (unsigned long)(uintptr_t)blob);
     if (path) part = springls__cl_join(path, mark, "");
     if (part) {
-        stored = springls__cl_write_file(part, blob, bytes) && springls__cl_rename_file(part, path);
-        if (!stored) remove(part);
+        const bool written = springls__cl_write_file(part, blob, bytes); /* false also where the file is another process's */
+        stored = written && springls__cl_rename_file(part, path);
+        if (written && !stored) remove(part);
     }
     free(part);
     free(path);
@@ -848,7 +850,7 @@ SPRINGLS__FN cl_int springls__cl_take_text(springls__cl_build_state *b)
     memcpy(b->text + b->count, strings, (size_t)count * sizeof *b->text);
     b->count += count;
     b->text[b->count++] = "#line 1 \"velocity_source\"\n";
-    b->text[b->count++] = b->cl->velocity_source && b->number <= SPRINGLS__PROGRAM_MOVE
+    b->text[b->count++] = b->cl->velocity_source && (b->number == SPRINGLS__PROGRAM_LISTS || b->number == SPRINGLS__PROGRAM_MOVE)
                         ? b->cl->velocity_source
                         : "float3 springls_velocity(float3 x, float t, __global const float *u) { return x; }\n";
     return CL_SUCCESS;
@@ -997,7 +999,7 @@ SPRINGLS__FN void springls__cl_log_build(springls__cl *cl, cl_program program)
     free(text);
 }
 
-/* Puts a program that has been compiled into the cache; warns once when that cannot be done. */
+/* Puts a program that has been compiled into the cache; after the first failure it warns, and keeps no more. */
 SPRINGLS__FN void springls__cl_keep(const springls__cl_build_state *b)
 {
     springls__cl *cl = b->cl;

@@ -67,7 +67,7 @@ typedef struct device_fiber {
     int first;             /* what it runs (device_run_item)          */
     springls__group group;
     const char *file;      /* the barrier at which it waits           */
-    int line;
+    int line, barriers;    /* barriers: that it has come to           */
     bool done;
 } device_fiber;
 
@@ -132,12 +132,14 @@ UNWATCHED static void fiber_main(void)
 UNWATCHED void device_barrier(const char *file, int line)
 {
     device_fiber *me = running.item;
+    char *place;
     if (!me) return;
     me->file = file;
     me->line = line;
-    happens_before(running.memory);
+    place = (char *)running.memory + me->barriers++ % 2; /* not the last barrier's: items ahead have been to the next one already */
+    happens_before(place);
     switch_fiber(me, &caller);
-    happens_after(running.memory);
+    happens_after(place);
 }
 
 static void fiber_make(device_fiber *fiber, void *stack)
@@ -187,6 +189,7 @@ UNWATCHED static void run_group(int number, int count)
         items[i]->first = share ? number : number * ITEMS + i;
         items[i]->group.item = share ? i : 0;
         items[i]->group.items = share ? count : 1;
+        items[i]->barriers = 0;
         items[i]->done = false;
     }
     do {

@@ -10,7 +10,7 @@
 set -u
 page=${1:-}
 parts=${PARTS:-start scenarios tests flows kernels brush}
-grids=${GRIDS:-64 128 256 512 1024}
+grids=${GRIDS:-64 128 256 512}
 grid=${GRID:-128}
 limit=${LIMIT:-120}
 w=$(mktemp -d) || exit 1

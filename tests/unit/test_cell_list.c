@@ -333,22 +333,22 @@ TEST tiles_hold_the_margin(int size)
 {
     springls_context *ctx = fixture_sphere(size, NULL, 6.0f, (float)size - 8.0f, 10.0f, 7.5f); /* reaches across two borders */
     springls__grid *g = &ctx->model.grid;
-    float tile[SPRINGLS__TILE_VOXELS], wide[SPRINGLS__WIDE_VOXELS];
-    const int m = SPRINGLS__WIDE_MARGIN;
+    enum { MARGIN = 3, WIDTH = 8 + 2 * MARGIN };
+    float tile[SPRINGLS__TILE_VOXELS], wide[WIDTH * WIDTH * WIDTH];
     int i, x, y, z;
     ASSERT_GT(g->active_count, 4);
     for (i = 0; i < g->active_count; i++) {
-        springls__wide_tile about;
-        int o[3];
-        about.value = wide;
+        bool border = false;
+        int o[3], axis;
         springls__slot_origin(g, g->active[i], o);
+        for (axis = 0; axis < 3; axis++) border = border || o[axis] == 0 || o[axis] + 8 + MARGIN > size;
         springls__load_tile(g, g->phi, g->active[i], springls__alone(), tile);
-        springls__load_wide_tile(g, g->phi, o, springls__alone(), true, &about);
-        for (z = -m; z < 8 + m; z++)
-            for (y = -m; y < 8 + m; y++)
-                for (x = -m; x < 8 + m; x++) {
+        springls__load_rows(g, g->phi, o, border, MARGIN, springls__alone(), wide);
+        for (z = -MARGIN; z < 8 + MARGIN; z++)
+            for (y = -MARGIN; y < 8 + MARGIN; y++)
+                for (x = -MARGIN; x < 8 + MARGIN; x++) {
                     const float phi = springls__grid_phi(g, g->phi, o[0] + x, o[1] + y, o[2] + z);
-                    ASSERT_EQ(phi, wide[x + m + SPRINGLS__WIDE * (y + m + SPRINGLS__WIDE * (z + m))]);
+                    ASSERT_EQ(phi, wide[x + MARGIN + WIDTH * (y + MARGIN + WIDTH * (z + MARGIN))]);
                     if (x < -1 || y < -1 || z < -1 || x > 8 || y > 8 || z > 8) continue;
                     ASSERT_EQ(phi, tile[springls__tile_index(x, y, z)]);
                 }
