@@ -94,7 +94,7 @@ SPRINGLS_API springls_status springls_cl_create(const springls_cl_desc *desc, sp
 /* Compiles all programs that are not compiled yet, on springls_cl_desc.tasks, and starts every kernel once with nothing to do, so
    that no driver compiles anything during a step. May take a minute. progress: receives, in the calling thread, the fraction of
    kernels compiled and started, after each program or, on threads, a few of them, and after each kernel; it may cancel; NULL:
-   none. A call without need costs some milliseconds. CANCELLED: the others are compiled when they are needed. DEVICE_FAILED,
+   none. When all is compiled, a call takes some milliseconds. CANCELLED: what is compiled stays; the rest is compiled when it is needed. DEVICE_FAILED,
    OUT_OF_MEMORY: the logger has the reason. INVALID_ARGUMENT: backend is NULL. */
 SPRINGLS_API springls_status springls_cl_prepare(springls_backend *backend, const springls_progress *progress);
 

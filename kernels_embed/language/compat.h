@@ -54,12 +54,11 @@
   #if defined(__GNUC__)
     #define SPRINGLS__MATHS __attribute__((__unused__)) static
     #define SPRINGLS__INNER __attribute__((__unused__)) static inline
-    #define SPRINGLS__NOINLINE SPRINGLS__MATHS
   #else
     #define SPRINGLS__MATHS static inline
     #define SPRINGLS__INNER static inline
-    #define SPRINGLS__NOINLINE SPRINGLS__MATHS
   #endif
+  #define SPRINGLS__NOINLINE SPRINGLS__MATHS
   #define SPRINGLS__GLOBAL
   #define SPRINGLS__LOCAL
   #define SPRINGLS__BARRIER (void)0

@@ -85,7 +85,7 @@ SPRINGLS__MATHS springls__span_sums springls__sum_residuals(const springls__mode
    count by as much as the surface has become thinner, as without a change of volume. Sources that deviate from the fit by more
    than a voxel are of two sheets, and count in full. */
 SPRINGLS__NOINLINE float springls__error_at_birth(const springls__model *model, springls__v3 p, springls__v3 n, springls__v3 a,
-                                               int known)
+                                                  int known)
 {
     const float standard_errors = 2.0f;
     springls__span span = springls__span_at(model, p, n, a, known);

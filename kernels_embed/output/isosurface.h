@@ -245,7 +245,7 @@ SPRINGLS__MATHS void springls__surface_element(const springls__model *model, spr
 
 /* Finds the next springl of a walk that counts for a fit around springl `center`; -1: none is left. */
 SPRINGLS__NOINLINE int springls__next_sample(const springls__model *model, const springls__correspondence_fit *fit, int center,
-                                          springls__cell_walk *walk, springls__fit_sample *sample)
+                                             springls__cell_walk *walk, springls__fit_sample *sample)
 {
     const float r = SPRINGLS__SAMPLE_RANGE;
     int i;

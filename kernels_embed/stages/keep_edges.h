@@ -212,7 +212,7 @@ SPRINGLS__MATHS bool springls__faces_away(const springls__sides *sides, springls
    springls on none, those of other sheets left out, may have a sixth of the weight. `certain`: half of that, and a smaller distance
    counts as on a side. */
 SPRINGLS__NOINLINE springls__sides springls__find_sides(const springls__v3 *p, const springls__v3 *n, const float *weight,
-                                                     int count, float narrow, bool certain)
+                                                        int count, float narrow, bool certain)
 {
     const float distance = certain ? 0.06f : 0.15f; /* voxel */
     springls__sides sides = springls__heaviest_sides(p, n, weight, count, narrow);
@@ -290,7 +290,7 @@ SPRINGLS__MATHS springls__sides springls__sample_set_sides(const springls__sampl
 /* Collects the springls before `known` with particles within the radius, or within a smaller one that does not overfill the
    set. */
 SPRINGLS__NOINLINE void springls__gather_samples(const springls__model *model, springls__v3 x, float radius, int known,
-                                            springls__sample_set *samples)
+                                                 springls__sample_set *samples)
 {
     springls__cell_walk walk = springls__cell_walk_near(model, x, radius);
     const float least = 0.3f;
@@ -356,8 +356,8 @@ SPRINGLS__MATHS int springls__nearest_side(const springls__fit_result fit[SPRING
 /* Finds the place of a springl at x, facing n, near a crease: on the side that it is nearest to, and no further than where the
    sides meet. Not ok unless `at_least` sides are known; kinds: the edges that are allowed, SPRINGLS__CONVEX and
    SPRINGLS__CONCAVE. */
-SPRINGLS__NOINLINE springls__fit_result springls__side_at(const springls__sample_set *samples, const springls__sides *sides, springls__v3 x,
-                                                       springls__v3 n, springls__v3 a0, int self, int kinds, int at_least)
+SPRINGLS__NOINLINE springls__fit_result springls__side_at(const springls__sample_set *samples, const springls__sides *sides,
+                                                          springls__v3 x, springls__v3 n, springls__v3 a0, int self, int kinds, int at_least)
 {
     springls__fit_result fit[SPRINGLS__SIDES], result;
     int side, best, good = springls__fit_sides(samples, sides, x, a0, self, fit);

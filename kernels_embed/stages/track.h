@@ -79,7 +79,7 @@ SPRINGLS__MATHS springls__v3 springls__correspondence_of_neighbors(const springl
 /* Fits a quadratic at x over the particles around, of springls before `known` and of the body of springl `of`; near an edge, over
    those of one side. */
 SPRINGLS__NOINLINE springls__fit_result springls__fit_at(const springls__model *model, int of, springls__v3 x, springls__v3 n,
-                                                      springls__v3 a0, int known)
+                                                         springls__v3 a0, int known)
 {
     springls__fit fit = springls__fit_begin(x, n, a0);
     springls__box correspondences = springls__box_empty();

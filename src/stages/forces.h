@@ -26,7 +26,7 @@ SPRINGLS__FN bool springls__is_on_own_grid(const springls_sampled_field *field)
     return field->grid.size[0] == 0 && field->grid.size[1] == 0 && field->grid.size[2] == 0;
 }
 
-/* Checks the integrator, the region and the grids of sampled fields. */
+/* Checks the integrator, the weights, the region and the grids of sampled fields. */
 SPRINGLS__FN springls_status springls__check_forces(springls_context *ctx, const springls_forces *forces)
 {
     static const char *const weight_names[4] = { "pressure", "velocity", "affine", "curvature" };

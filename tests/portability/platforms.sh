@@ -141,7 +141,7 @@ page() {
     table
     echo
     echo "\`$(gcc --version | head -n 1)\`, \`$(clang --version | head -n 1)\`. Emulators run the foreign programs: QEMU, Wine, Node. The OpenCL"
-    echo "backend is compared by the tests (\`make test-all\`), on PoCL."
+    echo "backend is compared by the tests (\`make test-all\`), on PoCL, and by \`make device\` on a GPU."
     echo
     echo "- **Denormal numbers flushed**: the host has set FTZ and DAZ (arm: FZ), as audio and game engines do."
     echo "- **tcc** 0.9.27 compiles \`v = f(g(a), -q)\` wrongly where \`g\` returns a struct of three floats (\`tests/portability/tcc.c\`): it stores both registers, 16"

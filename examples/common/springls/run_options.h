@@ -45,7 +45,8 @@ int run_check_output(const char *program, const char *path);
 const char *run_path(const char *folder, const char *name, char *path, size_t size);
 
 /* Builds the name of the folder where compiled OpenCL kernels are kept between runs: that of SPRINGLS_CACHE, or springls in the user's
- * folder for such files. Returns false when there is none, as with an empty SPRINGLS_CACHE. */
+ * folder for such files. Returns false when there is none, as with an empty SPRINGLS_CACHE, or when
+ * the name does not fit. */
 bool run_cache_folder(char *path, size_t size);
 
 /* Makes the backend of --backend, with all kernels compiled: NULL for scalar code, or after a warning on stderr if there is no OpenCL.
