@@ -563,6 +563,7 @@ int main(int argc, char **argv)
     springls_cl_desc desc;
     void *library;
     GREATEST_MAIN_BEGIN();
+    fixture_backend(); /* where SPRINGLS_TEST_BACKEND asks for one: its blocks are not the tests' */
     snprintf(stub_path, sizeof stub_path, "%.*s/opencl_stub.so", slash ? (int)(slash - argv[0]) : 1,
              slash ? argv[0] : "."); /* beside this program */
     snprintf(folder, sizeof folder, "%s.cache", argv[0]);
