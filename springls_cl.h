@@ -57,7 +57,7 @@ typedef enum springls_cl_kind {
    replaced. Callbacks run on the thread that calls the library, before springls_cl_destroy. All zero: nothing is kept. PoCL has a
    cache of its own: with it this one is not used. */
 typedef struct springls_cl_cache {
-    const char *folder;  /* an existing folder, one file a blob, which its owner alone can read; copied; NULL: the callbacks */
+    const char *folder;  /* an existing folder, in which each blob is a file; copied; NULL: the callbacks                  */
     /* Copies the blob of a key if it has at most `room` bytes (blob is NULL where room is 0); returns its size, 0: there is none. */
     size_t (*load)(void *user, const char *key, void *blob, size_t room);
     bool (*store)(void *user, const char *key, const void *blob, size_t bytes); /* false: it cannot be kept              */
@@ -160,9 +160,6 @@ __declspec(dllimport) int __stdcall FreeLibrary(struct HINSTANCE__ *);
 #define SPRINGLS__CL_LIBRARY "OpenCL.dll"
 #else
 #include <dlfcn.h>
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
 typedef void *springls__cl_symbol;
 #define SPRINGLS__CL_OPEN(name) dlopen(name, RTLD_NOW | RTLD_LOCAL)
 #define SPRINGLS__CL_FIND(library, name) dlsym(library, name)
@@ -719,7 +716,6 @@ SPRINGLS__FN size_t springls__cl_load_file(void *folder, const char *key, void *
     return size > 0 ? (size_t)size : 0;
 }
 
-#if defined(_WIN32)
 SPRINGLS__FN bool springls__cl_write_file(const char *path, const void *blob, size_t bytes)
 {
     FILE *file = fopen(path, "wb");
@@ -728,21 +724,6 @@ SPRINGLS__FN bool springls__cl_write_file(const char *path, const void *blob, si
     written = fwrite(blob, 1, bytes, file) == bytes;
     return fclose(file) == 0 && written;
 }
-#else
-/* Writes a new file that nobody else can read. */
-SPRINGLS__FN bool springls__cl_write_file(const char *path, const void *blob, size_t bytes)
-{
-    const char *from = (const char *)blob;
-    int file = open(path, O_WRONLY | O_CREAT | O_EXCL, S_IRUSR | S_IWUSR);
-    ssize_t written = 1;
-    if (file < 0) return false;
-    for (; bytes > 0 && written > 0; bytes -= (size_t)written, from += written) {
-        written = write(file, from, bytes);
-        if (written < 0) written = 0;
-    }
-    return close(file) == 0 && bytes == 0;
-}
-#endif
 
 /* Gives a whole file its name, in the place of another one. */
 SPRINGLS__FN bool springls__cl_rename_file(const char *from, const char *to)
@@ -761,9 +742,8 @@ SPRINGLS__FN bool springls__cl_store_file(void *folder, const char *key, const v
     snprintf(mark, sizeof mark, ".%lx%lx.part", (unsigned long)time(NULL), (unsigned long)(uintptr_t)blob);
     if (path) part = springls__cl_join(path, mark, "");
     if (part) {
-        const bool written = springls__cl_write_file(part, blob, bytes); /* false also where the file is another process's */
-        stored = written && springls__cl_rename_file(part, path);
-        if (written && !stored) remove(part);
+        stored = springls__cl_write_file(part, blob, bytes) && springls__cl_rename_file(part, path);
+        if (!stored) remove(part);
     }
     free(part);
     free(path);
@@ -777,8 +757,8 @@ typedef struct springls__cl_head { char magic[8]; char key[24]; uint64_t bytes, 
 
 SPRINGLS__FN uint64_t springls__cl_hash(uint64_t hash, const void *data, size_t bytes)
 {
-    const unsigned char *byte = (const unsigned char *)data, *end = byte + bytes;
-    for (; byte < end; byte++) hash = (hash ^ *byte) * 1099511628211u;
+    const unsigned char *at = (const unsigned char *)data, *end = at + bytes;
+    for (; at < end; at++) hash = (hash ^ *at) * 1099511628211u;
     return hash;
 }
 
