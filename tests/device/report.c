@@ -5,7 +5,7 @@
      scenarios   the tests' scenarios against scalar code, with a wait after every kernel, so that a failure has a name
      kernels     which kernels a step of LeVeque's flow on N^3 spends its time in, by the device's own clock
      brush       frames of interactive work on N^3: a step, and the chunks that have changed
-   Exits with 1 when a scenario has other bits than scalar code, or fails. */
+   Exits with 1 when a scenario has other bits than scalar code, or fails; with 2 and its usage when an argument is wrong. */
 #define _POSIX_C_SOURCE 200809L
 #include "springls_under_test.h"
 #include "backend/scenarios.h"
@@ -395,6 +395,12 @@ FIXTURE bool report_brush(int grid)
     return good;
 }
 
+FIXTURE int report_usage(void)
+{
+    fprintf(stderr, "usage: report [--grid 16..1024] device|start|scenarios|kernels|brush ...\n");
+    return 2;
+}
+
 GREATEST_MAIN_DEFS();
 
 int main(int argc, char **argv)
@@ -405,16 +411,15 @@ int main(int argc, char **argv)
     };
     int i, grid = 128;
     size_t k;
-    bool good = argc > 1;
+    bool good = true;
     for (i = 1; i < argc; i++) {
         if (strcmp(argv[i], "--grid") == 0 && i + 1 < argc) {
             grid = atoi(argv[++i]);
             continue;
         }
         for (k = 0; k < sizeof parts / sizeof *parts && strcmp(parts[k].name, argv[i]) != 0; k++) continue;
-        if (k == sizeof parts / sizeof *parts || grid < 16 || grid > 1024) good = false;
-        else good = (parts[k].print)(grid) && good;
+        if (k == sizeof parts / sizeof *parts || grid < 16 || grid > 1024) return report_usage();
+        good = (parts[k].print)(grid) && good;
     }
-    if (argc < 2) fprintf(stderr, "usage: report [--grid N] device|start|scenarios|kernels|brush ...\n");
-    return good ? 0 : 1;
+    return argc > 1 ? !good : report_usage();
 }
