@@ -20,6 +20,7 @@
      >>grid:kernel          kernels_embed/model/grid.h
      >>model:kernel         kernels_embed/model/model.h
      >>arguments:kernel     kernels_embed/model/arguments.h
+     >>metric:kernel        kernels_embed/model/metric.h
      >>scratch:kernel       kernels_embed/model/scratch.h
      >>triangle:kernel      kernels_embed/language/triangle.h
      >>triangle_body:kernel kernels_embed/language/triangle_body.h
@@ -414,6 +415,11 @@
                                        away from them
 
    Steps are stable while weight times dt is below about one voxel^2.
+
+   Where voxels are longer along one axis, or axes are oblique, curvature is that of the world, and "voxel" above is the smallest
+   spacing: balls stay balls. With world_units the weight is in squared world units. springls_smooth, _offset and volume_lock, distances,
+   gradients, closest points, rays, volumes, areas and error estimates are those of the world too, on every grid. Lengths that
+   parameters give (the band, split sizes, topology) are voxels: features have to be as wide as the longest of them.
 
    COVERAGE
 
@@ -1396,14 +1402,15 @@ typedef struct springls_forces {
     float pressure_weight;         /* lambda_rho;   0: 1                                                            */
     float velocity_weight;         /* lambda_sigma; 0: 1                                                            */
     float affine_weight;           /* lambda_A;     0: 1                                                            */
-    float curvature_weight;        /* voxel^2 a unit of time: motion along the normal by this times the level set's curvature,
-                                      the sum of both principal ones (2/R for a ball): positive smooths; 0: none    */
+    float curvature_weight;        /* motion along the normal by this times the level set's curvature, the sum of both principal
+                                      ones (2/R for a ball): positive smooths; 0: none. Squares of the smallest spacing a unit
+                                      of time, for every spacing and direction of the grid                          */
     springls_integrator integrator;
     bool world_units;              /* false: callbacks get voxel coordinates, and velocities, pressures and samples are voxels a
                                       unit of time. true: callbacks get points, normals and correspondences in the world, as
                                       shapes and meshes are; velocities, pressures and samples are world units a unit of time,
-                                      affine maps are of the world, and curvature_weight is in squared world units (of a
-                                      uniform spacing). Forces then run on the host                                 */
+                                      affine maps are of the world, and curvature_weight is in squared world units. Forces then
+                                      run on the host                                                               */
     float region_lower[3], region_upper[3]; /* voxels: springls whose particle is outside this box when a step or sub-step
                                       begins do not move and are not visited: a tool that acts in one place takes time
                                       for the springls there alone. Both all zero: everywhere                       */
@@ -1580,7 +1587,7 @@ typedef struct springls_component {
     bool cavity;
     double volume, area;    /* a body's volume is without its cavities, its area with theirs                        */
     float center[3];        /* centroid of the volume                                                               */
-    float correction;       /* voxels: its offset by params.volume_lock at the end of the last step                 */
+    float correction;       /* smallest spacings: its offset by params.volume_lock at the end of the last step      */
 } springls_component;
 
 /* Lists the components of the present level set by ascending ids. They are found by this call when the level set has changed since
@@ -1706,11 +1713,11 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 /* ---- >>queries:api: batches of world points. A point that is not finite: NON_FINITE, and `out` stays as it was ---- */
 
-/* Samples phi, one float a point: the signed distance in world units (of the smallest spacing), clamped outside the narrow
-   band. */
+/* Samples the signed distance in world units, one float a point: phi, clamped outside the narrow band; where the spacing is not uniform
+   that to the zero level, clamped at what the band reaches along the axis of the smallest spacing. */
 SPRINGLS_API springls_status springls_sample_distance(springls_context *ctx, const float *points, int count, float *out);
 
-/* Samples grad phi, 3 floats a point, world components: of unit length where phi is a distance and the spacing uniform. */
+/* Samples the gradient of the distance, 3 floats a point, world components: of unit length where it is one. */
 SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, const float *points, int count, float *out);
 
 /* Samples the sign of phi, one byte a point: 1 inside, 0 outside. */
@@ -1827,12 +1834,12 @@ typedef struct springls_provenance {
 /* Writes the history of every springl, in springl order. */
 SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, springls_provenance *out);
 
-/* Holds estimates of two errors. On the motions of the benchmarks at least 95 % of the springls have smaller ones (manual,
+/* Holds estimates of two errors, world units; where the spacing is not uniform, as if all errors were along the longest. On the motions of the benchmarks at least 95 % of the springls have smaller ones (manual,
    ERRORS OF PLACE). Included are errors of splits and fills, of Runge-Kutta steps and of rounding, not those of forces nor of
    SPRINGLS_INTEGRATOR_EULER. */
 typedef struct springls_error_estimate {
-    float place;          /* voxels: from the particle to where the motion takes its correspondence                  */
-    float correspondence; /* voxels, on the original surface: from it to where the particle has come from            */
+    float place;          /* from the particle to where the motion takes its correspondence                          */
+    float correspondence; /* on the original surface: from it to where the particle has come from                    */
 } springls_error_estimate;
 
 /* Estimates the errors of every springl, in springl order. Completes a step in progress. */
@@ -1910,7 +1917,7 @@ SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_op
 SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation,
                                                        springls_implicit_fn fn, void *user);
 
-/* Grows (distance > 0) or shrinks the solid by a distance in world units of a uniform spacing, less than 10^4 voxels: to
+/* Grows (distance > 0) or shrinks the solid by a distance in world units, less than 10^4 times the smallest spacing: to
    all places within the distance, or further than that from the outside. Parts may meet or vanish. EMPTY_MODEL: nothing is
    left. After a failure the model is empty. */
 SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distance);
@@ -1955,7 +1962,7 @@ typedef struct springls_stats {
     int64_t added, split, removed, reshaped, refused; /* springls; refused: those beyond max_springls               */
     int64_t left;               /* of those removed: springls that had left the grid                                */
     int at_edges;               /* springls at sharp edges, of the input or the last step (params.keep_edges)       */
-    float volume_correction;    /* voxels: the largest offset of a component in the last step, at most 1.5
+    float volume_correction;    /* smallest spacings: the largest offset of a component in the last step, at most 1.5
                                    (params.volume_lock)                                                             */
     float largest_displacement; /* voxels: of any particle in the last advect, which may be of a sub-step           */
     float moving_share;         /* share of the springls that moved by more than 0.01 voxel in it                   */
@@ -2885,6 +2892,62 @@ typedef union springls__arguments {
     springls__brick_list_arguments brick_list;
 } springls__arguments;
 
+/* ======== >>metric:kernel  (kernels_embed/model/metric.h) ====================================================== */
+/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.
+   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;
+   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors
+   are sqrt(u' J'J u), and slopes along world directions are those of a covector g with the square g' (J'J)^-1 g. The metric is that
+   inverse: it turns a surface's normal, a covector, into the way to go. */
+
+/* A symmetric matrix; all zero stands for the identity: the grid has one spacing and orthogonal axes, and voxels are enough. */
+typedef struct springls__metric { float xx, yy, zz, xy, xz, yz; } springls__metric;
+
+SPRINGLS__MATHS bool springls__is_uniform(springls__metric m) { return m.xx == 0.0f; }
+
+SPRINGLS__MATHS springls__v3 springls__metric_times(springls__metric m, springls__v3 v)
+{
+    return springls__v3_make(m.xx * v.x + m.xy * v.y + m.xz * v.z, m.xy * v.x + m.yy * v.y + m.yz * v.z,
+                             m.xz * v.x + m.yz * v.y + m.zz * v.z);
+}
+
+/* Returns a' m b. */
+SPRINGLS__MATHS float springls__metric_product(springls__metric m, springls__v3 a, springls__v3 b)
+{
+    return springls__dot(a, springls__metric_times(m, b));
+}
+
+SPRINGLS__MATHS springls__metric springls__metric_inverse(springls__metric m)
+{
+    springls__metric out;
+    float scale;
+    out.xx = m.yy * m.zz - m.yz * m.yz;
+    out.yy = m.xx * m.zz - m.xz * m.xz;
+    out.zz = m.xx * m.yy - m.xy * m.xy;
+    out.xy = m.xz * m.yz - m.xy * m.zz;
+    out.xz = m.xy * m.yz - m.xz * m.yy;
+    out.yz = m.xy * m.xz - m.yz * m.xx;
+    scale = 1.0f / (m.xx * out.xx + m.xy * out.xy + m.xz * out.xz);
+    out.xx *= scale; out.yy *= scale; out.zz *= scale;
+    out.xy *= scale; out.xz *= scale; out.yz *= scale;
+    return out;
+}
+
+/* Returns how much phi changes along a way of one smallest spacing along the world's normal, where it has the gradient g of voxels:
+   the length of g in the world. */
+SPRINGLS__MATHS float springls__world_slope(springls__metric m, springls__v3 g)
+{
+    return springls__is_uniform(m) ? springls__length(g) : springls__sqrt(springls__metric_product(m, g, g));
+}
+
+/* Returns the way in voxels of one smallest spacing along the world's normal of a surface with the unit normal n in voxels; zero for
+   zero. */
+SPRINGLS__MATHS springls__v3 springls__along_normal(springls__metric m, springls__v3 n)
+{
+    const float slope = springls__world_slope(m, n);
+    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;
+    return springls__scale(springls__metric_times(m, n), 1.0f / slope);
+}
+
 /* ======== >>scratch:kernel  (kernels_embed/model/scratch.h) ==================================================== */
 /* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,
    springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in
@@ -3513,6 +3576,7 @@ typedef struct springls__grid {
     int active_count, free_count, slot_count;
     float far_value;        /* |phi| in the constant bricks and the clamp everywhere                 */
     int some_asleep;        /* 0: all bricks are awake                                               */
+    springls__metric metric;
 } springls__grid;
 
 /* Lists of springls: by the cell of their particle (cell_list.h), by brick they come near, by vertex they are near to. */
@@ -3697,7 +3761,8 @@ SPRINGLS__MATHS void springls__displacement_element(const springls__model *model
     X(int, active_count, grid.active_count) X(int, free_count, grid.free_count) X(int, slot_count, grid.slot_count)              \
     X(int, unbinned_count, cells.unbinned_count) X(float, bounding_radius, cells.bounding_radius)                                \
     X(int, some_asleep, grid.some_asleep) X(int, asleep_count, cells.asleep_count)                                               \
-    X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)
+    X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)                                       \
+    X(springls__metric, metric, grid.metric)
 
 typedef struct springls__shape {
     int size[3], bricks[3];
@@ -5078,8 +5143,52 @@ SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRING
 /* How far along tangents curvature is measured, voxels. A shorter span is noisier, and stable in shorter steps only. */
 #define SPRINGLS__CURVATURE_SPAN 1.5f
 
-/* Returns the velocity of motion by curvature at x: along -n by div(n), 1/voxel, the sum of the two principal curvatures of phi's
-   level there. n is phi's normal, which is smoother than a triangle's; the triangle's `normal` only chooses its sign, because phi
+/* Returns how far from x, along steps of the length 1, phi has the value `level`: by Newton's method, at most `largest` either way.
+   slope: of phi along the step, where the surface is smooth. */
+SPRINGLS__MATHS float springls__level_height(const springls__grid *g, springls__v3 x, springls__v3 step, float slope, float level,
+                                             float largest)
+{
+    float height = 0.0f;
+    int i;
+    for (i = 0; i < 3; i++) {
+        springls__v3 at = springls__mad(x, step, height);
+        float rise = springls__max(springls__dot(springls__grid_gradient(g, g->phi, at), step), 0.3f * slope);
+        height -= (springls__grid_sample_spline(g, g->phi, at) - level) / rise;
+        height = springls__clamp(height, -largest, largest);
+    }
+    return height;
+}
+
+/* Returns springls__curvature_velocity where the grid's spacing is not uniform: n is the unit normal in voxels, gradient that of phi.
+   Off its zero phi is no distance in the world, so heights of its level over the tangent plane take its place: the circle of curvature
+   k has at h along the tangent the height d = k (h^2 + d^2) / 2. Three directions in the plane give the second fundamental form
+   a u^2 + 2 b u v + c v^2 along e1 and e2. The sum of the principal curvatures is its trace in the plane's metric. */
+SPRINGLS__MATHS springls__v3 springls__world_curvature_velocity(const springls__grid *g, springls__v3 x, springls__v3 n,
+                                                                springls__v3 gradient, float h)
+{
+    const springls__metric lengths = springls__metric_inverse(g->metric);
+    const springls__v3 step = springls__along_normal(g->metric, n), e1 = springls__any_tangent(n), e2 = springls__cross(n, e1);
+    const springls__v3 up = springls__dot(gradient, n) < 0.0f ? springls__scale(step, -1.0f) : step; /* phi grows along it */
+    const float slope = springls__dot(gradient, up), level = springls__grid_sample_spline(g, g->phi, x);
+    const float uu = springls__metric_product(lengths, e1, e1), uv = springls__metric_product(lengths, e1, e2);
+    const float vv = springls__metric_product(lengths, e2, e2);
+    float bend[3] = { 0.0f, 0.0f, 0.0f }, b, c;
+    int k;
+    for (k = 0; k < 6; k++) { /* at 0, 60, 120 degrees, and opposite */
+        const float along1 = k % 3 == 0 ? 1.0f : 0.5f, along2 = k % 3 == 0 ? 0.0f : k % 3 == 1 ? 0.8660254f : -0.8660254f;
+        springls__v3 t = springls__mad(springls__scale(e1, along1), e2, along2);
+        float length2 = springls__metric_product(lengths, t, t), span2 = h * h * length2, d;
+        d = springls__level_height(g, springls__mad(x, t, k < 3 ? h : -h), up, slope, level,
+                                   0.7f * springls__sqrt(span2));
+        bend[k % 3] -= d * length2 / (span2 + d * d);
+    }
+    c = (2.0f * (bend[1] + bend[2]) - bend[0]) * (1.0f / 3.0f);
+    b = (bend[1] - bend[2]) * 0.5773503f;
+    return springls__scale(step, springls__clamp((2.0f * b * uv - bend[0] * vv - c * uu) / (uu * vv - uv * uv), -2.0f, 2.0f));
+}
+
+/* Returns the velocity of motion by curvature at x: along -n by div(n), the sum of the two principal curvatures of phi's level there,
+   in smallest spacings of the grid. n is phi's normal, which is smoother than a triangle's; the triangle's `normal` only chooses its sign, because phi
    may have lost a drop or a sheet. Without a gradient there is no motion. Differences of phi over the distance h along six
    tangents stay near the surface, where phi is a distance, and leave out the second derivative along n. The circle of curvature k
    that touches the tangent at x has at h along it the distance d = k (h^2 - d^2) / 2. */
@@ -5089,8 +5198,10 @@ SPRINGLS__MATHS springls__v3 springls__curvature_velocity(const springls__grid *
     springls__v3 gradient = springls__grid_gradient(g, g->phi, x);
     springls__v3 n = springls__normalize(springls__dot(gradient, normal) < 0.0f ? springls__scale(gradient, -1.0f) : gradient);
     springls__v3 e1 = springls__any_tangent(n), e2 = springls__scale(springls__cross(n, e1), 0.8660254f);
-    float c = springls__grid_sample_spline(g, g->phi, x), sum = 0.0f;
+    float c, sum = 0.0f;
     int k;
+    if (!springls__is_uniform(g->metric)) return springls__world_curvature_velocity(g, x, n, gradient, h);
+    c = springls__grid_sample_spline(g, g->phi, x);
     for (k = 0; k < 6; k++) { /* tangents 60 degrees apart */
         springls__v3 t = k % 3 == 0 ? e1 : springls__mad(k % 3 == 1 ? e2 : springls__scale(e2, -1.0f), e1, 0.5f);
         float d = springls__grid_sample_spline(g, g->phi, springls__mad(x, t, k < 3 ? h : -h)) - c;
@@ -8916,9 +9027,10 @@ SPRINGLS__MATHS void springls__cover_element(const springls__model *model, sprin
 /* ======== >>evolve:kernel  (kernels_embed/stages/evolve.h) ===================================================== */
 /* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */
 
-/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the
-   gradient descent of eq. 22 smooths, where eq. 23 as printed would sharpen. */
-SPRINGLS__MATHS float springls__curvature_motion(const float b[27])
+/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be
+   added: the gradient descent of eq. 22 smooths, where eq. 23 as printed would sharpen. With the metric m, the gradient g and the
+   second derivatives H it is the trace of m H, less (m g)' H (m g) over the square of g. */
+SPRINGLS__MATHS float springls__curvature_motion(const float b[27], springls__metric m)
 {
     float x = 0.5f * (b[14] - b[12]), y = 0.5f * (b[16] - b[10]), z = 0.5f * (b[22] - b[4]);
     float xx = b[14] + b[12] - 2.0f * b[13], yy = b[16] + b[10] - 2.0f * b[13], zz = b[22] + b[4] - 2.0f * b[13];
@@ -8928,6 +9040,15 @@ SPRINGLS__MATHS float springls__curvature_motion(const float b[27])
     float g2 = x * x + y * y + z * z;
     float numerator = (y * y + z * z) * xx + (x * x + z * z) * yy + (x * x + y * y) * zz
                     - 2.0f * (x * y * xy + x * z * xz + y * z * yz);
+    if (!springls__is_uniform(m)) {
+        springls__v3 g = springls__v3_make(x, y, z), to = springls__metric_times(m, g);
+        springls__metric second;
+        second.xx = xx; second.yy = yy; second.zz = zz;
+        second.xy = xy; second.xz = xz; second.yz = yz;
+        g2 = springls__dot(g, to);
+        numerator = g2 * (m.xx * xx + m.yy * yy + m.zz * zz + 2.0f * (m.xy * xy + m.xz * xz + m.yz * yz))
+                  - springls__metric_product(second, to, to);
+    }
     return g2 > 1e-6f ? springls__clamp(numerator / g2, -1.0f, 1.0f) : 0.0f;
 }
 
@@ -8985,7 +9106,7 @@ SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, spri
         for (x = 0; x < 8 && lambda != 0.0f; x++) {
             if (springls__fabs(phi[at + x]) > width) continue;
             for (d = 0; d < 27; d++) block[d] = phi[at + x + springls__tile_step(d)];
-            out[x] += step * lambda * springls__curvature_motion(block);
+            out[x] += step * lambda * springls__curvature_motion(block, g->metric);
         }
     }
 }
@@ -17833,15 +17954,16 @@ SPRINGLS__FN bool springls__components_outdated(const springls_context *ctx)
 
 /* What the lock keeps of a current component. */
 typedef struct springls__locked_component {
-    float offset, moved;    /* of this iteration, of all; voxels    */
+    float offset, moved;    /* of this iteration, of all; smallest spacings */
     int32_t node;           /* root of its tree among the links     */
     bool tiny;
 } springls__locked_component;
 
 /* A previous or current component as a node of the links; the numbers are those of all its tree when it is a root. */
 typedef struct springls__lock_node {
-    double target, volume, area;
-    double rate;            /* volume that an offset of a voxel gains                            */
+    double target, volume;
+    double area;            /* volume that a small offset gains, for each smallest spacing       */
+    double rate;            /* the same of the next offset                                       */
     double volume_before, offset; /* volume before the last offset; that offset, 0 before the first */
 } springls__lock_node;
 
@@ -17851,6 +17973,7 @@ typedef struct springls__lock {
     springls__lock_node *node;        /* previous components, then current    */
     int32_t *parent;                  /* their forest                         */
     int32_t *body;                    /* of every voxel of active bricks      */
+    double rate_of_area;              /* voxel^3 that an offset gains for an area of the world; 0: a uniform spacing, voxel^2 are that */
 } springls__lock;
 
 /* ---- target volumes: previous and current components that are linked have one target together ---- */
@@ -17867,6 +17990,8 @@ SPRINGLS__FN springls_status springls__lock_begin(springls_context *ctx, springl
     lock->node = springls__lock_nodes(&ctx->model);
     lock->parent = springls__lock_parent(&ctx->model);
     lock->body = springls__body_labels(&ctx->model);
+    lock->rate_of_area = springls__is_uniform(ctx->model.grid.metric) ? 0.0
+                       : (double)ctx->smallest_spacing / fabs(springls__determinant(ctx->window.to_world));
     memset(lock->item, 0, current * sizeof *lock->item);
     memset(lock->node, 0, nodes * sizeof *lock->node);
     for (i = 0; i < nodes; i++) {
@@ -17951,6 +18076,18 @@ SPRINGLS__FN float springls__offset_phi(float phi, float offset, float far_value
     return phi < 0.0f ? -beside : beside;
 }
 
+/* Returns by how much phi changes at voxel v of active brick i along one smallest spacing of the world. */
+SPRINGLS__FN float springls__slope_of_voxel(const springls__grid *g, int i, int v)
+{
+    int o[3], at[3];
+    springls__v3 n;
+    if (springls__is_uniform(g->metric)) return 1.0f;
+    springls__slot_origin(g, g->active[i], o);
+    springls__voxel_of_brick(o, v, at);
+    n = springls__normalize(springls__voxel_gradient(g, at[0], at[1], at[2]));
+    return springls__length2(n) > 0.0f ? springls__world_slope(g->metric, n) : 1.0f;
+}
+
 /* Writes phi_next: phi less its component's offset, where phi is a distance. */
 SPRINGLS__FN void springls__offset_phi_task(void *arg, int begin, int end)
 {
@@ -17965,7 +18102,8 @@ SPRINGLS__FN void springls__offset_phi_task(void *arg, int begin, int end)
             int32_t label = lock->body[begin * SPRINGLS__BRICK_VOXELS + v];
             out[v] = phi[v];
             if (label >= 0 && springls__fabs(phi[v]) < g->far_value)
-                out[v] = springls__offset_phi(phi[v], lock->item[label].offset, g->far_value, job->keeps_sides);
+                out[v] = springls__offset_phi(phi[v], lock->item[label].offset * springls__slope_of_voxel(g, begin, v), g->far_value,
+                                              job->keeps_sides);
         }
     }
 }
@@ -17981,7 +18119,8 @@ SPRINGLS__FN void springls__offset_springls_task(void *arg, int begin, int end)
         int32_t body = job->lock->graph.place[begin].body;
         springls__v3 by;
         if (body < 0) continue;
-        by = springls__scale(springls__springl_normal(*s), job->lock->item[body].offset);
+        by = springls__scale(springls__along_normal(ctx->model.grid.metric, springls__springl_normal(*s)),
+                             job->lock->item[body].offset);
         for (m = 0; m < 3; m++) s->q[m] = springls__add(s->q[m], by);
         s->p = springls__add(s->p, by);
         *s = springls__springl_finished(*s);
@@ -18015,11 +18154,12 @@ SPRINGLS__FN void springls__sum_linked(springls__lock *lock)
         springls__lock_node *all = &lock->node[lock->item[i].node];
         if (l->item[i].cavity) continue;
         all->volume += l->item[i].surface.volume;
-        if (!lock->item[i].tiny) all->area += l->item[i].surface.area;
+        if (lock->item[i].tiny) continue;
+        all->area += lock->rate_of_area > 0.0 ? lock->rate_of_area * l->item[i].surface.world_area : l->item[i].surface.area;
     }
 }
 
-/* Estimates the volume that an offset of a voxel gains: the area or, after a first offset, the secant, within half and four times
+/* Estimates the volume that an offset gains for each smallest spacing: the area or, after a first offset, the secant, within half and four times
    the area. */
 SPRINGLS__FN void springls__find_rates(springls__lock *lock)
 {
@@ -19399,7 +19539,42 @@ SPRINGLS_API springls_forces springls_default_forces(void)
     return forces;
 }
 
-/* Finds the shortest and the longest step between voxels, in world units. */
+/* Returns the product of two columns of the left part of a row-major 3x4 matrix. */
+SPRINGLS__FN double springls__column_product(const double *m, int a, int b)
+{
+    return m[a] * m[b] + m[4 + a] * m[4 + b] + m[8 + a] * m[8 + b];
+}
+
+/* Finds the grid's metric, where its spacing is not uniform or its axes are not orthogonal by more than rounding; then the longest
+   spacing becomes an upper bound of the length of a unit vector of voxels, by the row sums of J'J. */
+SPRINGLS__FN void springls__find_metric(springls_context *ctx)
+{
+    const double *m = ctx->lattice_to_world, *inverse = ctx->window.to_voxel;
+    const double unit2 = (double)ctx->smallest_spacing * (double)ctx->smallest_spacing;
+    double longest2 = 0.0, product[9];
+    float *metric = &ctx->model.grid.metric.xx;
+    bool uniform = true;
+    int a, b;
+    for (a = 0; a < 3; a++) {
+        double sum = 0.0;
+        for (b = 0; b < 3; b++) {
+            const double lengths = springls__column_product(m, a, b);
+            uniform = uniform && fabs(lengths - (a == b ? unit2 : 0.0)) < 1e-4 * unit2;
+            sum += fabs(lengths);
+            product[3 * a + b] = unit2
+                * (inverse[4 * a] * inverse[4 * b] + inverse[4 * a + 1] * inverse[4 * b + 1] + inverse[4 * a + 2] * inverse[4 * b + 2]);
+        }
+        if (sum > longest2) longest2 = sum;
+    }
+    if (uniform) return;
+    for (a = 0; a < 3; a++) metric[a] = (float)product[4 * a];
+    metric[3] = (float)product[1];
+    metric[4] = (float)product[2];
+    metric[5] = (float)product[5];
+    ctx->largest_spacing = (float)sqrt(longest2);
+}
+
+/* Finds the shortest and the longest step between voxels, in world units, and the metric. */
 SPRINGLS__FN void springls__measure_spacing(springls_context *ctx)
 {
     const double *m = ctx->lattice_to_world;
@@ -19409,6 +19584,7 @@ SPRINGLS__FN void springls__measure_spacing(springls_context *ctx)
         if (axis == 0 || spacing < ctx->smallest_spacing) ctx->smallest_spacing = spacing;
         if (axis == 0 || spacing > ctx->largest_spacing) ctx->largest_spacing = spacing;
     }
+    springls__find_metric(ctx);
 }
 
 /* Copies a checked description, with its defaults filled in. */
@@ -20215,6 +20391,16 @@ SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, sp
     return SPRINGLS_OK;
 }
 
+/* Makes phi a distance in voxels after springls__set_from_distance by a distance of the world, which is none where the spacing is not
+   uniform. */
+SPRINGLS__FN springls_status springls__redistance_in_voxels(springls_context *ctx)
+{
+    if (springls__is_uniform(ctx->model.grid.metric)) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
+    springls__redistance_sweeps(ctx, 8);
+    return SPRINGLS_OK;
+}
+
 /* ---- the initial springls ---- */
 
 /* Moves a point near the zero level of phi onto it, by three Newton steps of up to half a voxel. */
@@ -20433,10 +20619,7 @@ SPRINGLS_API springls_status springls_set_implicit(springls_context *ctx, spring
     job.user = user;
     springls__clear_model(ctx);
     status = springls__set_from_distance(ctx, springls__implicit_distance, &job, NULL, 0.0f);
-    if (status == SPRINGLS_OK && ctx->smallest_spacing != ctx->largest_spacing) {
-        status = springls__run_to_completion(ctx, springls__rebuild);
-        springls__redistance_sweeps(ctx, 8);
-    }
+    if (status == SPRINGLS_OK) status = springls__redistance_in_voxels(ctx);
     if (status == SPRINGLS_OK) status = springls__initial_springls(ctx);
     return springls__clear_on_failure(ctx, status);
 }
@@ -23820,29 +24003,71 @@ typedef struct springls__field_query {
     uint8_t *inside;
 } springls__field_query;
 
-/* Samples phi in world units, or where it is negative. */
+/* Finds whether the distance at a world point is that to the closest place of the zero level, which search->best and d2 then have: where
+   the spacing is not uniform, within the band. Else phi is it. */
+SPRINGLS__FN bool springls__needs_closest(springls__level_search *search, const float *point, float phi)
+{
+    const springls__grid *g = &search->ctx->model.grid;
+    return !springls__is_uniform(g->metric) && springls__fabs(phi) < g->far_value && springls__level_closest(search, point).found;
+}
+
+/* Samples the signed distance in world units, or where phi is negative. */
 SPRINGLS__FN void springls__sample_distance_task(void *arg, int begin, int end)
 {
     const springls__field_query *q = (const springls__field_query *)arg;
     const springls_context *ctx = q->ctx;
+    const springls__grid *g = &ctx->model.grid;
+    springls__level_search search;
     int i;
+    springls__level_search_begin(ctx, &search);
     for (i = begin; i < end; i++) {
-        float phi = springls__grid_sample(&ctx->model.grid, ctx->model.grid.phi,
-                                          springls__world_to_voxel(ctx, q->points + 3 * (size_t)i));
-        if (q->inside) q->inside[i] = phi < 0.0f;
-        else q->out[i] = phi * ctx->smallest_spacing;
+        const float *point = q->points + 3 * (size_t)i;
+        float phi = springls__grid_sample(g, g->phi, springls__world_to_voxel(ctx, point));
+        if (q->inside) {
+            q->inside[i] = phi < 0.0f;
+            continue;
+        }
+        if (springls__needs_closest(&search, point, phi)) {
+            const float distance = springls__min(springls__sqrt(search.d2), g->far_value); /* what all directions reach */
+            phi = phi < 0.0f ? -distance : distance;
+        }
+        q->out[i] = phi * ctx->smallest_spacing;
     }
+}
+
+/* Returns the gradient of the distance at a world point where the spacing is not uniform and phi has the gradient g: of unit length
+   within the band. */
+SPRINGLS__FN springls__v3 springls__world_gradient(springls__level_search *search, const float *point, springls__v3 x, springls__v3 g)
+{
+    const float close = 0.5f; /* smallest spacings: nearer to a triangle its corners would show, and phi's normal is as good */
+    const springls_context *ctx = search->ctx;
+    const springls__grid *grid = &ctx->model.grid;
+    const springls__v3 normal = springls__normal_to_world(ctx, g);
+    const float phi = springls__grid_sample(grid, grid->phi, x);
+    springls__v3 away;
+    if (!springls__needs_closest(search, point, phi)) return springls__scale(normal, springls__length(g));
+    if (search->d2 < close * close) return normal;
+    away = springls__normalize(springls__voxel_to_model(ctx, springls__sub(x, search->best.place)));
+    return phi < 0.0f ? springls__scale(away, -1.0f) : away;
 }
 
 SPRINGLS__FN void springls__sample_gradient_task(void *arg, int begin, int end)
 {
     const springls__field_query *q = (const springls__field_query *)arg;
     const springls_context *ctx = q->ctx;
+    const springls__grid *grid = &ctx->model.grid;
+    springls__level_search search;
     int i;
+    springls__level_search_begin(ctx, &search);
     for (i = begin; i < end; i++) {
-        springls__v3 x = springls__world_to_voxel(ctx, q->points + 3 * (size_t)i);
-        springls__covector_to_world(ctx, springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, x),
-                                    (double)ctx->smallest_spacing, q->out + 3 * (size_t)i);
+        const float *point = q->points + 3 * (size_t)i;
+        float *out = q->out + 3 * (size_t)i;
+        const springls__v3 x = springls__world_to_voxel(ctx, point), g = springls__grid_gradient(grid, grid->phi, x);
+        if (springls__is_uniform(grid->metric)) springls__covector_to_world(ctx, g, (double)ctx->smallest_spacing, out);
+        else {
+            const springls__v3 world = springls__world_gradient(&search, point, x, g);
+            memcpy(out, &world.x, 3 * sizeof *out);
+        }
     }
 }
 
@@ -23852,7 +24077,8 @@ SPRINGLS__FN springls_status springls__field_query_run(springls_context *ctx, co
     springls__field_query q;
     SPRINGLS__TRY(springls__check_points(ctx, points, count, inside ? (const void *)inside : (const void *)out, name));
     SPRINGLS__TRY(springls__read_level_set(ctx));
-    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(ACTIVE)
+                                           | SPRINGLS__BIT(SLOT_BRICK)));
     q.ctx = ctx;
     q.points = points;
     q.out = out;
@@ -24462,14 +24688,15 @@ typedef struct springls__error_job {
     springls_error_estimate *out;
 } springls__error_job;
 
-/* Makes both numbers of an error on the original surface, at a place x that faces n. */
-SPRINGLS__FN springls_error_estimate springls__estimate_error(const springls__model *model, springls__v3 x, springls__v3 n,
+/* Makes both numbers of an error on the original surface, voxels, at a place x that faces n. A voxel is at most the largest spacing
+   long, whatever the direction of the error. */
+SPRINGLS__FN springls_error_estimate springls__estimate_error(const springls_context *ctx, springls__v3 x, springls__v3 n,
                                                              springls__v3 a, float error, bool original)
 {
-    springls__span span = springls__span_at(model, x, n, a, model->set.count);
+    springls__span span = springls__span_at(&ctx->model, x, n, a, ctx->model.set.count);
     springls_error_estimate estimate;
-    estimate.place = SPRINGLS__ERROR_FACTOR * springls__error_at_place(&span, error, original);
-    estimate.correspondence = SPRINGLS__ERROR_FACTOR * error;
+    estimate.place = SPRINGLS__ERROR_FACTOR * springls__error_at_place(&span, error, original) * ctx->largest_spacing;
+    estimate.correspondence = SPRINGLS__ERROR_FACTOR * error * ctx->largest_spacing;
     return estimate;
 }
 
@@ -24478,7 +24705,7 @@ SPRINGLS__FN void springls__springl_errors_task(void *arg, int begin, int end)
     const springls__error_job *job = (const springls__error_job *)arg;
     const springls__model *model = &job->ctx->model;
     for (; begin < end; begin++)
-        job->out[begin] = springls__estimate_error(model, model->set.s[begin].p, springls__springl_normal(model->set.s[begin]),
+        job->out[begin] = springls__estimate_error(job->ctx, model->set.s[begin].p, springls__springl_normal(model->set.s[begin]),
                                                    model->set.a[begin], model->set.error[begin],
                                                    (model->set.birth[begin] & 3u) == SPRINGLS__KIND_ORIGINAL);
 }
@@ -24495,7 +24722,7 @@ SPRINGLS__FN void springls__mesh_errors_task(void *arg, int begin, int end)
         springls__v3 a = springls__world_to_original(ctx, job->mesh->correspondences + v);
         springls__v3 n = springls__normalize(springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, x));
         if (springls__length2(n) < 0.5f) n = springls__scale(springls__load3(job->mesh->normals + v), side);
-        job->out[begin] = springls__estimate_error(&ctx->model, x, n, a,
+        job->out[begin] = springls__estimate_error(ctx, x, n, a,
                                                    springls__error_at_birth(&ctx->model, x, n, a, ctx->model.set.count), false);
     }
 }
@@ -26808,7 +27035,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1018 \"springls.h\"\n",
+    "#line 1024 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -26916,7 +27143,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2081 \"springls.h\"\n",
+    "#line 2088 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -27021,7 +27248,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2187 \"springls.h\"\n",
+    "#line 2194 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -27043,7 +27270,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2210 \"springls.h\"\n",
+    "#line 2217 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27058,7 +27285,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2226 \"springls.h\"\n",
+    "#line 2233 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -27182,7 +27409,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2350 \"springls.h\"\n",
+    "#line 2357 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -27252,7 +27479,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2421 \"springls.h\"\n",
+    "#line 2428 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -27472,7 +27699,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2642 \"springls.h\"\n",
+    "#line 2649 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27487,7 +27714,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2657 \"springls.h\"\n",
+    "#line 2664 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -27611,14 +27838,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2781 \"springls.h\"\n",
+    "#line 2788 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2789 \"springls.h\"\n",
+    "#line 2796 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -27717,7 +27944,62 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 2889 \"springls.h\"\n",
+    "#line 2896 \"springls.h\"\n",
+    "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
+    "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
+    "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
+    "   are sqrt(u' J'J u), and slopes along world directions are those of a covector g with the square g' (J'J)^-1 g. The metric is that\n",
+    "   inverse: it turns a surface's normal, a covector, into the way to go. */\n",
+    "\n",
+    "/* A symmetric matrix; all zero stands for the identity: the grid has one spacing and orthogonal axes, and voxels are enough. */\n",
+    "typedef struct springls__metric { float xx, yy, zz, xy, xz, yz; } springls__metric;\n",
+    "\n",
+    "SPRINGLS__MATHS bool springls__is_uniform(springls__metric m) { return m.xx == 0.0f; }\n",
+    "\n",
+    "SPRINGLS__MATHS springls__v3 springls__metric_times(springls__metric m, springls__v3 v)\n",
+    "{\n",
+    "    return springls__v3_make(m.xx * v.x + m.xy * v.y + m.xz * v.z, m.xy * v.x + m.yy * v.y + m.yz * v.z,\n",
+    "                             m.xz * v.x + m.yz * v.y + m.zz * v.z);\n",
+    "}\n",
+    "\n",
+    "/* Returns a' m b. */\n",
+    "SPRINGLS__MATHS float springls__metric_product(springls__metric m, springls__v3 a, springls__v3 b)\n",
+    "{\n",
+    "    return springls__dot(a, springls__metric_times(m, b));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS springls__metric springls__metric_inverse(springls__metric m)\n",
+    "{\n",
+    "    springls__metric out;\n",
+    "    float scale;\n",
+    "    out.xx = m.yy * m.zz - m.yz * m.yz;\n",
+    "    out.yy = m.xx * m.zz - m.xz * m.xz;\n",
+    "    out.zz = m.xx * m.yy - m.xy * m.xy;\n",
+    "    out.xy = m.xz * m.yz - m.xy * m.zz;\n",
+    "    out.xz = m.xy * m.yz - m.xz * m.yy;\n",
+    "    out.yz = m.xy * m.xz - m.yz * m.xx;\n",
+    "    scale = 1.0f / (m.xx * out.xx + m.xy * out.xy + m.xz * out.xz);\n",
+    "    out.xx *= scale; out.yy *= scale; out.zz *= scale;\n",
+    "    out.xy *= scale; out.xz *= scale; out.yz *= scale;\n",
+    "    return out;\n",
+    "}\n",
+    "\n",
+    "/* Returns how much phi changes along a way of one smallest spacing along the world's normal, where it has the gradient g of voxels:\n",
+    "   the length of g in the world. */\n",
+    "SPRINGLS__MATHS float springls__world_slope(springls__metric m, springls__v3 g)\n",
+    "{\n",
+    "    return springls__is_uniform(m) ? springls__length(g) : springls__sqrt(springls__metric_product(m, g, g));\n",
+    "}\n",
+    "\n",
+    "/* Returns the way in voxels of one smallest spacing along the world's normal of a surface with the unit normal n in voxels; zero for\n",
+    "   zero. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__along_normal(springls__metric m, springls__v3 n)\n",
+    "{\n",
+    "    const float slope = springls__world_slope(m, n);\n",
+    "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
+    "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
+    "}\n",
+    "#line 2952 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -27812,7 +28094,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 2985 \"springls.h\"\n",
+    "#line 3048 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -27824,7 +28106,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 2997 \"springls.h\"\n",
+    "#line 3060 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27839,7 +28121,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3013 \"springls.h\"\n",
+    "#line 3076 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -27883,7 +28165,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3057 \"springls.h\"\n",
+    "#line 3120 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27898,7 +28180,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3072 \"springls.h\"\n",
+    "#line 3135 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -27942,7 +28224,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3116 \"springls.h\"\n",
+    "#line 3179 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -28021,7 +28303,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3195 \"springls.h\"\n",
+    "#line 3258 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28036,7 +28318,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3211 \"springls.h\"\n",
+    "#line 3274 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -28103,7 +28385,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3278 \"springls.h\"\n",
+    "#line 3341 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28118,7 +28400,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3293 \"springls.h\"\n",
+    "#line 3356 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -28185,7 +28467,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3361 \"springls.h\"\n",
+    "#line 3424 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -28341,6 +28623,7 @@ static const char *const springls__kernel_lines[] = {
     "    int active_count, free_count, slot_count;\n",
     "    float far_value;        /* |phi| in the constant bricks and the clamp everywhere                 */\n",
     "    int some_asleep;        /* 0: all bricks are awake                                               */\n",
+    "    springls__metric metric;\n",
     "} springls__grid;\n",
     "\n",
     "/* Lists of springls: by the cell of their particle (cell_list.h), by brick they come near, by vertex they are near to. */\n",
@@ -28525,7 +28808,8 @@ static const char *const springls__kernel_lines[] = {
     "    X(int, active_count, grid.active_count) X(int, free_count, grid.free_count) X(int, slot_count, grid.slot_count)              \\\n",
     "    X(int, unbinned_count, cells.unbinned_count) X(float, bounding_radius, cells.bounding_radius)                                \\\n",
     "    X(int, some_asleep, grid.some_asleep) X(int, asleep_count, cells.asleep_count)                                               \\\n",
-    "    X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)\n",
+    "    X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)                                       \\\n",
+    "    X(springls__metric, metric, grid.metric)\n",
     "\n",
     "typedef struct springls__shape {\n",
     "    int size[3], bricks[3];\n",
@@ -28564,7 +28848,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3741 \"springls.h\"\n",
+    "#line 3806 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -29263,7 +29547,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4441 \"springls.h\"\n",
+    "#line 4506 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -29523,7 +29807,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4702 \"springls.h\"\n",
+    "#line 4767 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -29725,7 +30009,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 4905 \"springls.h\"\n",
+    "#line 4970 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -29842,7 +30126,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5023 \"springls.h\"\n",
+    "#line 5088 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -29901,8 +30185,52 @@ static const char *const springls__kernel_lines[] = {
     "/* How far along tangents curvature is measured, voxels. A shorter span is noisier, and stable in shorter steps only. */\n",
     "#define SPRINGLS__CURVATURE_SPAN 1.5f\n",
     "\n",
-    "/* Returns the velocity of motion by curvature at x: along -n by div(n), 1/voxel, the sum of the two principal curvatures of phi's\n",
-    "   level there. n is phi's normal, which is smoother than a triangle's; the triangle's `normal` only chooses its sign, because phi\n",
+    "/* Returns how far from x, along steps of the length 1, phi has the value `level`: by Newton's method, at most `largest` either way.\n",
+    "   slope: of phi along the step, where the surface is smooth. */\n",
+    "SPRINGLS__MATHS float springls__level_height(const springls__grid *g, springls__v3 x, springls__v3 step, float slope, float level,\n",
+    "                                             float largest)\n",
+    "{\n",
+    "    float height = 0.0f;\n",
+    "    int i;\n",
+    "    for (i = 0; i < 3; i++) {\n",
+    "        springls__v3 at = springls__mad(x, step, height);\n",
+    "        float rise = springls__max(springls__dot(springls__grid_gradient(g, g->phi, at), step), 0.3f * slope);\n",
+    "        height -= (springls__grid_sample_spline(g, g->phi, at) - level) / rise;\n",
+    "        height = springls__clamp(height, -largest, largest);\n",
+    "    }\n",
+    "    return height;\n",
+    "}\n",
+    "\n",
+    "/* Returns springls__curvature_velocity where the grid's spacing is not uniform: n is the unit normal in voxels, gradient that of phi.\n",
+    "   Off its zero phi is no distance in the world, so heights of its level over the tangent plane take its place: the circle of curvature\n",
+    "   k has at h along the tangent the height d = k (h^2 + d^2) / 2. Three directions in the plane give the second fundamental form\n",
+    "   a u^2 + 2 b u v + c v^2 along e1 and e2. The sum of the principal curvatures is its trace in the plane's metric. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__world_curvature_velocity(const springls__grid *g, springls__v3 x, springls__v3 n,\n",
+    "                                                                springls__v3 gradient, float h)\n",
+    "{\n",
+    "    const springls__metric lengths = springls__metric_inverse(g->metric);\n",
+    "    const springls__v3 step = springls__along_normal(g->metric, n), e1 = springls__any_tangent(n), e2 = springls__cross(n, e1);\n",
+    "    const springls__v3 up = springls__dot(gradient, n) < 0.0f ? springls__scale(step, -1.0f) : step; /* phi grows along it */\n",
+    "    const float slope = springls__dot(gradient, up), level = springls__grid_sample_spline(g, g->phi, x);\n",
+    "    const float uu = springls__metric_product(lengths, e1, e1), uv = springls__metric_product(lengths, e1, e2);\n",
+    "    const float vv = springls__metric_product(lengths, e2, e2);\n",
+    "    float bend[3] = { 0.0f, 0.0f, 0.0f }, b, c;\n",
+    "    int k;\n",
+    "    for (k = 0; k < 6; k++) { /* at 0, 60, 120 degrees, and opposite */\n",
+    "        const float along1 = k % 3 == 0 ? 1.0f : 0.5f, along2 = k % 3 == 0 ? 0.0f : k % 3 == 1 ? 0.8660254f : -0.8660254f;\n",
+    "        springls__v3 t = springls__mad(springls__scale(e1, along1), e2, along2);\n",
+    "        float length2 = springls__metric_product(lengths, t, t), span2 = h * h * length2, d;\n",
+    "        d = springls__level_height(g, springls__mad(x, t, k < 3 ? h : -h), up, slope, level,\n",
+    "                                   0.7f * springls__sqrt(span2));\n",
+    "        bend[k % 3] -= d * length2 / (span2 + d * d);\n",
+    "    }\n",
+    "    c = (2.0f * (bend[1] + bend[2]) - bend[0]) * (1.0f / 3.0f);\n",
+    "    b = (bend[1] - bend[2]) * 0.5773503f;\n",
+    "    return springls__scale(step, springls__clamp((2.0f * b * uv - bend[0] * vv - c * uu) / (uu * vv - uv * uv), -2.0f, 2.0f));\n",
+    "}\n",
+    "\n",
+    "/* Returns the velocity of motion by curvature at x: along -n by div(n), the sum of the two principal curvatures of phi's level there,\n",
+    "   in smallest spacings of the grid. n is phi's normal, which is smoother than a triangle's; the triangle's `normal` only chooses its sign, because phi\n",
     "   may have lost a drop or a sheet. Without a gradient there is no motion. Differences of phi over the distance h along six\n",
     "   tangents stay near the surface, where phi is a distance, and leave out the second derivative along n. The circle of curvature k\n",
     "   that touches the tangent at x has at h along it the distance d = k (h^2 - d^2) / 2. */\n",
@@ -29912,8 +30240,10 @@ static const char *const springls__kernel_lines[] = {
     "    springls__v3 gradient = springls__grid_gradient(g, g->phi, x);\n",
     "    springls__v3 n = springls__normalize(springls__dot(gradient, normal) < 0.0f ? springls__scale(gradient, -1.0f) : gradient);\n",
     "    springls__v3 e1 = springls__any_tangent(n), e2 = springls__scale(springls__cross(n, e1), 0.8660254f);\n",
-    "    float c = springls__grid_sample_spline(g, g->phi, x), sum = 0.0f;\n",
+    "    float c, sum = 0.0f;\n",
     "    int k;\n",
+    "    if (!springls__is_uniform(g->metric)) return springls__world_curvature_velocity(g, x, n, gradient, h);\n",
+    "    c = springls__grid_sample_spline(g, g->phi, x);\n",
     "    for (k = 0; k < 6; k++) { /* tangents 60 degrees apart */\n",
     "        springls__v3 t = k % 3 == 0 ? e1 : springls__mad(k % 3 == 1 ? e2 : springls__scale(e2, -1.0f), e1, 0.5f);\n",
     "        float d = springls__grid_sample_spline(g, g->phi, springls__mad(x, t, k < 3 ? h : -h)) - c;\n",
@@ -29992,7 +30322,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5173 \"springls.h\"\n",
+    "#line 5284 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30007,7 +30337,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5189 \"springls.h\"\n",
+    "#line 5300 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -30355,7 +30685,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5537 \"springls.h\"\n",
+    "#line 5648 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30370,7 +30700,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5552 \"springls.h\"\n",
+    "#line 5663 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -30718,7 +31048,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5900 \"springls.h\"\n",
+    "#line 6011 \"springls.h\"\n",
     "\n",
     "/* Displaces springl i by the forces of the rule, into moved_springls. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -30735,7 +31065,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 6524 \"springls.h\"\n",
+    "#line 6635 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -30761,7 +31091,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6551 \"springls.h\"\n",
+    "#line 6662 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -30850,7 +31180,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6641 \"springls.h\"\n",
+    "#line 6752 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -30990,7 +31320,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6782 \"springls.h\"\n",
+    "#line 6893 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -31095,7 +31425,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6888 \"springls.h\"\n",
+    "#line 6999 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -31327,7 +31657,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7121 \"springls.h\"\n",
+    "#line 7232 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -31357,7 +31687,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7151 \"springls.h\"\n",
+    "#line 7262 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31372,7 +31702,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7167 \"springls.h\"\n",
+    "#line 7278 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -31541,7 +31871,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7336 \"springls.h\"\n",
+    "#line 7447 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31556,7 +31886,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7351 \"springls.h\"\n",
+    "#line 7462 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -31725,7 +32055,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7520 \"springls.h\"\n",
+    "#line 7631 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -31779,7 +32109,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7575 \"springls.h\"\n",
+    "#line 7686 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -31805,7 +32135,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7601 \"springls.h\"\n",
+    "#line 7712 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31820,7 +32150,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7617 \"springls.h\"\n",
+    "#line 7728 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -31903,7 +32233,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7700 \"springls.h\"\n",
+    "#line 7811 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31918,7 +32248,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7715 \"springls.h\"\n",
+    "#line 7826 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -32001,7 +32331,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7798 \"springls.h\"\n",
+    "#line 7909 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -32075,7 +32405,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7873 \"springls.h\"\n",
+    "#line 7984 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -32628,7 +32958,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8427 \"springls.h\"\n",
+    "#line 8538 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -32724,7 +33054,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8524 \"springls.h\"\n",
+    "#line 8635 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -32845,7 +33175,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8646 \"springls.h\"\n",
+    "#line 8757 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -33115,12 +33445,13 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8917 \"springls.h\"\n",
+    "#line 9028 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
-    "/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the\n",
-    "   gradient descent of eq. 22 smooths, where eq. 23 as printed would sharpen. */\n",
-    "SPRINGLS__MATHS float springls__curvature_motion(const float b[27])\n",
+    "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
+    "   added: the gradient descent of eq. 22 smooths, where eq. 23 as printed would sharpen. With the metric m, the gradient g and the\n",
+    "   second derivatives H it is the trace of m H, less (m g)' H (m g) over the square of g. */\n",
+    "SPRINGLS__MATHS float springls__curvature_motion(const float b[27], springls__metric m)\n",
     "{\n",
     "    float x = 0.5f * (b[14] - b[12]), y = 0.5f * (b[16] - b[10]), z = 0.5f * (b[22] - b[4]);\n",
     "    float xx = b[14] + b[12] - 2.0f * b[13], yy = b[16] + b[10] - 2.0f * b[13], zz = b[22] + b[4] - 2.0f * b[13];\n",
@@ -33130,6 +33461,15 @@ static const char *const springls__kernel_lines[] = {
     "    float g2 = x * x + y * y + z * z;\n",
     "    float numerator = (y * y + z * z) * xx + (x * x + z * z) * yy + (x * x + y * y) * zz\n",
     "                    - 2.0f * (x * y * xy + x * z * xz + y * z * yz);\n",
+    "    if (!springls__is_uniform(m)) {\n",
+    "        springls__v3 g = springls__v3_make(x, y, z), to = springls__metric_times(m, g);\n",
+    "        springls__metric second;\n",
+    "        second.xx = xx; second.yy = yy; second.zz = zz;\n",
+    "        second.xy = xy; second.xz = xz; second.yz = yz;\n",
+    "        g2 = springls__dot(g, to);\n",
+    "        numerator = g2 * (m.xx * xx + m.yy * yy + m.zz * zz + 2.0f * (m.xy * xy + m.xz * xz + m.yz * yz))\n",
+    "                  - springls__metric_product(second, to, to);\n",
+    "    }\n",
     "    return g2 > 1e-6f ? springls__clamp(numerator / g2, -1.0f, 1.0f) : 0.0f;\n",
     "}\n",
     "\n",
@@ -33187,11 +33527,11 @@ static const char *const springls__kernel_lines[] = {
     "        for (x = 0; x < 8 && lambda != 0.0f; x++) {\n",
     "            if (springls__fabs(phi[at + x]) > width) continue;\n",
     "            for (d = 0; d < 27; d++) block[d] = phi[at + x + springls__tile_step(d)];\n",
-    "            out[x] += step * lambda * springls__curvature_motion(block);\n",
+    "            out[x] += step * lambda * springls__curvature_motion(block, g->metric);\n",
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8994 \"springls.h\"\n",
+    "#line 9115 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -33333,7 +33673,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9137 \"springls.h\"\n",
+    "#line 9258 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -33522,7 +33862,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9327 \"springls.h\"\n",
+    "#line 9448 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -33646,7 +33986,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9452 \"springls.h\"\n",
+    "#line 9573 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -33680,7 +34020,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 9487 \"springls.h\"\n",
+    "#line 9608 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -34222,7 +34562,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10030 \"springls.h\"\n",
+    "#line 10151 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -34372,7 +34712,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10181 \"springls.h\"\n",
+    "#line 10302 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -34476,7 +34816,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10286 \"springls.h\"\n",
+    "#line 10407 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -34573,7 +34913,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10384 \"springls.h\"\n",
+    "#line 10505 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -35111,7 +35451,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10923 \"springls.h\"\n",
+    "#line 11044 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -35189,7 +35529,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 11002 \"springls.h\"\n",
+    "#line 11123 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -35438,7 +35778,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11252 \"springls.h\"\n",
+    "#line 11373 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -35471,7 +35811,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11286 \"springls.h\"\n",
+    "#line 11407 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -35496,14 +35836,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11312 \"springls.h\"\n",
+    "#line 11433 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11319 \"springls.h\"\n",
+    "#line 11440 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35518,7 +35858,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11335 \"springls.h\"\n",
+    "#line 11456 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35644,7 +35984,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11461 \"springls.h\"\n",
+    "#line 11582 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35659,7 +35999,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11476 \"springls.h\"\n",
+    "#line 11597 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35785,7 +36125,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11603 \"springls.h\"\n",
+    "#line 11724 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -36076,7 +36416,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11895 \"springls.h\"\n",
+    "#line 12016 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -36183,7 +36523,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_scatter, LISTS, 128) X(brick_lists_sort, LISTS, 8)                                                             \\\n",
     "    X(compact_flag, LISTS, 4096) X(compact_out, LISTS, 256) X(compact_in, LISTS, 256)                                            \\\n",
     "    X(region_begin, SIGNS, 64) X(region_join, SIGNS, 64) X(region_vote, SIGNS, 64) X(region_resolve, SIGNS, 64)\n",
-    "#line 36187 \"springls.h\"\n",
+    "#line 36527 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -37495,23 +37835,37 @@ SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, sp
 /* ---- offset ---- */
 
 /* Defines the new surface by the signed distance to the old one less the offset. The old surface is the zero level, and the
-   springls at its sharp edges, where marching cubes cut corners off. All in voxels. */
+   springls at its sharp edges, where marching cubes cut corners off. All in model coordinates (springl_surface.h), which are voxels
+   where the spacing is uniform. */
 typedef struct springls__parallel_surface {
+    const springls_context *ctx;
     springls__mesh_distance distance; /* to zero_level */
     springls__surface zero_level, edges;
     float offset;
 } springls__parallel_surface;
 
-/* Computes the signed distance to the new surface (a springls__distance_fn). */
+/* Converts a place from voxels for a surface that is offset. */
+SPRINGLS__FN springls__v3 springls__to_offset(const springls_context *ctx, springls__v3 x)
+{
+    return springls__is_uniform(ctx->model.grid.metric) ? x : springls__voxel_to_model(ctx, x);
+}
+
+/* Computes the signed distance to the new surface (a springls__distance_fn): in voxels, or a lower bound where the spacing is not
+   uniform. */
 SPRINGLS__FN void springls__parallel_distance(void *arg, const springls__v3 *points, int count, float *out)
 {
     springls__parallel_surface *job = (springls__parallel_surface *)arg;
+    const float scale = job->ctx->smallest_spacing / job->ctx->largest_spacing;
+    springls__v3 at[SPRINGLS__BRICK_VOXELS];
     int i;
-    springls__mesh_signed_distance(&job->distance, points, count, out);
+    memcpy(at, points, (size_t)count * sizeof *at);
+    for (i = 0; i < count; i++) at[i] = springls__to_offset(job->ctx, at[i]);
+    springls__mesh_signed_distance(&job->distance, at, count, out);
     for (i = 0; i < count; i++) {
-        springls__surface_hit edge = springls__surface_closest(&job->edges, points[i], springls__fabs(out[i]));
+        springls__surface_hit edge = springls__surface_closest(&job->edges, at[i], springls__fabs(out[i]));
         if (edge.triangle >= 0) out[i] = out[i] < 0.0f ? -springls__sqrt(edge.hit.d2) : springls__sqrt(edge.hit.d2);
         out[i] -= job->offset;
+        if (!springls__is_uniform(job->ctx->model.grid.metric)) out[i] *= scale;
     }
 }
 
@@ -37522,7 +37876,7 @@ SPRINGLS__FN springls_status springls__edge_surface(springls_context *ctx, sprin
     SPRINGLS__TRY(springls__surface_reserve(ctx, surface, springls__imin(ctx->model.set.at_edges, ctx->model.set.count)));
     for (i = 0; i < ctx->model.set.count && count < ctx->model.set.at_edges; i++) {
         if (!springls__at_edge(&ctx->model, i)) continue;
-        for (m = 0; m < 3; m++) surface->points[3 * count + m] = ctx->model.set.s[i].q[m];
+        for (m = 0; m < 3; m++) surface->points[3 * count + m] = springls__to_offset(ctx, ctx->model.set.s[i].q[m]);
         count++;
     }
     return springls__surface_finish(ctx, surface, count);
@@ -37533,6 +37887,7 @@ SPRINGLS__FN springls_status springls__edge_surface(springls_context *ctx, sprin
 SPRINGLS__FN springls_status springls__zero_level_surface(springls_context *ctx, springls__surface *surface)
 {
     static const int corner[12] = { 0, 3, 5, 3, 1, 4, 5, 4, 2, 3, 4, 5 }; /* 3 + k: the middle of corners k and k + 1 */
+    const bool mirrored = !springls__is_uniform(ctx->model.grid.metric) && springls__is_mirrored(ctx); /* turns triangles round */
     springls__raw_mesh raw;
     int t, k;
     SPRINGLS__TRY(springls__isosurface(ctx, &raw));
@@ -37546,13 +37901,14 @@ SPRINGLS__FN springls_status springls__zero_level_surface(springls_context *ctx,
             x[3 + k] = springls__lerp(raw.positions[springls__imin(a, b)], raw.positions[springls__imax(a, b)], 0.5f);
             x[3 + k] = springls__to_zero_level(&ctx->model.grid, x[3 + k]);
         }
-        for (k = 0; k < 12; k++) surface->points[12 * t + k] = x[corner[k]];
+        for (k = 0; k < 12; k++) surface->points[12 * t + k] = springls__to_offset(ctx, x[corner[mirrored ? 11 - k : k]]);
     }
     SPRINGLS__TRY(springls__surface_finish(ctx, surface, 4 * raw.triangle_count));
     return springls__surface_make_dipoles(ctx, surface);
 }
 
-/* Moves every springl by the offset along the gradient of phi; along its own normal at a sharp edge, or where they disagree. */
+/* Moves every springl by the offset along the gradient of phi; along its own normal at a sharp edge, or where they disagree. Along the
+   normals of the world, by smallest spacings. */
 SPRINGLS__FN void springls__offset_springls(springls_context *ctx, float offset)
 {
     const springls__grid *g = &ctx->model.grid;
@@ -37564,7 +37920,7 @@ SPRINGLS__FN void springls__offset_springls(springls_context *ctx, float offset)
             springls__v3 *x = m < 3 ? &s->q[m] : &s->p;
             if (!springls__at_edge(&ctx->model, i)) n = springls__normalize(springls__grid_gradient(g, g->phi, *x));
             if (springls__dot(n, own) < 0.5f) n = own;
-            *x = springls__mad(*x, n, offset);
+            *x = springls__mad(*x, springls__along_normal(g->metric, n), offset);
         }
         *s = springls__springl_finished(*s);
     }
@@ -37614,16 +37970,18 @@ SPRINGLS__FN springls_status springls__split_all(springls_context *ctx)
 /* Does the work of springls_offset. On failure the model is left unfinished. */
 SPRINGLS__FN springls_status springls__offset(springls_context *ctx, springls__parallel_surface *job)
 {
+    const float stretch = ctx->largest_spacing / ctx->smallest_spacing, size = springls__fabs(job->offset);
     SPRINGLS__TRY(springls__zero_level_surface(ctx, &job->zero_level));
     SPRINGLS__TRY(springls__edge_surface(ctx, &job->edges));
     if (job->zero_level.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: there is no surface");
     springls__offset_springls(ctx, job->offset);
     job->distance.surface = job->distance.nearest = &job->zero_level;
     job->distance.balanced = true;
-    job->distance.band = ctx->model.params.band_half_width + 1.0f + springls__fabs(job->offset);
+    job->distance.band = (ctx->model.params.band_half_width + 1.0f) * stretch + 8.0f * (stretch - 1.0f) + size;
     springls__grid_clear(ctx, &ctx->model.grid);
-    SPRINGLS__TRY(springls__set_from_distance(ctx, springls__parallel_distance, job, &job->zero_level,
-                                              64.0f + springls__fabs(job->offset)));
+    SPRINGLS__TRY(springls__set_from_distance(ctx, springls__parallel_distance, job,
+                                              springls__is_uniform(ctx->model.grid.metric) ? &job->zero_level : NULL, 64.0f + size));
+    SPRINGLS__TRY(springls__redistance_in_voxels(ctx));
     if (!springls__has_inside(&ctx->model.grid)) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: nothing is left");
     SPRINGLS__TRY(springls__offset_remove(ctx));
     SPRINGLS__TRY(springls__split_all(ctx));
@@ -37636,6 +37994,7 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
     springls_status status;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     memset(&job, 0, sizeof job);
+    job.ctx = ctx;
     job.offset = distance / ctx->smallest_spacing;
     if (!springls__finite_float(job.offset) || springls__fabs(job.offset) >= 1e4f)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "offset: a distance of %g voxels, not between -10^4 and 10^4",
@@ -37652,7 +38011,7 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
 
 /* ---- smooth ---- */
 
-/* Returns how far along tangents curvature is measured in the next step, voxels: the further the smoother the surface is, so that
+/* Returns how far along tangents curvature is measured in the next step, smallest spacings: the further the smoother the surface is, so that
    steps may be longer. It is limited by the smallest radius of curvature, and by how far beside the surface phi is a distance: a
    voxel from it phi is 0.02 too large. Radii so small that they should have vanished by now are errors of single springls, and do
    not shorten steps. */
@@ -37698,6 +38057,7 @@ SPRINGLS__FN springls_status springls__smooth(springls_context *ctx, float durat
     ctx->curvature_span = SPRINGLS__CURVATURE_SPAN;
     while (left > 0.0f && !at_rest) {
         SPRINGLS__TRY(springls__max_speed(ctx, "smooth", &forces, 0.0f, &curvature));
+        curvature *= ctx->largest_spacing / ctx->smallest_spacing; /* a speed is of voxels, which may be long ones */
         ctx->curvature_span = springls__smoothing_span(curvature, duration - left, ctx->curvature_span);
         step.dt = 0.125f * ctx->curvature_span * ctx->curvature_span; /* half of the way to the mean of the ring: stable */
         step.dt = left / (springls__floor(left / step.dt) + 1.0f);

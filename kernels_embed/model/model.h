@@ -4,6 +4,7 @@
 
 #include "../interface/parameters.h"
 #include "arguments.h"
+#include "metric.h"
 #include "scratch.h"
 #include "../language/triangle.h"
 
@@ -165,6 +166,7 @@ typedef struct springls__grid {
     int active_count, free_count, slot_count;
     float far_value;        /* |phi| in the constant bricks and the clamp everywhere                 */
     int some_asleep;        /* 0: all bricks are awake                                               */
+    springls__metric metric;
 } springls__grid;
 
 /* Lists of springls: by the cell of their particle (cell_list.h), by brick they come near, by vertex they are near to. */
@@ -349,7 +351,8 @@ SPRINGLS__MATHS void springls__displacement_element(const springls__model *model
     X(int, active_count, grid.active_count) X(int, free_count, grid.free_count) X(int, slot_count, grid.slot_count)              \
     X(int, unbinned_count, cells.unbinned_count) X(float, bounding_radius, cells.bounding_radius)                                \
     X(int, some_asleep, grid.some_asleep) X(int, asleep_count, cells.asleep_count)                                               \
-    X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)
+    X(float, far_value, grid.far_value) X(float, reference_far_value, reference.far_value)                                       \
+    X(springls__metric, metric, grid.metric)
 
 typedef struct springls__shape {
     int size[3], bricks[3];

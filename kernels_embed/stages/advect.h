@@ -62,8 +62,52 @@ SPRINGLS__MATHS void springls__field_sample(const springls__field *field, SPRING
 /* How far along tangents curvature is measured, voxels. A shorter span is noisier, and stable in shorter steps only. */
 #define SPRINGLS__CURVATURE_SPAN 1.5f
 
-/* Returns the velocity of motion by curvature at x: along -n by div(n), 1/voxel, the sum of the two principal curvatures of phi's
-   level there. n is phi's normal, which is smoother than a triangle's; the triangle's `normal` only chooses its sign, because phi
+/* Returns how far from x, along steps of the length 1, phi has the value `level`: by Newton's method, at most `largest` either way.
+   slope: of phi along the step, where the surface is smooth. */
+SPRINGLS__MATHS float springls__level_height(const springls__grid *g, springls__v3 x, springls__v3 step, float slope, float level,
+                                             float largest)
+{
+    float height = 0.0f;
+    int i;
+    for (i = 0; i < 3; i++) {
+        springls__v3 at = springls__mad(x, step, height);
+        float rise = springls__max(springls__dot(springls__grid_gradient(g, g->phi, at), step), 0.3f * slope);
+        height -= (springls__grid_sample_spline(g, g->phi, at) - level) / rise;
+        height = springls__clamp(height, -largest, largest);
+    }
+    return height;
+}
+
+/* Returns springls__curvature_velocity where the grid's spacing is not uniform: n is the unit normal in voxels, gradient that of phi.
+   Off its zero phi is no distance in the world, so heights of its level over the tangent plane take its place: the circle of curvature
+   k has at h along the tangent the height d = k (h^2 + d^2) / 2. Three directions in the plane give the second fundamental form
+   a u^2 + 2 b u v + c v^2 along e1 and e2. The sum of the principal curvatures is its trace in the plane's metric. */
+SPRINGLS__MATHS springls__v3 springls__world_curvature_velocity(const springls__grid *g, springls__v3 x, springls__v3 n,
+                                                                springls__v3 gradient, float h)
+{
+    const springls__metric lengths = springls__metric_inverse(g->metric);
+    const springls__v3 step = springls__along_normal(g->metric, n), e1 = springls__any_tangent(n), e2 = springls__cross(n, e1);
+    const springls__v3 up = springls__dot(gradient, n) < 0.0f ? springls__scale(step, -1.0f) : step; /* phi grows along it */
+    const float slope = springls__dot(gradient, up), level = springls__grid_sample_spline(g, g->phi, x);
+    const float uu = springls__metric_product(lengths, e1, e1), uv = springls__metric_product(lengths, e1, e2);
+    const float vv = springls__metric_product(lengths, e2, e2);
+    float bend[3] = { 0.0f, 0.0f, 0.0f }, b, c;
+    int k;
+    for (k = 0; k < 6; k++) { /* at 0, 60, 120 degrees, and opposite */
+        const float along1 = k % 3 == 0 ? 1.0f : 0.5f, along2 = k % 3 == 0 ? 0.0f : k % 3 == 1 ? 0.8660254f : -0.8660254f;
+        springls__v3 t = springls__mad(springls__scale(e1, along1), e2, along2);
+        float length2 = springls__metric_product(lengths, t, t), span2 = h * h * length2, d;
+        d = springls__level_height(g, springls__mad(x, t, k < 3 ? h : -h), up, slope, level,
+                                   0.7f * springls__sqrt(span2));
+        bend[k % 3] -= d * length2 / (span2 + d * d);
+    }
+    c = (2.0f * (bend[1] + bend[2]) - bend[0]) * (1.0f / 3.0f);
+    b = (bend[1] - bend[2]) * 0.5773503f;
+    return springls__scale(step, springls__clamp((2.0f * b * uv - bend[0] * vv - c * uu) / (uu * vv - uv * uv), -2.0f, 2.0f));
+}
+
+/* Returns the velocity of motion by curvature at x: along -n by div(n), the sum of the two principal curvatures of phi's level there,
+   in smallest spacings of the grid. n is phi's normal, which is smoother than a triangle's; the triangle's `normal` only chooses its sign, because phi
    may have lost a drop or a sheet. Without a gradient there is no motion. Differences of phi over the distance h along six
    tangents stay near the surface, where phi is a distance, and leave out the second derivative along n. The circle of curvature k
    that touches the tangent at x has at h along it the distance d = k (h^2 - d^2) / 2. */
@@ -73,8 +117,10 @@ SPRINGLS__MATHS springls__v3 springls__curvature_velocity(const springls__grid *
     springls__v3 gradient = springls__grid_gradient(g, g->phi, x);
     springls__v3 n = springls__normalize(springls__dot(gradient, normal) < 0.0f ? springls__scale(gradient, -1.0f) : gradient);
     springls__v3 e1 = springls__any_tangent(n), e2 = springls__scale(springls__cross(n, e1), 0.8660254f);
-    float c = springls__grid_sample_spline(g, g->phi, x), sum = 0.0f;
+    float c, sum = 0.0f;
     int k;
+    if (!springls__is_uniform(g->metric)) return springls__world_curvature_velocity(g, x, n, gradient, h);
+    c = springls__grid_sample_spline(g, g->phi, x);
     for (k = 0; k < 6; k++) { /* tangents 60 degrees apart */
         springls__v3 t = k % 3 == 0 ? e1 : springls__mad(k % 3 == 1 ? e2 : springls__scale(e2, -1.0f), e1, 0.5f);
         float d = springls__grid_sample_spline(g, g->phi, springls__mad(x, t, k < 3 ? h : -h)) - c;

@@ -5,9 +5,10 @@
 #include "../model/grid.h"
 #include "../model/model.h"
 
-/* Returns mean curvature times |grad phi| from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be added: the
-   gradient descent of eq. 22 smooths, where eq. 23 as printed would sharpen. */
-SPRINGLS__MATHS float springls__curvature_motion(const float b[27])
+/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be
+   added: the gradient descent of eq. 22 smooths, where eq. 23 as printed would sharpen. With the metric m, the gradient g and the
+   second derivatives H it is the trace of m H, less (m g)' H (m g) over the square of g. */
+SPRINGLS__MATHS float springls__curvature_motion(const float b[27], springls__metric m)
 {
     float x = 0.5f * (b[14] - b[12]), y = 0.5f * (b[16] - b[10]), z = 0.5f * (b[22] - b[4]);
     float xx = b[14] + b[12] - 2.0f * b[13], yy = b[16] + b[10] - 2.0f * b[13], zz = b[22] + b[4] - 2.0f * b[13];
@@ -17,6 +18,15 @@ SPRINGLS__MATHS float springls__curvature_motion(const float b[27])
     float g2 = x * x + y * y + z * z;
     float numerator = (y * y + z * z) * xx + (x * x + z * z) * yy + (x * x + y * y) * zz
                     - 2.0f * (x * y * xy + x * z * xz + y * z * yz);
+    if (!springls__is_uniform(m)) {
+        springls__v3 g = springls__v3_make(x, y, z), to = springls__metric_times(m, g);
+        springls__metric second;
+        second.xx = xx; second.yy = yy; second.zz = zz;
+        second.xy = xy; second.xz = xz; second.yz = yz;
+        g2 = springls__dot(g, to);
+        numerator = g2 * (m.xx * xx + m.yy * yy + m.zz * zz + 2.0f * (m.xy * xy + m.xz * xz + m.yz * yz))
+                  - springls__metric_product(second, to, to);
+    }
     return g2 > 1e-6f ? springls__clamp(numerator / g2, -1.0f, 1.0f) : 0.0f;
 }
 
@@ -74,7 +84,7 @@ SPRINGLS__MATHS void springls__evolve_element(const springls__model *model, spri
         for (x = 0; x < 8 && lambda != 0.0f; x++) {
             if (springls__fabs(phi[at + x]) > width) continue;
             for (d = 0; d < 27; d++) block[d] = phi[at + x + springls__tile_step(d)];
-            out[x] += step * lambda * springls__curvature_motion(block);
+            out[x] += step * lambda * springls__curvature_motion(block, g->metric);
         }
     }
 }

@@ -387,6 +387,16 @@ SPRINGLS__FN springls_status springls__set_from_voxels(springls_context *ctx, sp
     return SPRINGLS_OK;
 }
 
+/* Makes phi a distance in voxels after springls__set_from_distance by a distance of the world, which is none where the spacing is not
+   uniform. */
+SPRINGLS__FN springls_status springls__redistance_in_voxels(springls_context *ctx)
+{
+    if (springls__is_uniform(ctx->model.grid.metric)) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__run_to_completion(ctx, springls__rebuild));
+    springls__redistance_sweeps(ctx, 8);
+    return SPRINGLS_OK;
+}
+
 /* ---- the initial springls ---- */
 
 /* Moves a point near the zero level of phi onto it, by three Newton steps of up to half a voxel. */
@@ -605,10 +615,7 @@ SPRINGLS_API springls_status springls_set_implicit(springls_context *ctx, spring
     job.user = user;
     springls__clear_model(ctx);
     status = springls__set_from_distance(ctx, springls__implicit_distance, &job, NULL, 0.0f);
-    if (status == SPRINGLS_OK && ctx->smallest_spacing != ctx->largest_spacing) {
-        status = springls__run_to_completion(ctx, springls__rebuild);
-        springls__redistance_sweeps(ctx, 8);
-    }
+    if (status == SPRINGLS_OK) status = springls__redistance_in_voxels(ctx);
     if (status == SPRINGLS_OK) status = springls__initial_springls(ctx);
     return springls__clear_on_failure(ctx, status);
 }

@@ -424,14 +424,15 @@ typedef struct springls_forces {
     float pressure_weight;         /* lambda_rho;   0: 1                                                            */
     float velocity_weight;         /* lambda_sigma; 0: 1                                                            */
     float affine_weight;           /* lambda_A;     0: 1                                                            */
-    float curvature_weight;        /* voxel^2 a unit of time: motion along the normal by this times the level set's curvature,
-                                      the sum of both principal ones (2/R for a ball): positive smooths; 0: none    */
+    float curvature_weight;        /* motion along the normal by this times the level set's curvature, the sum of both principal
+                                      ones (2/R for a ball): positive smooths; 0: none. Squares of the smallest spacing a unit
+                                      of time, for every spacing and direction of the grid                          */
     springls_integrator integrator;
     bool world_units;              /* false: callbacks get voxel coordinates, and velocities, pressures and samples are voxels a
                                       unit of time. true: callbacks get points, normals and correspondences in the world, as
                                       shapes and meshes are; velocities, pressures and samples are world units a unit of time,
-                                      affine maps are of the world, and curvature_weight is in squared world units (of a
-                                      uniform spacing). Forces then run on the host                                 */
+                                      affine maps are of the world, and curvature_weight is in squared world units. Forces then
+                                      run on the host                                                               */
     float region_lower[3], region_upper[3]; /* voxels: springls whose particle is outside this box when a step or sub-step
                                       begins do not move and are not visited: a tool that acts in one place takes time
                                       for the springls there alone. Both all zero: everywhere                       */
@@ -608,7 +609,7 @@ typedef struct springls_component {
     bool cavity;
     double volume, area;    /* a body's volume is without its cavities, its area with theirs                        */
     float center[3];        /* centroid of the volume                                                               */
-    float correction;       /* voxels: its offset by params.volume_lock at the end of the last step                 */
+    float correction;       /* smallest spacings: its offset by params.volume_lock at the end of the last step      */
 } springls_component;
 
 /* Lists the components of the present level set by ascending ids. They are found by this call when the level set has changed since
@@ -734,11 +735,11 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 /* ---- >>queries:api: batches of world points. A point that is not finite: NON_FINITE, and `out` stays as it was ---- */
 
-/* Samples phi, one float a point: the signed distance in world units (of the smallest spacing), clamped outside the narrow
-   band. */
+/* Samples the signed distance in world units, one float a point: phi, clamped outside the narrow band; where the spacing is not uniform
+   that to the zero level, clamped at what the band reaches along the axis of the smallest spacing. */
 SPRINGLS_API springls_status springls_sample_distance(springls_context *ctx, const float *points, int count, float *out);
 
-/* Samples grad phi, 3 floats a point, world components: of unit length where phi is a distance and the spacing uniform. */
+/* Samples the gradient of the distance, 3 floats a point, world components: of unit length where it is one. */
 SPRINGLS_API springls_status springls_sample_gradient(springls_context *ctx, const float *points, int count, float *out);
 
 /* Samples the sign of phi, one byte a point: 1 inside, 0 outside. */
@@ -855,12 +856,12 @@ typedef struct springls_provenance {
 /* Writes the history of every springl, in springl order. */
 SPRINGLS_API springls_status springls_get_provenance(springls_context *ctx, springls_provenance *out);
 
-/* Holds estimates of two errors. On the motions of the benchmarks at least 95 % of the springls have smaller ones (manual,
+/* Holds estimates of two errors, world units; where the spacing is not uniform, as if all errors were along the longest. On the motions of the benchmarks at least 95 % of the springls have smaller ones (manual,
    ERRORS OF PLACE). Included are errors of splits and fills, of Runge-Kutta steps and of rounding, not those of forces nor of
    SPRINGLS_INTEGRATOR_EULER. */
 typedef struct springls_error_estimate {
-    float place;          /* voxels: from the particle to where the motion takes its correspondence                  */
-    float correspondence; /* voxels, on the original surface: from it to where the particle has come from            */
+    float place;          /* from the particle to where the motion takes its correspondence                          */
+    float correspondence; /* on the original surface: from it to where the particle has come from                    */
 } springls_error_estimate;
 
 /* Estimates the errors of every springl, in springl order. Completes a step in progress. */
@@ -938,7 +939,7 @@ SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_op
 SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation,
                                                        springls_implicit_fn fn, void *user);
 
-/* Grows (distance > 0) or shrinks the solid by a distance in world units of a uniform spacing, less than 10^4 voxels: to
+/* Grows (distance > 0) or shrinks the solid by a distance in world units, less than 10^4 times the smallest spacing: to
    all places within the distance, or further than that from the outside. Parts may meet or vanish. EMPTY_MODEL: nothing is
    left. After a failure the model is empty. */
 SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distance);
@@ -983,7 +984,7 @@ typedef struct springls_stats {
     int64_t added, split, removed, reshaped, refused; /* springls; refused: those beyond max_springls               */
     int64_t left;               /* of those removed: springls that had left the grid                                */
     int at_edges;               /* springls at sharp edges, of the input or the last step (params.keep_edges)       */
-    float volume_correction;    /* voxels: the largest offset of a component in the last step, at most 1.5
+    float volume_correction;    /* smallest spacings: the largest offset of a component in the last step, at most 1.5
                                    (params.volume_lock)                                                             */
     float largest_displacement; /* voxels: of any particle in the last advect, which may be of a sub-step           */
     float moving_share;         /* share of the springls that moved by more than 0.01 voxel in it                   */

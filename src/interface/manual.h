@@ -276,6 +276,11 @@
 
    Steps are stable while weight times dt is below about one voxel^2.
 
+   Where voxels are longer along one axis, or axes are oblique, curvature is that of the world, and "voxel" above is the smallest
+   spacing: balls stay balls. With world_units the weight is in squared world units. springls_smooth, _offset and volume_lock, distances,
+   gradients, closest points, rays, volumes, areas and error estimates are those of the world too, on every grid. Lengths that
+   parameters give (the band, split sizes, topology) are voxels: features have to be as wide as the longest of them.
+
 
    COVERAGE
 

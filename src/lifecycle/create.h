@@ -105,7 +105,42 @@ SPRINGLS_API springls_forces springls_default_forces(void)
     return forces;
 }
 
-/* Finds the shortest and the longest step between voxels, in world units. */
+/* Returns the product of two columns of the left part of a row-major 3x4 matrix. */
+SPRINGLS__FN double springls__column_product(const double *m, int a, int b)
+{
+    return m[a] * m[b] + m[4 + a] * m[4 + b] + m[8 + a] * m[8 + b];
+}
+
+/* Finds the grid's metric, where its spacing is not uniform or its axes are not orthogonal by more than rounding; then the longest
+   spacing becomes an upper bound of the length of a unit vector of voxels, by the row sums of J'J. */
+SPRINGLS__FN void springls__find_metric(springls_context *ctx)
+{
+    const double *m = ctx->lattice_to_world, *inverse = ctx->window.to_voxel;
+    const double unit2 = (double)ctx->smallest_spacing * (double)ctx->smallest_spacing;
+    double longest2 = 0.0, product[9];
+    float *metric = &ctx->model.grid.metric.xx;
+    bool uniform = true;
+    int a, b;
+    for (a = 0; a < 3; a++) {
+        double sum = 0.0;
+        for (b = 0; b < 3; b++) {
+            const double lengths = springls__column_product(m, a, b);
+            uniform = uniform && fabs(lengths - (a == b ? unit2 : 0.0)) < 1e-4 * unit2;
+            sum += fabs(lengths);
+            product[3 * a + b] = unit2
+                * (inverse[4 * a] * inverse[4 * b] + inverse[4 * a + 1] * inverse[4 * b + 1] + inverse[4 * a + 2] * inverse[4 * b + 2]);
+        }
+        if (sum > longest2) longest2 = sum;
+    }
+    if (uniform) return;
+    for (a = 0; a < 3; a++) metric[a] = (float)product[4 * a];
+    metric[3] = (float)product[1];
+    metric[4] = (float)product[2];
+    metric[5] = (float)product[5];
+    ctx->largest_spacing = (float)sqrt(longest2);
+}
+
+/* Finds the shortest and the longest step between voxels, in world units, and the metric. */
 SPRINGLS__FN void springls__measure_spacing(springls_context *ctx)
 {
     const double *m = ctx->lattice_to_world;
@@ -115,6 +150,7 @@ SPRINGLS__FN void springls__measure_spacing(springls_context *ctx)
         if (axis == 0 || spacing < ctx->smallest_spacing) ctx->smallest_spacing = spacing;
         if (axis == 0 || spacing > ctx->largest_spacing) ctx->largest_spacing = spacing;
     }
+    springls__find_metric(ctx);
 }
 
 /* Copies a checked description, with its defaults filled in. */

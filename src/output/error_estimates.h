@@ -16,14 +16,15 @@ typedef struct springls__error_job {
     springls_error_estimate *out;
 } springls__error_job;
 
-/* Makes both numbers of an error on the original surface, at a place x that faces n. */
-SPRINGLS__FN springls_error_estimate springls__estimate_error(const springls__model *model, springls__v3 x, springls__v3 n,
+/* Makes both numbers of an error on the original surface, voxels, at a place x that faces n. A voxel is at most the largest spacing
+   long, whatever the direction of the error. */
+SPRINGLS__FN springls_error_estimate springls__estimate_error(const springls_context *ctx, springls__v3 x, springls__v3 n,
                                                              springls__v3 a, float error, bool original)
 {
-    springls__span span = springls__span_at(model, x, n, a, model->set.count);
+    springls__span span = springls__span_at(&ctx->model, x, n, a, ctx->model.set.count);
     springls_error_estimate estimate;
-    estimate.place = SPRINGLS__ERROR_FACTOR * springls__error_at_place(&span, error, original);
-    estimate.correspondence = SPRINGLS__ERROR_FACTOR * error;
+    estimate.place = SPRINGLS__ERROR_FACTOR * springls__error_at_place(&span, error, original) * ctx->largest_spacing;
+    estimate.correspondence = SPRINGLS__ERROR_FACTOR * error * ctx->largest_spacing;
     return estimate;
 }
 
@@ -32,7 +33,7 @@ SPRINGLS__FN void springls__springl_errors_task(void *arg, int begin, int end)
     const springls__error_job *job = (const springls__error_job *)arg;
     const springls__model *model = &job->ctx->model;
     for (; begin < end; begin++)
-        job->out[begin] = springls__estimate_error(model, model->set.s[begin].p, springls__springl_normal(model->set.s[begin]),
+        job->out[begin] = springls__estimate_error(job->ctx, model->set.s[begin].p, springls__springl_normal(model->set.s[begin]),
                                                    model->set.a[begin], model->set.error[begin],
                                                    (model->set.birth[begin] & 3u) == SPRINGLS__KIND_ORIGINAL);
 }
@@ -49,7 +50,7 @@ SPRINGLS__FN void springls__mesh_errors_task(void *arg, int begin, int end)
         springls__v3 a = springls__world_to_original(ctx, job->mesh->correspondences + v);
         springls__v3 n = springls__normalize(springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, x));
         if (springls__length2(n) < 0.5f) n = springls__scale(springls__load3(job->mesh->normals + v), side);
-        job->out[begin] = springls__estimate_error(&ctx->model, x, n, a,
+        job->out[begin] = springls__estimate_error(ctx, x, n, a,
                                                    springls__error_at_birth(&ctx->model, x, n, a, ctx->model.set.count), false);
     }
 }

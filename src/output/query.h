@@ -39,29 +39,71 @@ typedef struct springls__field_query {
     uint8_t *inside;
 } springls__field_query;
 
-/* Samples phi in world units, or where it is negative. */
+/* Finds whether the distance at a world point is that to the closest place of the zero level, which search->best and d2 then have: where
+   the spacing is not uniform, within the band. Else phi is it. */
+SPRINGLS__FN bool springls__needs_closest(springls__level_search *search, const float *point, float phi)
+{
+    const springls__grid *g = &search->ctx->model.grid;
+    return !springls__is_uniform(g->metric) && springls__fabs(phi) < g->far_value && springls__level_closest(search, point).found;
+}
+
+/* Samples the signed distance in world units, or where phi is negative. */
 SPRINGLS__FN void springls__sample_distance_task(void *arg, int begin, int end)
 {
     const springls__field_query *q = (const springls__field_query *)arg;
     const springls_context *ctx = q->ctx;
+    const springls__grid *g = &ctx->model.grid;
+    springls__level_search search;
     int i;
+    springls__level_search_begin(ctx, &search);
     for (i = begin; i < end; i++) {
-        float phi = springls__grid_sample(&ctx->model.grid, ctx->model.grid.phi,
-                                          springls__world_to_voxel(ctx, q->points + 3 * (size_t)i));
-        if (q->inside) q->inside[i] = phi < 0.0f;
-        else q->out[i] = phi * ctx->smallest_spacing;
+        const float *point = q->points + 3 * (size_t)i;
+        float phi = springls__grid_sample(g, g->phi, springls__world_to_voxel(ctx, point));
+        if (q->inside) {
+            q->inside[i] = phi < 0.0f;
+            continue;
+        }
+        if (springls__needs_closest(&search, point, phi)) {
+            const float distance = springls__min(springls__sqrt(search.d2), g->far_value); /* what all directions reach */
+            phi = phi < 0.0f ? -distance : distance;
+        }
+        q->out[i] = phi * ctx->smallest_spacing;
     }
+}
+
+/* Returns the gradient of the distance at a world point where the spacing is not uniform and phi has the gradient g: of unit length
+   within the band. */
+SPRINGLS__FN springls__v3 springls__world_gradient(springls__level_search *search, const float *point, springls__v3 x, springls__v3 g)
+{
+    const float close = 0.5f; /* smallest spacings: nearer to a triangle its corners would show, and phi's normal is as good */
+    const springls_context *ctx = search->ctx;
+    const springls__grid *grid = &ctx->model.grid;
+    const springls__v3 normal = springls__normal_to_world(ctx, g);
+    const float phi = springls__grid_sample(grid, grid->phi, x);
+    springls__v3 away;
+    if (!springls__needs_closest(search, point, phi)) return springls__scale(normal, springls__length(g));
+    if (search->d2 < close * close) return normal;
+    away = springls__normalize(springls__voxel_to_model(ctx, springls__sub(x, search->best.place)));
+    return phi < 0.0f ? springls__scale(away, -1.0f) : away;
 }
 
 SPRINGLS__FN void springls__sample_gradient_task(void *arg, int begin, int end)
 {
     const springls__field_query *q = (const springls__field_query *)arg;
     const springls_context *ctx = q->ctx;
+    const springls__grid *grid = &ctx->model.grid;
+    springls__level_search search;
     int i;
+    springls__level_search_begin(ctx, &search);
     for (i = begin; i < end; i++) {
-        springls__v3 x = springls__world_to_voxel(ctx, q->points + 3 * (size_t)i);
-        springls__covector_to_world(ctx, springls__grid_gradient(&ctx->model.grid, ctx->model.grid.phi, x),
-                                    (double)ctx->smallest_spacing, q->out + 3 * (size_t)i);
+        const float *point = q->points + 3 * (size_t)i;
+        float *out = q->out + 3 * (size_t)i;
+        const springls__v3 x = springls__world_to_voxel(ctx, point), g = springls__grid_gradient(grid, grid->phi, x);
+        if (springls__is_uniform(grid->metric)) springls__covector_to_world(ctx, g, (double)ctx->smallest_spacing, out);
+        else {
+            const springls__v3 world = springls__world_gradient(&search, point, x, g);
+            memcpy(out, &world.x, 3 * sizeof *out);
+        }
     }
 }
 
@@ -71,7 +113,8 @@ SPRINGLS__FN springls_status springls__field_query_run(springls_context *ctx, co
     springls__field_query q;
     SPRINGLS__TRY(springls__check_points(ctx, points, count, inside ? (const void *)inside : (const void *)out, name));
     SPRINGLS__TRY(springls__read_level_set(ctx));
-    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI)));
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(TOP) | SPRINGLS__BIT(PHI) | SPRINGLS__BIT(ACTIVE)
+                                           | SPRINGLS__BIT(SLOT_BRICK)));
     q.ctx = ctx;
     q.points = points;
     q.out = out;

@@ -17,15 +17,16 @@
 
 /* What the lock keeps of a current component. */
 typedef struct springls__locked_component {
-    float offset, moved;    /* of this iteration, of all; voxels    */
+    float offset, moved;    /* of this iteration, of all; smallest spacings */
     int32_t node;           /* root of its tree among the links     */
     bool tiny;
 } springls__locked_component;
 
 /* A previous or current component as a node of the links; the numbers are those of all its tree when it is a root. */
 typedef struct springls__lock_node {
-    double target, volume, area;
-    double rate;            /* volume that an offset of a voxel gains                            */
+    double target, volume;
+    double area;            /* volume that a small offset gains, for each smallest spacing       */
+    double rate;            /* the same of the next offset                                       */
     double volume_before, offset; /* volume before the last offset; that offset, 0 before the first */
 } springls__lock_node;
 
@@ -35,6 +36,7 @@ typedef struct springls__lock {
     springls__lock_node *node;        /* previous components, then current    */
     int32_t *parent;                  /* their forest                         */
     int32_t *body;                    /* of every voxel of active bricks      */
+    double rate_of_area;              /* voxel^3 that an offset gains for an area of the world; 0: a uniform spacing, voxel^2 are that */
 } springls__lock;
 
 /* ---- target volumes: previous and current components that are linked have one target together ---- */
@@ -51,6 +53,8 @@ SPRINGLS__FN springls_status springls__lock_begin(springls_context *ctx, springl
     lock->node = springls__lock_nodes(&ctx->model);
     lock->parent = springls__lock_parent(&ctx->model);
     lock->body = springls__body_labels(&ctx->model);
+    lock->rate_of_area = springls__is_uniform(ctx->model.grid.metric) ? 0.0
+                       : (double)ctx->smallest_spacing / fabs(springls__determinant(ctx->window.to_world));
     memset(lock->item, 0, current * sizeof *lock->item);
     memset(lock->node, 0, nodes * sizeof *lock->node);
     for (i = 0; i < nodes; i++) {
@@ -135,6 +139,18 @@ SPRINGLS__FN float springls__offset_phi(float phi, float offset, float far_value
     return phi < 0.0f ? -beside : beside;
 }
 
+/* Returns by how much phi changes at voxel v of active brick i along one smallest spacing of the world. */
+SPRINGLS__FN float springls__slope_of_voxel(const springls__grid *g, int i, int v)
+{
+    int o[3], at[3];
+    springls__v3 n;
+    if (springls__is_uniform(g->metric)) return 1.0f;
+    springls__slot_origin(g, g->active[i], o);
+    springls__voxel_of_brick(o, v, at);
+    n = springls__normalize(springls__voxel_gradient(g, at[0], at[1], at[2]));
+    return springls__length2(n) > 0.0f ? springls__world_slope(g->metric, n) : 1.0f;
+}
+
 /* Writes phi_next: phi less its component's offset, where phi is a distance. */
 SPRINGLS__FN void springls__offset_phi_task(void *arg, int begin, int end)
 {
@@ -149,7 +165,8 @@ SPRINGLS__FN void springls__offset_phi_task(void *arg, int begin, int end)
             int32_t label = lock->body[begin * SPRINGLS__BRICK_VOXELS + v];
             out[v] = phi[v];
             if (label >= 0 && springls__fabs(phi[v]) < g->far_value)
-                out[v] = springls__offset_phi(phi[v], lock->item[label].offset, g->far_value, job->keeps_sides);
+                out[v] = springls__offset_phi(phi[v], lock->item[label].offset * springls__slope_of_voxel(g, begin, v), g->far_value,
+                                              job->keeps_sides);
         }
     }
 }
@@ -165,7 +182,8 @@ SPRINGLS__FN void springls__offset_springls_task(void *arg, int begin, int end)
         int32_t body = job->lock->graph.place[begin].body;
         springls__v3 by;
         if (body < 0) continue;
-        by = springls__scale(springls__springl_normal(*s), job->lock->item[body].offset);
+        by = springls__scale(springls__along_normal(ctx->model.grid.metric, springls__springl_normal(*s)),
+                             job->lock->item[body].offset);
         for (m = 0; m < 3; m++) s->q[m] = springls__add(s->q[m], by);
         s->p = springls__add(s->p, by);
         *s = springls__springl_finished(*s);
@@ -199,11 +217,12 @@ SPRINGLS__FN void springls__sum_linked(springls__lock *lock)
         springls__lock_node *all = &lock->node[lock->item[i].node];
         if (l->item[i].cavity) continue;
         all->volume += l->item[i].surface.volume;
-        if (!lock->item[i].tiny) all->area += l->item[i].surface.area;
+        if (lock->item[i].tiny) continue;
+        all->area += lock->rate_of_area > 0.0 ? lock->rate_of_area * l->item[i].surface.world_area : l->item[i].surface.area;
     }
 }
 
-/* Estimates the volume that an offset of a voxel gains: the area or, after a first offset, the secant, within half and four times
+/* Estimates the volume that an offset gains for each smallest spacing: the area or, after a first offset, the secant, within half and four times
    the area. */
 SPRINGLS__FN void springls__find_rates(springls__lock *lock)
 {

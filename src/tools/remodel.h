@@ -28,23 +28,37 @@
 /* ---- offset ---- */
 
 /* Defines the new surface by the signed distance to the old one less the offset. The old surface is the zero level, and the
-   springls at its sharp edges, where marching cubes cut corners off. All in voxels. */
+   springls at its sharp edges, where marching cubes cut corners off. All in model coordinates (springl_surface.h), which are voxels
+   where the spacing is uniform. */
 typedef struct springls__parallel_surface {
+    const springls_context *ctx;
     springls__mesh_distance distance; /* to zero_level */
     springls__surface zero_level, edges;
     float offset;
 } springls__parallel_surface;
 
-/* Computes the signed distance to the new surface (a springls__distance_fn). */
+/* Converts a place from voxels for a surface that is offset. */
+SPRINGLS__FN springls__v3 springls__to_offset(const springls_context *ctx, springls__v3 x)
+{
+    return springls__is_uniform(ctx->model.grid.metric) ? x : springls__voxel_to_model(ctx, x);
+}
+
+/* Computes the signed distance to the new surface (a springls__distance_fn): in voxels, or a lower bound where the spacing is not
+   uniform. */
 SPRINGLS__FN void springls__parallel_distance(void *arg, const springls__v3 *points, int count, float *out)
 {
     springls__parallel_surface *job = (springls__parallel_surface *)arg;
+    const float scale = job->ctx->smallest_spacing / job->ctx->largest_spacing;
+    springls__v3 at[SPRINGLS__BRICK_VOXELS];
     int i;
-    springls__mesh_signed_distance(&job->distance, points, count, out);
+    memcpy(at, points, (size_t)count * sizeof *at);
+    for (i = 0; i < count; i++) at[i] = springls__to_offset(job->ctx, at[i]);
+    springls__mesh_signed_distance(&job->distance, at, count, out);
     for (i = 0; i < count; i++) {
-        springls__surface_hit edge = springls__surface_closest(&job->edges, points[i], springls__fabs(out[i]));
+        springls__surface_hit edge = springls__surface_closest(&job->edges, at[i], springls__fabs(out[i]));
         if (edge.triangle >= 0) out[i] = out[i] < 0.0f ? -springls__sqrt(edge.hit.d2) : springls__sqrt(edge.hit.d2);
         out[i] -= job->offset;
+        if (!springls__is_uniform(job->ctx->model.grid.metric)) out[i] *= scale;
     }
 }
 
@@ -55,7 +69,7 @@ SPRINGLS__FN springls_status springls__edge_surface(springls_context *ctx, sprin
     SPRINGLS__TRY(springls__surface_reserve(ctx, surface, springls__imin(ctx->model.set.at_edges, ctx->model.set.count)));
     for (i = 0; i < ctx->model.set.count && count < ctx->model.set.at_edges; i++) {
         if (!springls__at_edge(&ctx->model, i)) continue;
-        for (m = 0; m < 3; m++) surface->points[3 * count + m] = ctx->model.set.s[i].q[m];
+        for (m = 0; m < 3; m++) surface->points[3 * count + m] = springls__to_offset(ctx, ctx->model.set.s[i].q[m]);
         count++;
     }
     return springls__surface_finish(ctx, surface, count);
@@ -66,6 +80,7 @@ SPRINGLS__FN springls_status springls__edge_surface(springls_context *ctx, sprin
 SPRINGLS__FN springls_status springls__zero_level_surface(springls_context *ctx, springls__surface *surface)
 {
     static const int corner[12] = { 0, 3, 5, 3, 1, 4, 5, 4, 2, 3, 4, 5 }; /* 3 + k: the middle of corners k and k + 1 */
+    const bool mirrored = !springls__is_uniform(ctx->model.grid.metric) && springls__is_mirrored(ctx); /* turns triangles round */
     springls__raw_mesh raw;
     int t, k;
     SPRINGLS__TRY(springls__isosurface(ctx, &raw));
@@ -79,13 +94,14 @@ SPRINGLS__FN springls_status springls__zero_level_surface(springls_context *ctx,
             x[3 + k] = springls__lerp(raw.positions[springls__imin(a, b)], raw.positions[springls__imax(a, b)], 0.5f);
             x[3 + k] = springls__to_zero_level(&ctx->model.grid, x[3 + k]);
         }
-        for (k = 0; k < 12; k++) surface->points[12 * t + k] = x[corner[k]];
+        for (k = 0; k < 12; k++) surface->points[12 * t + k] = springls__to_offset(ctx, x[corner[mirrored ? 11 - k : k]]);
     }
     SPRINGLS__TRY(springls__surface_finish(ctx, surface, 4 * raw.triangle_count));
     return springls__surface_make_dipoles(ctx, surface);
 }
 
-/* Moves every springl by the offset along the gradient of phi; along its own normal at a sharp edge, or where they disagree. */
+/* Moves every springl by the offset along the gradient of phi; along its own normal at a sharp edge, or where they disagree. Along the
+   normals of the world, by smallest spacings. */
 SPRINGLS__FN void springls__offset_springls(springls_context *ctx, float offset)
 {
     const springls__grid *g = &ctx->model.grid;
@@ -97,7 +113,7 @@ SPRINGLS__FN void springls__offset_springls(springls_context *ctx, float offset)
             springls__v3 *x = m < 3 ? &s->q[m] : &s->p;
             if (!springls__at_edge(&ctx->model, i)) n = springls__normalize(springls__grid_gradient(g, g->phi, *x));
             if (springls__dot(n, own) < 0.5f) n = own;
-            *x = springls__mad(*x, n, offset);
+            *x = springls__mad(*x, springls__along_normal(g->metric, n), offset);
         }
         *s = springls__springl_finished(*s);
     }
@@ -147,16 +163,18 @@ SPRINGLS__FN springls_status springls__split_all(springls_context *ctx)
 /* Does the work of springls_offset. On failure the model is left unfinished. */
 SPRINGLS__FN springls_status springls__offset(springls_context *ctx, springls__parallel_surface *job)
 {
+    const float stretch = ctx->largest_spacing / ctx->smallest_spacing, size = springls__fabs(job->offset);
     SPRINGLS__TRY(springls__zero_level_surface(ctx, &job->zero_level));
     SPRINGLS__TRY(springls__edge_surface(ctx, &job->edges));
     if (job->zero_level.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: there is no surface");
     springls__offset_springls(ctx, job->offset);
     job->distance.surface = job->distance.nearest = &job->zero_level;
     job->distance.balanced = true;
-    job->distance.band = ctx->model.params.band_half_width + 1.0f + springls__fabs(job->offset);
+    job->distance.band = (ctx->model.params.band_half_width + 1.0f) * stretch + 8.0f * (stretch - 1.0f) + size;
     springls__grid_clear(ctx, &ctx->model.grid);
-    SPRINGLS__TRY(springls__set_from_distance(ctx, springls__parallel_distance, job, &job->zero_level,
-                                              64.0f + springls__fabs(job->offset)));
+    SPRINGLS__TRY(springls__set_from_distance(ctx, springls__parallel_distance, job,
+                                              springls__is_uniform(ctx->model.grid.metric) ? &job->zero_level : NULL, 64.0f + size));
+    SPRINGLS__TRY(springls__redistance_in_voxels(ctx));
     if (!springls__has_inside(&ctx->model.grid)) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "offset: nothing is left");
     SPRINGLS__TRY(springls__offset_remove(ctx));
     SPRINGLS__TRY(springls__split_all(ctx));
@@ -169,6 +187,7 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
     springls_status status;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     memset(&job, 0, sizeof job);
+    job.ctx = ctx;
     job.offset = distance / ctx->smallest_spacing;
     if (!springls__finite_float(job.offset) || springls__fabs(job.offset) >= 1e4f)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "offset: a distance of %g voxels, not between -10^4 and 10^4",
@@ -185,7 +204,7 @@ SPRINGLS_API springls_status springls_offset(springls_context *ctx, float distan
 
 /* ---- smooth ---- */
 
-/* Returns how far along tangents curvature is measured in the next step, voxels: the further the smoother the surface is, so that
+/* Returns how far along tangents curvature is measured in the next step, smallest spacings: the further the smoother the surface is, so that
    steps may be longer. It is limited by the smallest radius of curvature, and by how far beside the surface phi is a distance: a
    voxel from it phi is 0.02 too large. Radii so small that they should have vanished by now are errors of single springls, and do
    not shorten steps. */
@@ -231,6 +250,7 @@ SPRINGLS__FN springls_status springls__smooth(springls_context *ctx, float durat
     ctx->curvature_span = SPRINGLS__CURVATURE_SPAN;
     while (left > 0.0f && !at_rest) {
         SPRINGLS__TRY(springls__max_speed(ctx, "smooth", &forces, 0.0f, &curvature));
+        curvature *= ctx->largest_spacing / ctx->smallest_spacing; /* a speed is of voxels, which may be long ones */
         ctx->curvature_span = springls__smoothing_span(curvature, duration - left, ctx->curvature_span);
         step.dt = 0.125f * ctx->curvature_span * ctx->curvature_span; /* half of the way to the mean of the ring: stable */
         step.dt = left / (springls__floor(left / step.dt) + 1.0f);

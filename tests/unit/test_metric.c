@@ -1,0 +1,347 @@
+/* test_metric.c - lengths, curvature and distances are those of the world, whatever the spacing and the direction of the grid: a ball
+   has on grids of 1 x 1 x 3 and with oblique axes what it has on cubes. */
+#include "fixtures.h"
+
+enum { CUBES, FLAT, OBLIQUE, LEFT_HANDED, GRIDS };
+
+#define CENTER 30.0f
+
+/* Creates an empty model about the place (30, 30, 30) of the world: on cubes of 1, on voxels of 1 x 1 x 3, with axes that are oblique by
+   20 degrees, or turned and mirrored with three spacings. */
+static springls_context *context_on(int grid, const springls_params *params)
+{
+    static const double direction[GRIDS][9] = { { 1, 0, 0, 0, 1, 0, 0, 0, 1 },
+                                                { 1, 0, 0, 0, 1, 0, 0, 0, 1 },
+                                                { 1, 0.34202014, 0, 0, 0.93969262, 0.34202014, 0, 0, 0.93969262 },
+                                                { 0.8, -0.36, -0.48, 0.6, 0.48, 0.64, 0, 0.8, -0.6 } };
+    static const double spacing[GRIDS][3] = { { 1, 1, 1 }, { 1, 1, 3 }, { 1, 1.2, 1.5 }, { 1, 1.5, 2.4 } };
+    springls_desc desc = fixture_desc(48, params);
+    springls_context *ctx = NULL;
+    int k, c;
+    for (k = 0; k < 3; k++) {
+        desc.grid.spacing[k] = spacing[grid][k];
+        desc.grid.origin[k] = (double)CENTER;
+        for (c = 0; c < 3; c++) desc.grid.direction[3 * k + c] = direction[grid][3 * k + c];
+    }
+    for (k = 0; k < 3; k++)
+        for (c = 0; c < 3; c++) desc.grid.origin[k] -= 23.5 * desc.grid.direction[3 * k + c] * desc.grid.spacing[c];
+    if (springls_create(&desc, &ctx) != SPRINGLS_OK) return NULL;
+    return ctx;
+}
+
+static springls_context *ball_on(int grid, const springls_params *params, float radius)
+{
+    springls_sphere ball = { { CENTER, CENTER, CENTER }, 0.0f };
+    springls_context *ctx = context_on(grid, params);
+    ball.radius = radius;
+    if (ctx && springls_set_implicit(ctx, springls_implicit_sphere, &ball) != SPRINGLS_OK) {
+        springls_destroy(ctx);
+        ctx = NULL;
+    }
+    return ctx;
+}
+
+/* Returns row i of a view in the world. */
+static springls__v3 world_of(springls_context *ctx, springls_view view, int i)
+{
+    springls__v3 x;
+    springls_to_world(ctx, (const float *)(const void *)((const char *)view.data + (size_t)i * view.stride), 1, &x.x);
+    return x;
+}
+
+/* Fails unless the zero level is a ball of the radius, and the springls are on it; corners of triangles are not. */
+static enum greatest_test_res check_ball(springls_context *ctx, double radius)
+{
+    const d3 middle = d3_make((double)CENTER, (double)CENTER, (double)CENTER);
+    springls_mesh mesh;
+    double sum = 0.0, sum2 = 0.0, particles = 0.0;
+    int i;
+    ASSERT_OK(springls_extract_mesh(ctx, &mesh));
+    ASSERT_GT(mesh.vertex_count, 0);
+    for (i = 0; i < mesh.vertex_count; i++) {
+        const double off = d3_distance(d3_of(springls__load3(mesh.positions + 3 * i)), middle) - radius;
+        sum += off;
+        sum2 += off * off;
+    }
+    for (i = 0; i < springls_count(ctx); i++)
+        particles += d3_distance(d3_of(world_of(ctx, springls_view_particles(ctx), i)), middle) - radius;
+    ASSERT_IN_RANGE(0.0, sum / mesh.vertex_count, 0.05);
+    ASSERT_IN_RANGE(0.0, particles / springls_count(ctx), 0.06);
+    ASSERT_IN_RANGE(0.0, sqrt(sum2 / mesh.vertex_count), 0.07);
+    springls_mesh_free(ctx, &mesh);
+    PASS();
+}
+
+/* A ball of R shrinks to sqrt(R^2 - 4 t), round. */
+TEST curvature_is_the_worlds(int grid, bool world_units)
+{
+    springls_context *ctx = ball_on(grid, NULL, 16.0f);
+    springls_forces forces = fixture_forces(NULL, NULL);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.8f);
+    ASSERT(ctx);
+    forces.curvature_weight = 1.0f; /* the smallest spacing is 1 */
+    forces.world_units = world_units;
+    ASSERT_OK(springls_run(ctx, &step, 35));
+    CHECK_CALL(check_ball(ctx, 12.0));
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* The curvature of eq. 22 moves springls that carry phi by -2 lambda evolve_step / R in each step. */
+TEST lambda_is_the_worlds(int grid)
+{
+    springls_params params = springls_default_params();
+    springls_context *ctx;
+    springls_step_desc step = fixture_step(NULL, SPRINGLS_MODE_FLUID, 0.0f);
+    params.curvature = 0.2f;
+    ctx = ball_on(grid, &params, 16.0f);
+    ASSERT(ctx);
+    ASSERT_OK(springls_run(ctx, &step, 20));
+    CHECK_CALL(check_ball(ctx, sqrt(256.0 - 4.0 * 20 * (double)(params.curvature * params.evolve_step))));
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* By eq. 23 springls that stay hold phi back: it comes to rest inside them by as much as on cubes. */
+TEST evolve_is_the_worlds(int grid)
+{
+    springls_params params = springls_paper_params();
+    springls_context *ctx;
+    double off = 0.0, off2 = 0.0;
+    springls_mesh mesh;
+    int i;
+    params.curvature = 0.2f;
+    ctx = ball_on(grid, &params, 16.0f);
+    ASSERT(ctx);
+    for (i = 0; i < 20; i++) {
+        ASSERT_OK(springls_evolve(ctx));
+        ASSERT_OK(springls_rebuild(ctx));
+    }
+    ASSERT_OK(springls_extract_mesh(ctx, &mesh));
+    for (i = 0; i < mesh.vertex_count; i++) {
+        const double r = d3_distance(d3_of(springls__load3(mesh.positions + 3 * i)), d3_make((double)CENTER, (double)CENTER, (double)CENTER));
+        off += r - 16.0;
+        off2 += (r - 16.0) * (r - 16.0);
+    }
+    off /= mesh.vertex_count;
+    ASSERT_IN_RANGE(-0.05, off, 0.05);
+    ASSERT_IN_RANGE(0.0, sqrt(off2 / mesh.vertex_count - off * off), 0.1);
+    springls_mesh_free(ctx, &mesh);
+    springls_destroy(ctx);
+    PASS();
+}
+
+TEST smooth_is_the_worlds(int grid, bool keep_volume)
+{
+    springls_context *ctx = ball_on(grid, NULL, 16.0f);
+    ASSERT(ctx);
+    ASSERT_OK(springls_smooth(ctx, 10.0f, keep_volume));
+    CHECK_CALL(check_ball(ctx, keep_volume ? 16.0 : sqrt(256.0 - 100.0)));
+    springls_destroy(ctx);
+    PASS();
+}
+
+TEST offset_is_the_worlds(int grid, float distance)
+{
+    springls_context *ctx = ball_on(grid, NULL, 16.0f);
+    ASSERT(ctx);
+    ASSERT_OK(springls_offset(ctx, distance));
+    CHECK_CALL(check_ball(ctx, 16.0 + (double)distance));
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* volume_lock gives back by an even offset of the world what a pressure has taken: the ball stays round. */
+TEST volume_lock_is_the_worlds(int grid)
+{
+    springls_params params = springls_default_params();
+    springls_context *ctx;
+    springls_forces forces = fixture_forces(NULL, NULL);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.5f);
+    params.volume_lock = 1;
+    ctx = ball_on(grid, &params, 16.0f);
+    ASSERT(ctx);
+    forces.curvature_weight = 1.0f;
+    ASSERT_OK(springls_run(ctx, &step, 30));
+    CHECK_CALL(check_ball(ctx, 16.0));
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* Distances, gradients, closest points and rays, at places in all directions about the surface. */
+TEST queries_are_the_worlds(int grid)
+{
+    enum { COUNT = 400 };
+    static float points[3 * COUNT], origins[3 * COUNT], directions[3 * COUNT], distance[COUNT], gradient[3 * COUNT];
+    static springls_hit near_hit[COUNT], ray_hit[COUNT];
+    static double expected[COUNT];
+    springls_context *ctx = ball_on(grid, NULL, 16.0f);
+    int i, k;
+    ASSERT(ctx);
+    fixture_seed(7);
+    for (i = 0; i < COUNT; i++) {
+        const springls__v3 n = fixture_direction();
+        const float d[3] = { n.x, n.y, n.z };
+        expected[i] = -2.0 + 4.0 * i / COUNT;
+        for (k = 0; k < 3; k++) {
+            points[3 * i + k] = CENTER + d[k] * (float)(16.0 + expected[i]);
+            origins[3 * i + k] = CENTER + d[k] * 30.0f;
+            directions[3 * i + k] = -d[k];
+        }
+    }
+    ASSERT_OK(springls_sample_distance(ctx, points, COUNT, distance));
+    ASSERT_OK(springls_sample_gradient(ctx, points, COUNT, gradient));
+    ASSERT_OK(springls_closest(ctx, SPRINGLS_SURFACE_WATERTIGHT, points, COUNT, near_hit));
+    ASSERT_OK(springls_raycast(ctx, SPRINGLS_SURFACE_WATERTIGHT, origins, directions, COUNT, 0.0f, ray_hit));
+    for (i = 0; i < COUNT; i++) {
+        double along = 0.0;
+        for (k = 0; k < 3; k++) along -= (double)(gradient[3 * i + k] * directions[3 * i + k]);
+        ASSERT_IN_RANGE(expected[i], (double)distance[i], 0.15);
+        ASSERT_IN_RANGE(fabs(expected[i]), (double)near_hit[i].distance, 0.15);
+        ASSERT_IN_RANGE(14.0, (double)ray_hit[i].distance, 0.15);
+        ASSERT_IN_RANGE(1.0, along, 0.06);
+    }
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* Far from the surface a distance ends at one that every direction reaches, without a jump. */
+TEST distances_end_evenly(int grid)
+{
+    springls_context *ctx = ball_on(grid, NULL, 16.0f);
+    float out[2], point[6] = { CENTER, CENTER, CENTER, CENTER + 22.0f, CENTER, CENTER };
+    ASSERT(ctx);
+    ASSERT_OK(springls_sample_distance(ctx, point, 2, out));
+    ASSERT_IN_RANGE(-4.0, (double)out[0], 1e-6);
+    ASSERT_IN_RANGE(4.0, (double)out[1], 1e-6);
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* Volume and area of the model, of its components and of its chunks' mesh. */
+TEST measures_are_the_worlds(int grid)
+{
+    const double volume = 4.0 / 3.0 * 3.14159265 * 4096.0, area = 4.0 * 3.14159265 * 256.0;
+    springls_params params = springls_default_params();
+    const springls_component *components;
+    springls_measures measures;
+    springls_context *ctx;
+    int count;
+    params.components = 1;
+    ctx = ball_on(grid, &params, 16.0f);
+    ASSERT(ctx);
+    ASSERT_OK(springls_measure(ctx, &measures));
+    ASSERT_IN_RANGE(volume, measures.volume, 0.015 * volume);
+    ASSERT_IN_RANGE(area, measures.area, 0.015 * area);
+    ASSERT_OK(springls_components(ctx, &components, &count));
+    ASSERT_EQ(1, count);
+    ASSERT_IN_RANGE(volume, components[0].volume, 0.015 * volume);
+    ASSERT_IN_RANGE(area, components[0].area, 0.015 * area);
+    ASSERT_IN_RANGE((double)CENTER, (double)components[0].center[2], 0.02);
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* Turns the ball about the z axis, each height at its own speed. */
+static void swirl(void *user, const float *points, int count, float time, float *out)
+{
+    (void)user, (void)time;
+    for (; count-- > 0; points += 3, out += 3) {
+        const float z = (points[2] - CENTER) * 0.1f;
+        out[0] = -(points[1] - CENTER) * z * 0.1f;
+        out[1] = (points[0] - CENTER) * z * 0.1f;
+        out[2] = 0.0f;
+    }
+}
+
+/* At least 95 of 100 springls are nearer to where the flow takes their correspondence than estimated; without a force of z a
+   particle keeps its height, and its turn follows from that. */
+TEST error_estimates_are_the_worlds(int grid)
+{
+    springls_context *ctx = ball_on(grid, NULL, 16.0f);
+    springls_forces forces = fixture_forces(swirl, NULL);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.1f);
+    springls_error_estimate *errors;
+    const double time = 2.0;
+    int i, count, good = 0;
+    ASSERT(ctx);
+    forces.world_units = true;
+    step.max_displacement = 2.0f;
+    ASSERT_OK(springls_run(ctx, &step, 20));
+    count = springls_count(ctx);
+    errors = (springls_error_estimate *)malloc((size_t)count * sizeof *errors);
+    ASSERT_OK(springls_springl_errors(ctx, errors));
+    for (i = 0; i < count; i++) {
+        const springls__v3 p = world_of(ctx, springls_view_particles(ctx), i), a = world_of(ctx, springls_view_correspondences(ctx), i);
+        const d3 middle = d3_make((double)CENTER, (double)CENTER, (double)a.z);
+        const d3 turn = d3_make(0.0, 0.0, ((double)a.z - (double)CENTER) * 0.01 * time);
+        const d3 now = d3_add(middle, d3_rotate(d3_sub(d3_of(a), middle), turn));
+        good += d3_distance(now, d3_of(p)) <= (double)errors[i].place + 1e-4;
+    }
+    ASSERT_GTE(good, (count * 95 + 99) / 100);
+    free(errors);
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* An estimate is a length of the world: the same springls on voxels a hundred times as large have a hundred times the error. */
+TEST error_estimates_scale(void)
+{
+    static const float scale[2] = { 1.0f, 100.0f };
+    springls_error_estimate *errors[2];
+    int k, i, count = 0;
+    for (k = 0; k < 2; k++) {
+        springls_desc desc = fixture_desc(32, NULL);
+        springls_sphere ball = { { 15.5f, 15.5f, 15.5f }, 9.0f };
+        float wind[3] = { 0.4f, 0.3f, 0.2f };
+        springls_forces forces = fixture_forces(fixture_wind, wind);
+        springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.5f);
+        springls_context *ctx;
+        for (i = 0; i < 3; i++) {
+            desc.grid.spacing[i] = (double)scale[k];
+            ball.center[i] *= scale[k];
+        }
+        ball.radius *= scale[k];
+        ASSERT_OK(springls_create(&desc, &ctx));
+        ASSERT_OK(springls_set_implicit(ctx, springls_implicit_sphere, &ball));
+        ASSERT_OK(springls_run(ctx, &step, 6));
+        if (k == 1) count = count < springls_count(ctx) ? count : springls_count(ctx);
+        else count = springls_count(ctx);
+        errors[k] = (springls_error_estimate *)malloc((size_t)springls_count(ctx) * sizeof **errors);
+        ASSERT_OK(springls_springl_errors(ctx, errors[k]));
+        springls_destroy(ctx);
+    }
+    for (i = 0; i < count; i++) ASSERT_IN_RANGE(100.0 * (double)errors[0][i].place, (double)errors[1][i].place, 1.0);
+    for (k = 0; k < 2; k++) free(errors[k]);
+    PASS();
+}
+
+SUITE(metric)
+{
+    int grid;
+    for (grid = 0; grid < GRIDS; grid++) {
+        RUN_TESTp(curvature_is_the_worlds, grid, false);
+        RUN_TESTp(curvature_is_the_worlds, grid, true);
+        RUN_TESTp(lambda_is_the_worlds, grid);
+        RUN_TESTp(evolve_is_the_worlds, grid);
+        RUN_TESTp(smooth_is_the_worlds, grid, false);
+        RUN_TESTp(smooth_is_the_worlds, grid, true);
+        RUN_TESTp(offset_is_the_worlds, grid, -4.0f);
+        RUN_TESTp(offset_is_the_worlds, grid, 3.0f);
+        RUN_TESTp(volume_lock_is_the_worlds, grid);
+        RUN_TESTp(queries_are_the_worlds, grid);
+        RUN_TESTp(distances_end_evenly, grid);
+        RUN_TESTp(measures_are_the_worlds, grid);
+        RUN_TESTp(error_estimates_are_the_worlds, grid);
+    }
+    RUN_TEST(error_estimates_scale);
+}
+
+GREATEST_MAIN_DEFS();
+
+int main(int argc, char **argv)
+{
+    GREATEST_MAIN_BEGIN();
+    RUN_SUITE(metric);
+    GREATEST_MAIN_END();
+}
