@@ -51,10 +51,13 @@ for group in $(printf '%s\n' "$@" | sed "s/^examples\$/$programs/; s/^bench\$/$p
             nifti/nifti2_io.h libnifti2-dev
             teem/nrrd.h libteem-dev
             zlib.h zlib1g-dev" ;;
-    surface)
+    surface)   # Draco's decoder is C++
+        need_command "${CXX%% *}" "$(compiler_package "$CXX")"
         headers="$headers
             assimp/cimport.h libassimp-dev
-            cjson/cJSON.h libcjson-dev" ;;
+            cjson/cJSON.h libcjson-dev
+            draco/compression/decode.h libdraco-dev
+            meshoptimizer.h libmeshoptimizer-dev" ;;
     shapes|registration)
         headers="$headers
             lapacke.h liblapacke-dev" ;;
@@ -81,6 +84,7 @@ for group in $(printf '%s\n' "$@" | sed "s/^examples\$/$programs/; s/^bench\$/$p
     elastix)   # registers beside register
         need_command elastix elastix ;;
     judges)   # what tests compare with, and skip where it is missing
+        need_command gltfpack gltfpack
         headers="$headers
             CGAL/Surface_mesh.h libcgal-dev"
         [ -x /usr/bin/python3 ] && /usr/bin/python3 -c 'import scipy, skimage' 2> /dev/null ||

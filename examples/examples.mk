@@ -17,7 +17,7 @@ registration_LIBS = -llapacke
 shapes_LIBS       = -llapacke
 pictures_LIBS     = -lz
 imaging_LIBS      = -lnifti2 -lznz -lteem -lz
-surface_LIBS      = -lassimp -lcjson
+surface_LIBS      = -lassimp -lcjson -lmeshoptimizer -ldraco -lstdc++
 
 # A program is a file of examples/ or a folder. minimal and engine_embed use the library alone.
 leveque_USES      = springls
@@ -42,11 +42,11 @@ EXAMPLES := $(basename $(notdir $(filter-out examples/common examples/pictures e
 # groups of .ci/deps.sh.
 uses            = $(foreach f,$(1),$(f) $(call uses,$($(f)_USES)))
 folders         = $(filter $(call uses,$(1)),$(EXAMPLE_FOLDERS))
-folder_sources  = $(foreach f,$(call folders,$(1)),$(wildcard examples/common/$(f)/*.c))
+folder_sources  = $(foreach f,$(call folders,$(1)),$(wildcard examples/common/$(f)/*.c examples/common/$(f)/*.cpp))
 folder_archives = $(patsubst %,build/examples/common/%.a,$(call folders,$(1)))
 folder_libs     = -Wl,--as-needed $(foreach f,$(call folders,$(1)),$($(f)_LIBS)) -lm -pthread
 packages        = $(call folders,$(foreach p,$(1),$($(p)_USES))) $(filter atlas viewer engine_embed,$(1))
-objects         = $(patsubst examples/%.c,build/examples/%.o,$(wildcard examples/$(1).c examples/$(1)/*.c))
+objects         = $(patsubst examples/%,build/examples/%.o,$(basename $(wildcard examples/$(1).c examples/$(1)/*.c examples/$(1)/*.cpp)))
 
 # Before anything is compiled: the packages of the programs that were asked for.
 .PHONY: set-up
@@ -57,6 +57,11 @@ set-up:
 build/examples/%.o: examples/%.c build/examples/settings | springls.h set-up
 	@mkdir -p $(@D)
 	$(SAY)$(CC) $(EXAMPLE_FLAGS) -I. -Iexamples -Iexamples/common -MMD -MP -c -o $@ $<
+
+# Libraries that are C++ have a face in C.
+build/examples/%.o: examples/%.cpp build/examples/settings | set-up
+	@mkdir -p $(@D)
+	$(SAY)$(CXX) $(filter-out -std=c99,$(EXAMPLE_FLAGS)) -std=c++17 -Iexamples/common -MMD -MP -c -o $@ $<
 
 define folder_rule
 build/examples/common/$(1).a: $(call objects,common/$(1))

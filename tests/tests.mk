@@ -52,6 +52,7 @@ test_bad_files_USES = surface imaging
 test_common_USES    = surface imaging springls
 test_contour_USES   = $(segment_USES)
 test_csg_USES       = $(csg_USES)
+test_gltf_USES      = character
 test_fields_USES    = $(register_USES)
 test_imaging_USES   = pictures
 test_morph_USES     = $(morph_USES)
@@ -97,12 +98,15 @@ test_viewer_SOURCES = $(call sources_but,viewer,window)
 test_viewer_events_SOURCES = $(call sources_but,viewer)
 test_viewer_tools_SOURCES = $(call sources_but,viewer,tools)
 
-test_objects = $(patsubst examples/%.c,$(TEST_DIR)/objects/%.o,$(filter-out %/implementation.c,$($(1)_SOURCES) $(call folder_sources,$($(1)_USES))))
+test_objects = $(patsubst examples/%,$(TEST_DIR)/objects/%.o,$(basename $(filter-out %/implementation.c,$($(1)_SOURCES) $(call folder_sources,$($(1)_USES)))))
 EXAMPLE_TEST_FLAGS = $(TEST_FLAGS) $(NIFTI) -Iexamples -Iexamples/common -DTEST_EXAMPLES_COMMON
 
 $(TEST_DIR)/objects/%.o: examples/%.c $(TEST_DIR)/settings | springls.h
 	@mkdir -p $(@D)
 	$(SAY)$(CC) $(EXAMPLE_TEST_FLAGS) -c -o $@ $<
+$(TEST_DIR)/objects/%.o: examples/%.cpp $(TEST_DIR)/settings
+	@mkdir -p $(@D)
+	$(SAY)$(CXX) $(filter-out -std=c99,$(EXAMPLE_TEST_FLAGS)) -std=c++17 $(NO_TYPES) -c -o $@ $<
 
 define example_test_rule
 $(TEST_DIR)/examples/$(1): tests/examples/$(1).c $(call test_objects,$(1)) $(TEST_DIR)/library.o $(TEST_DIR)/settings
@@ -318,14 +322,24 @@ build/fuzz/library.o build/fuzz/library-plain.o: tests/library.c springls.h
 	@mkdir -p build/fuzz
 	$(SAY)$(FUZZ_BUILD) -fsanitize=fuzzer-no-link$(if $(filter %-plain.o,$@),,$(comma)address$(comma)undefined) -fno-sanitize-coverage=trace-cmp \
 	  -c -o $@ $<
+# The faces of libraries that are C++, with the sanitizers and without.
+FUZZ_CXX = $(patsubst clang,clang++,$(filter-out -std=c99,$(FUZZ_BUILD))) -std=c++17 -fsanitize=fuzzer-no-link
+# Looks at types of C++ want its runtime, which programs that are linked as C do not have.
+NO_TYPES = -fno-sanitize=vptr
+build/fuzz/objects/%-plain.o: examples/%.cpp
+	@mkdir -p $(@D)
+	$(SAY)$(FUZZ_CXX) -c -o $@ $<
+build/fuzz/objects/%.o: examples/%.cpp
+	@mkdir -p $(@D)
+	$(SAY)$(FUZZ_CXX),address,undefined $(NO_TYPES) -c -o $@ $<
 fuzz: deps-fuzz springls.h   ## random inputs for MINUTES=10 each, by libFuzzer (some: FUZZ="calls snapshot"); findings in build/fuzz
 	@failed=0; $(foreach f,$(or $(FUZZ),$(FUZZERS)), \
 	  { $(MAKE) --no-print-directory build/fuzz/$(f) build/fuzz/$(f)-plain && tests/fuzz/fuzz.sh $(f) $(or $(MINUTES),10); } || failed=1;) \
 	  exit $$failed
 # $(1): a fuzzer. $(2): -plain or nothing. $(3): its sanitizers.
 define fuzz_build_rule
-build/fuzz/$(1)$(2): tests/fuzz/fuzz_$(1).c $(filter-out %/implementation.c,$(call folder_sources,$(fuzz_$(1)_USES))) build/fuzz/library$(2).o \
-  $(wildcard tests/fuzz/*.h tests/fuzz/*.c)
+build/fuzz/$(1)$(2): tests/fuzz/fuzz_$(1).c $(filter-out %/implementation.c %.cpp,$(call folder_sources,$(fuzz_$(1)_USES))) build/fuzz/library$(2).o \
+  $(patsubst examples/%.cpp,build/fuzz/objects/%$(2).o,$(filter %.cpp,$(call folder_sources,$(fuzz_$(1)_USES)))) $(wildcard tests/fuzz/*.h tests/fuzz/*.c)
 	$$(SAY)$$(FUZZ_BUILD) -fsanitize=fuzzer$(3) -o $$@ $$< $$(filter examples/%.c %.o,$$^) $(call folder_libs,$(fuzz_$(1)_USES))
 endef
 $(foreach f,$(FUZZERS),$(eval $(call fuzz_build_rule,$(f),,$(comma)address$(comma)undefined))$(eval $(call fuzz_build_rule,$(f),-plain)))

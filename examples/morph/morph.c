@@ -46,7 +46,7 @@ static int read_command_line(struct morph_settings *set, int argc, char **argv)
         {"set", CLI_STRING, &set->overrides, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
     };
     const struct cli_positional files[] = {
-        {"SOURCE", &set->source, "a rigged character (glTF and what else assimp reads)", false},
+        {"SOURCE", &set->source, "a rigged character (glTF 2.0 and what assimp reads)", false},
         {"TARGET", &set->target, "what it becomes", false}};
     const struct cli_rule rules[] = {
         {.given = "list", .only = "SOURCE|TARGET|quiet"},

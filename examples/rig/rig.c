@@ -56,7 +56,7 @@ static int read_command_line(struct rig_settings *set, int argc, char **argv)
         {"set", CLI_STRING, &set->overrides, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
     };
     const struct cli_positional files[] = {
-        {"MESH", &set->mesh, "a closed body (glTF and what else assimp reads)", true}};
+        {"MESH", &set->mesh, "a closed body (glTF 2.0 and what assimp reads)", true}};
     const struct cli_rule rules[] = {
         {.given = "motion", .needs = "animation"}, {.given = "fps", .needs = "animation"},
         {.given = "size", .needs = "out"},         {.given = "size+out=.glb"},

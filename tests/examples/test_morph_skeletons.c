@@ -183,7 +183,7 @@ TEST alignment_makes_joints_coincide(void)
     PASS();
 }
 
-/* assimp numbers joints without a name in their file: numbers are names only where the skeletons are the same. */
+/* joints without a name are numbered as in their file: numbers are names only where the skeletons are the same. */
 TEST numbers_are_names_of_the_same_skeleton_only(void)
 {
     struct character source, target;

@@ -7,22 +7,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-static void free_keys(struct keys *keys)
-{
-    free(keys->times);
-    free(keys->values);
-}
-
 void character_free_rig(struct character *character)
 {
     for (int a = 0; a < character->animation_count; ++a) {
-        struct animation *animation = &character->animations[a];
-        for (int c = 0; c < animation->channel_count; ++c) {
-            free_keys(&animation->channels[c].translation);
-            free_keys(&animation->channels[c].rotation);
-            free_keys(&animation->channels[c].scale);
-        }
-        free(animation->channels);
+        animation_free(&character->animations[a]);
     }
     free(character->joints);
     free(character->animations);
@@ -146,56 +134,15 @@ bool character_smooth(struct character *c, int first_vertex, int first_triangle)
 
 /* ---- poses ---- */
 
-/* Finds the last key that is not after `time`, and the fraction of the way to the next key. */
-static int find_key(const struct keys *keys, double time, double *fraction)
-{
-    int low = 0, high = keys->count - 1;
-    *fraction = 0.0;
-    while (low < high) {
-        const int middle = (low + high + 1) / 2;
-        if (keys->times[middle] <= time) {
-            low = middle;
-        } else {
-            high = middle - 1;
-        }
-    }
-    if (low + 1 < keys->count && time > keys->times[low]) {
-        *fraction = (time - keys->times[low]) / (keys->times[low + 1] - keys->times[low]);
-    }
-    return low;
-}
-
-static void sample_vector(const struct keys *keys, double time, double out[3])
-{
-    double fraction;
-    if (keys->count == 0) {
-        return;
-    }
-    const double *a = keys->values + 3 * find_key(keys, time, &fraction), *b = fraction > 0.0 ? a + 3 : a;
-    for (int i = 0; i < 3; ++i) {
-        out[i] = a[i] + fraction * (b[i] - a[i]);
-    }
-}
-
-static void sample_rotation(const struct keys *keys, double time, double out[4])
-{
-    double fraction;
-    if (keys->count == 0) {
-        return;
-    }
-    const double *a = keys->values + 4 * find_key(keys, time, &fraction), *b = fraction > 0.0 ? a + 4 : a;
-    quaternion_slerp(a, b, fraction, out);
-}
-
 static struct placement animated(const struct character *character, const struct animation *animation, int joint, double time)
 {
     struct placement p = character->joints[joint].rest;
     for (int c = 0; animation && c < animation->channel_count; ++c) {
         const struct channel *channel = &animation->channels[c];
         if (channel->joint == joint) {
-            sample_vector(&channel->translation, time, p.translation);
-            sample_rotation(&channel->rotation, time, p.rotation);
-            sample_vector(&channel->scale, time, p.scale);
+            keys_sample(&channel->translation, 3, time, p.translation);
+            keys_sample(&channel->rotation, 4, time, p.rotation);
+            keys_sample(&channel->scale, 3, time, p.scale);
         }
     }
     return p;

@@ -7,6 +7,7 @@
 #define EXAMPLES_CHARACTER_CHARACTER_H
 
 #include "base/affine.h"
+#include "surface/animation.h"
 #include "surface/material.h"
 
 #include <stdbool.h>
@@ -26,24 +27,6 @@ struct joint {
     struct placement rest;  /* relative to the parent, where no animation moves it */
     struct affine neutral;  /* placement in the world when the surface was bound */
     bool bone;              /* at least one vertex has a weight on it */
-};
-
-struct keys { /* animation of one property of a joint; linear between keys */
-    int count;
-    double *times;  /* seconds, rising */
-    double *values; /* 3 a key, or 4: quaternion w, x, y, z */
-};
-
-struct channel {
-    int joint;
-    struct keys translation, rotation, scale;
-};
-
-struct animation {
-    char name[CHARACTER_NAME];
-    double duration; /* seconds */
-    int channel_count;
-    struct channel *channels;
 };
 
 struct character {
@@ -67,7 +50,7 @@ struct character {
     char (*props)[CHARACTER_NAME]; /* their names */
 };
 
-/* Reads a file through assimp. props: words, comma-separated, "all" or NULL: rigid parts attached to bones are read if their
+/* Reads a file (surface/scene.h). props: words, comma-separated, "all" or NULL: rigid parts attached to bones are read if their
  * name contains one of the words. Returns false with one line in `error` and nothing to free. */
 bool character_read(const char *path, const char *props, struct character *character, char error[CHARACTER_TEXT]);
 

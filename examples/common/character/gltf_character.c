@@ -111,17 +111,19 @@ static void add_skin(struct gltf *g, const struct character *c, const int *bone_
 
 /* ---- clips ---- */
 
-/* Key times as glTF wants them: at least 0 and strictly rising. */
+/* Key times as glTF wants them: at least 0 and strictly rising; groups: of values a key, 3 where it has tangents. */
 struct track {
     float *times, *values;
-    int count;
+    int count, groups;
 };
 
 static bool take_keys(const struct keys *keys, int width, struct track *track)
 {
+    const int numbers = keys_width(keys, width);
     track->count = 0;
+    track->groups = numbers / width;
     track->times = malloc(((size_t)keys->count + 1) * sizeof *track->times);
-    track->values = malloc((size_t)width * ((size_t)keys->count + 1) * sizeof *track->values);
+    track->values = malloc((size_t)numbers * ((size_t)keys->count + 1) * sizeof *track->values);
     if (!track->times || !track->values) {
         return false;
     }
@@ -130,18 +132,21 @@ static bool take_keys(const struct keys *keys, int width, struct track *track)
         if (time < 0.0f || (track->count > 0 && time <= track->times[track->count - 1])) {
             continue;
         }
-        for (int i = 0; i < width; ++i) { /* quaternions are stored w, x, y, z */
-            const int from = width == 4 ? (i + 1) % 4 : i;
-            track->values[width * track->count + i] = (float)keys->values[width * k + from];
+        for (int i = 0; i < numbers; ++i) { /* quaternions are stored w, x, y, z */
+            const int from = width == 4 ? i - i % 4 + (i + 1) % 4 : i;
+            track->values[numbers * track->count + i] = (float)keys->values[numbers * k + from];
         }
         track->times[track->count++] = time;
     }
     return true;
 }
 
-/* Keeps one key where all are equal. */
+/* Keeps one key where all are equal and have no tangents. */
 static void shorten(struct track *track, int width)
 {
+    if (track->groups > 1) {
+        return;
+    }
     for (int i = width; i < width * track->count; ++i) {
         if (track->values[i] != track->values[i % width]) {
             return;
@@ -175,18 +180,22 @@ static void add_track(struct gltf *g, struct clip *clip, int node, const char *p
                       double *rest, const double *neutral)
 {
     double start = 0.0, apart = 0.0;
-    const struct keys still = {1, &start, rest};
-    struct track track = {NULL, NULL, 0};
-    g->failed = g->failed || !take_keys(keys && keys->count > 0 ? keys : &still, width, &track);
+    static const char *const names[] = {"LINEAR", "STEP", "CUBICSPLINE"};
+    const struct keys still = {1, &start, rest, KEYS_LINEAR};
+    const struct keys *from = keys && keys->count > 0 ? keys : &still;
+    struct track track = {NULL, NULL, 0, 1};
+    g->failed = g->failed || !take_keys(from, width, &track);
     if (!g->failed) {
         shorten(&track, width);
     }
     for (int i = 0; track.count > 0 && i < width; ++i) {
-        apart = fmax(apart, fabs((double)track.values[i] - neutral[width == 4 ? (i + 1) % 4 : i]));
+        const float value = track.values[(track.groups > 1 ? width : 0) + i];
+        apart = fmax(apart, fabs((double)value - neutral[width == 4 ? (i + 1) % 4 : i]));
     }
     if (track.count > 1 || apart > 1e-6) {
         const int times = times_accessor(g, clip, &track);
-        gltf_channel(g, clip->json, node, path, times, track.values, track.count, width, "LINEAR");
+        gltf_channel(g, clip->json, node, path, times, track.values, track.count * track.groups, width,
+                     names[from->interpolation]);
     }
     free(track.times);
     free(track.values);

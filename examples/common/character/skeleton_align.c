@@ -44,7 +44,7 @@ static bool same_name(const char *a, const char *b)
     }
 }
 
-/* assimp calls nodes without a name nodes[N]: that is their number in their file. */
+/* Nodes without a name are called nodes[N]: that is their number in their file. */
 static bool is_numbered(const char *name) { return strncmp(name, "nodes[", 6) == 0; }
 
 /* Returns true if two skeletons have the same joints in the same order, as in two files from one: then numbers are names too. */

@@ -145,9 +145,9 @@ static bool lay_on(const struct character *donor, const float *positions, int ve
 
 /* ---- the fitted skeleton ---- */
 
-static bool copy_keys(const struct keys *from, size_t width, struct keys *to)
+static bool copy_keys(const struct keys *from, int numbers, struct keys *to)
 {
-    const size_t count = (size_t)from->count;
+    const size_t count = (size_t)from->count, width = (size_t)keys_width(from, numbers);
     to->times = malloc((count + 1) * sizeof *to->times);
     to->values = malloc((width * count + 1) * sizeof *to->values);
     if (!to->times || !to->values) {
@@ -156,6 +156,7 @@ static bool copy_keys(const struct keys *from, size_t width, struct keys *to)
     memcpy(to->times, from->times, count * sizeof *to->times);
     memcpy(to->values, from->values, width * count * sizeof *to->values);
     to->count = from->count;
+    to->interpolation = from->interpolation;
     return true;
 }
 

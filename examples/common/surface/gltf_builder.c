@@ -73,7 +73,7 @@ void gltf_numbers(cJSON *to, const char *name, const double *values, int count)
 
 /* ---- accessors ---- */
 
-/* Adds a buffer view with a copy of the data, on a little-endian machine, which assimp also assumes. Returns its number. */
+/* Adds a buffer view with a copy of the data, on a little-endian machine. Returns its number. */
 static int add_view(struct gltf *g, const void *data, size_t size, int target)
 {
     const size_t offset = g->used, wanted = offset + size + 4;

@@ -1,4 +1,4 @@
-/* gltf_write.h - glTF 2.0 binary files (GLB) of meshes: one, or a sequence as an animation. assimp reads these files. */
+/* gltf_write.h - glTF 2.0 binary files (GLB) of meshes: one, or a sequence as an animation. */
 #ifndef EXAMPLES_SURFACE_GLTF_WRITE_H
 #define EXAMPLES_SURFACE_GLTF_WRITE_H
 

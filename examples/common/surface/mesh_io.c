@@ -1,11 +1,6 @@
 #include "surface/mesh_io.h"
 
-#include "surface/scene_read.h"
-
-#include <assimp/cimport.h>
-#include <assimp/material.h>
-#include <assimp/postprocess.h>
-#include <assimp/scene.h>
+#include "surface/scene.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -21,33 +16,26 @@ static uint32_t hash_position(const float p[3])
     return h ^ h >> 13;
 }
 
-static bool has_colors(const struct aiScene *scene)
+static bool has_colors(const struct scene *scene)
 {
-    unsigned materials = 0;
-    for (unsigned m = 0; m < scene->mNumMeshes; ++m) {
-        if (scene->mMeshes[m]->mColors[0]) {
+    for (int p = 0; p < scene->part_count; ++p) {
+        if (scene->parts[p].colors || scene->parts[p].material != scene->parts[0].material) {
             return true;
         }
-        materials += m == 0 || scene->mMeshes[m]->mMaterialIndex != scene->mMeshes[0]->mMaterialIndex;
     }
-    return materials > 1;
+    return false;
 }
 
 /* Returns the color of a vertex of a part: its own, or the part's material's. */
-static struct aiColor4D color_of(const struct aiScene *scene, const struct aiMesh *part, unsigned vertex)
+static const float *color_of(const struct scene *scene, const struct scene_part *part, int vertex)
 {
-    struct aiColor4D color = {0.8f, 0.8f, 0.8f, 1.0f};
-    if (part->mColors[0]) {
-        return part->mColors[0][vertex];
-    }
-    aiGetMaterialColor(scene->mMaterials[part->mMaterialIndex], AI_MATKEY_COLOR_DIFFUSE, &color);
-    return color;
+    static const float grey[3] = {0.8f, 0.8f, 0.8f};
+    return part->colors ? part->colors + 3 * (size_t)vertex : part->material >= 0 ? scene->materials[part->material].base : grey;
 }
 
 /* Stores a vertex's color; of vertices that become one the first one's is kept. */
-static void take_color(struct mesh *mesh, uint32_t vertex, struct aiColor4D color)
+static void take_color(struct mesh *mesh, uint32_t vertex, const float rgb[3])
 {
-    const float rgb[3] = {color.r, color.g, color.b};
     for (int i = 0; i < 3; ++i) {
         mesh->colors[3 * (size_t)vertex + (size_t)i] = rgb[i] > 0.0f ? fminf(rgb[i], 1.0f) : 0.0f;
     }
@@ -56,7 +44,7 @@ static void take_color(struct mesh *mesh, uint32_t vertex, struct aiColor4D colo
 /* A file that is being turned into a mesh. */
 struct builder {
     const char *path;
-    const struct aiScene *scene;
+    const struct scene *scene;
     struct mesh *mesh;
     uint32_t *table; /* open addressing: numbers of vertices + 1, 0 = free */
     size_t mask;     /* slots - 1, where the slots are a power of two */
@@ -67,8 +55,8 @@ struct builder {
 static bool allocate(struct builder *b)
 {
     size_t triangles = 0, slots = 16;
-    for (unsigned m = 0; m < b->scene->mNumMeshes; ++m) {
-        triangles += b->scene->mMeshes[m]->mNumFaces;
+    for (int p = 0; p < b->scene->part_count; ++p) {
+        triangles += (size_t)b->scene->parts[p].triangle_count;
     }
     if (triangles == 0) {
         return scene_fail(b->error, b->path, "no triangles");
@@ -107,34 +95,28 @@ static uint32_t weld(struct builder *b, const float p[3])
     return b->table[slot] - 1;
 }
 
-/* Adds vertex `index` of a part of the file unless there is one at its place. */
-static bool add_corner(struct builder *b, const struct aiMesh *part, unsigned index, uint32_t *corner)
+/* Adds a vertex of a part of the file unless there is one at its place. */
+static bool add_corner(struct builder *b, const struct scene_part *part, int vertex, uint32_t *corner)
 {
-    if (index >= part->mNumVertices) {
-        return scene_fail(b->error, b->path, "a face names vertex %d of %u", (int)index, part->mNumVertices);
-    }
-    const struct aiVector3D *v = &part->mVertices[index];
-    const float p[3] = {v->x + 0.0f, v->y + 0.0f, v->z + 0.0f}; /* -0 and 0 are the same place */
+    const float *v = part->positions + 3 * (size_t)vertex;
+    const float p[3] = {v[0] + 0.0f, v[1] + 0.0f, v[2] + 0.0f}; /* -0 and 0 are the same place */
     if (!isfinite(p[0]) || !isfinite(p[1]) || !isfinite(p[2])) {
         return scene_fail(b->error, b->path, "a vertex is not finite");
     }
     const size_t before = b->mesh->vertex_count;
     *corner = weld(b, p);
     if (b->mesh->colors && b->mesh->vertex_count > before) {
-        take_color(b->mesh, *corner, color_of(b->scene, part, index));
+        take_color(b->mesh, *corner, color_of(b->scene, part, vertex));
     }
     return true;
 }
 
-/* Adds a triangle unless two of its corners coincide; skips points and lines. */
-static bool add_face(struct builder *b, const struct aiMesh *part, const struct aiFace *face)
+/* Adds a triangle unless two of its corners coincide. */
+static bool add_triangle(struct builder *b, const struct scene_part *part, const int from[3])
 {
     uint32_t *corner = b->mesh->indices + 3 * b->mesh->triangle_count;
-    if (face->mNumIndices != 3) {
-        return true;
-    }
-    for (unsigned k = 0; k < 3; ++k) {
-        if (!add_corner(b, part, face->mIndices[k], &corner[k])) {
+    for (int k = 0; k < 3; ++k) {
+        if (!add_corner(b, part, from[k], &corner[k])) {
             return false;
         }
     }
@@ -150,10 +132,10 @@ static bool add_face(struct builder *b, const struct aiMesh *part, const struct 
 static bool build(struct builder *b)
 {
     bool good = allocate(b);
-    for (unsigned m = 0; good && m < b->scene->mNumMeshes; ++m) {
-        const struct aiMesh *part = b->scene->mMeshes[m];
-        for (unsigned f = 0; good && f < part->mNumFaces; ++f) {
-            good = add_face(b, part, &part->mFaces[f]);
+    for (int p = 0; good && p < b->scene->part_count; ++p) {
+        const struct scene_part *part = &b->scene->parts[p];
+        for (int t = 0; good && t < part->triangle_count; ++t) {
+            good = add_triangle(b, part, part->triangles + 3 * (size_t)t);
         }
     }
     free(b->table);
@@ -165,15 +147,14 @@ static bool build(struct builder *b)
 
 bool mesh_read(const char *path, struct mesh *mesh, char error[MESH_TEXT])
 {
+    struct scene scene;
     memset(mesh, 0, sizeof *mesh);
-    error[0] = '\0';
-    const struct aiScene *scene = scene_read(path, aiProcess_PreTransformVertices, error);
-    if (!scene) {
+    if (!scene_read(path, SCENE_SHAPE, &scene, error)) {
         return false;
     }
-    struct builder builder = {.path = path, .scene = scene, .mesh = mesh, .error = error};
-    const bool good = build(&builder);
-    aiReleaseImport(scene);
+    struct builder builder = {.path = path, .scene = &scene, .mesh = mesh, .error = error};
+    const bool good = (scene_rest(&scene) || scene_fail(error, path, "not enough memory")) && build(&builder);
+    scene_free(&scene);
     if (!good) {
         mesh_free(mesh);
     }

@@ -1,8 +1,8 @@
 /* mesh_io.h - triangle meshes in (mesh_io.c) and out (mesh_write.c).
  *
- * Files are read through assimp (OBJ, PLY, STL, OFF, glTF, ...), with node transforms applied and polygons split into
- * triangles. Vertices of the whole file with three bitwise equal coordinates are joined; assimp's own joining keeps UV and
- * material seams open and uses a tolerance that ruins small models. */
+ * Files are read by scene_read (OBJ, PLY, STL, OFF, glTF, ...), at rest: with node transforms, bones and the default weights of morph
+ * targets applied, mirrored parts turned, and polygons split into triangles. Vertices of the whole file with three bitwise equal
+ * coordinates are joined; assimp's own joining keeps UV and material seams open and uses a tolerance that ruins small models. */
 #ifndef EXAMPLES_SURFACE_MESH_IO_H
 #define EXAMPLES_SURFACE_MESH_IO_H
 

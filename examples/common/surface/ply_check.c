@@ -37,6 +37,12 @@ struct ply {
     int element_count, property_count;
 };
 
+double ply_whole_number(const char *word)
+{
+    const size_t digits = strspn(word, "0123456789");
+    return digits >= 1 && digits <= 15 && word[digits] == '\0' ? strtod(word, NULL) : -1.0;
+}
+
 /* ---- the header ---- */
 
 static const struct type *find_type(const char *name)
@@ -63,7 +69,7 @@ static bool read_element(struct ply *p, const char *line)
     struct element *e = &p->elements[p->element_count];
     if (p->element_count == MOST_PROPERTIES || sscanf(line, "element %31s %31s", e->name, count) != 2) { return false; }
     e->first = e->end = p->property_count;
-    e->count = scene_whole_number(count);
+    e->count = ply_whole_number(count);
     ++p->element_count;
     return e->count >= 0.0;
 }
@@ -175,7 +181,7 @@ static double read_count(const struct ply *p, const struct property *property)
     double value = 0.0;
     if (!property->count) { return 1.0; }
     if (p->ascii) {
-        const double read = next_word(p->file, word, sizeof word) ? scene_whole_number(word) : -1.0;
+        const double read = next_word(p->file, word, sizeof word) ? ply_whole_number(word) : -1.0;
         return read <= 4294967295.0 ? read : -1.0;
     }
     const int count = property->count->bytes;

@@ -3,11 +3,15 @@
 #ifndef EXAMPLES_SURFACE_PLY_CHECK_H
 #define EXAMPLES_SURFACE_PLY_CHECK_H
 
-#include "surface/scene_read.h"
+#include "surface/scene.h"
 
 #include <stdio.h>
 
 /* Reads the header and all elements. file: at its start; size: its bytes. Returns false with one line in `error`. */
 bool ply_check(FILE *file, const char *path, long size, char error[SCENE_TEXT]);
+
+/* Returns the whole number that a word is, -1 unless it is 1 to 15 digits alone. assimp stops at the first other character: it takes
+ * 300000000e-8, which strtod reads as 3, for 300 million. */
+double ply_whole_number(const char *word);
 
 #endif

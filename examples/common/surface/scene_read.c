@@ -1,42 +1,16 @@
+/* scene_read.c - chooses the reader of a file, and checks before what assimp trusts: it ends the program, or goes on for ever, where
+ * that does not hold. */
 #define _POSIX_C_SOURCE 200809L
-#include "surface/scene_read.h"
-
+#include "surface/assimp_scene.h"
+#include "surface/gltf_scene.h"
 #include "surface/ply_check.h"
 
-#include <assimp/cimport.h>
-#include <assimp/config.h>
-#include <assimp/postprocess.h>
-#include <assimp/scene.h>
-#include <cjson/cJSON.h>
-
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 
 enum { LONGEST_LINE = 4096 };
-
-bool scene_fail(char error[SCENE_TEXT], const char *path, const char *format, ...)
-{
-    const size_t length = strlen(path);
-    const int used =
-        snprintf(error, SCENE_TEXT, "%s%s: ", length > 100 ? "..." : "", length > 100 ? path + length - 97 : path);
-    va_list arguments;
-    va_start(arguments, format);
-    vsnprintf(error + used, SCENE_TEXT - (size_t)used, format, arguments);
-    va_end(arguments);
-    for (char *c = error; *c; ++c) { /* assimp's texts may contain line ends */
-        *c = *c == '\n' || *c == '\r' ? ' ' : *c;
-    }
-    return false;
-}
-
-double scene_whole_number(const char *word)
-{
-    const size_t digits = strspn(word, "0123456789");
-    return digits >= 1 && digits <= 15 && word[digits] == '\0' ? strtod(word, NULL) : -1.0;
-}
 
 /* ---- files: assimp reserves memory for any count, and reads beyond the end of what is not whole ---- */
 
@@ -45,6 +19,7 @@ struct header {
     FILE *file;
     long size; /* of the file, where an element takes at least one byte */
     char line[LONGEST_LINE];
+    bool gltf; /* checks itself */
     char *error;
 };
 
@@ -95,8 +70,8 @@ static bool read_off_counts(struct header *h, const char *behind, double count[2
     const char first = behind[strspn(behind, " \t\r\n")];
     const char *text = first != '\0' && first != '#' ? behind : next_line(h) ? h->line : "";
     if (sscanf(text, "%31s %31s", words[0], words[1]) != 2) { return false; }
-    count[0] = scene_whole_number(words[0]);
-    count[1] = scene_whole_number(words[1]);
+    count[0] = ply_whole_number(words[0]);
+    count[1] = ply_whole_number(words[1]);
     return count[0] >= 0.0 && count[1] >= 0.0;
 }
 
@@ -115,62 +90,6 @@ static bool off_is_whole(struct header *h, const char *behind)
             return scene_fail(h->error, h->path, "the OFF file ends before its %.0f vertices and %.0f faces", count[0], count[1]);
         }
         if (i >= count[0] && !face_is_good(h, i - count[0], count[0])) { return false; }
-    }
-    return true;
-}
-
-/* Returns whether each skin has the matrices that assimp reads; glTF allows skins without them. length: of its JSON, which begins at
- * `at`. What is no JSON is left to assimp. */
-static bool skins_are_bound(struct header *h, long at, long length)
-{
-    char *text = malloc((size_t)length + 1);
-    bool good = text != NULL && fseek(h->file, at, SEEK_SET) == 0;
-    if (!good) {
-        free(text);
-        return scene_fail(h->error, h->path, "not enough memory");
-    }
-    cJSON *root = cJSON_ParseWithLength(text, fread(text, 1, (size_t)length, h->file));
-    const cJSON *skin;
-    cJSON_ArrayForEach(skin, cJSON_GetObjectItem(root, "skins")) { good = good && cJSON_GetObjectItem(skin, "inverseBindMatrices"); }
-    cJSON_Delete(root);
-    free(text);
-    return good || scene_fail(h->error, h->path, "a skin has no inverseBindMatrices, without which it cannot be read");
-}
-
-/* Returns a number of four bytes, the lowest first. */
-static double number_of(const unsigned char bytes[4])
-{
-    return bytes[0] + 256.0 * (bytes[1] + 256.0 * (bytes[2] + 256.0 * bytes[3]));
-}
-
-/* Returns whether the chunks of a GLB file of version 2 lie within it: each has its length and its kind, of four bytes, before it.
- * Behind the length that the file's header has, there may be anything. */
-static bool glb_is_whole(struct header *h)
-{
-    enum { FILE_HEADER = 12, CHUNK_HEADER = 8 };
-    unsigned char start[FILE_HEADER], chunk[CHUNK_HEADER];
-    rewind(h->file);
-    if (fread(start, 1, FILE_HEADER, h->file) != FILE_HEADER) {
-        return scene_fail(h->error, h->path, "the GLB file ends in its header");
-    }
-    if (number_of(start + 4) != 2.0) {
-        return true;
-    }
-    const double total = number_of(start + 8);
-    for (long at = FILE_HEADER; at < h->size && (double)at < total;) {
-        if (fseek(h->file, at, SEEK_SET) != 0 || fread(chunk, 1, CHUNK_HEADER, h->file) != CHUNK_HEADER) {
-            return scene_fail(h->error, h->path, "the GLB file ends in the middle of a chunk");
-        }
-        const long left = h->size - at - CHUNK_HEADER;
-        const double length = number_of(chunk);
-        if (length > (double)left) {
-            return scene_fail(h->error, h->path, "a chunk of the GLB file has %.0f bytes, but the file ends after %ld of them",
-                              length, left);
-        }
-        if (at == FILE_HEADER && !skins_are_bound(h, at + CHUNK_HEADER, (long)length)) {
-            return false;
-        }
-        at += CHUNK_HEADER + (long)length;
     }
     return true;
 }
@@ -203,11 +122,9 @@ static bool header_is_good(struct header *h)
     if (ends_with(h->path, ".ply")) { /* assimp finds the word further on, and reads beyond the end */
         return scene_fail(h->error, h->path, "a PLY file begins with ply");
     }
-    if (memcmp(h->line, "glTF", 4) == 0) {
-        return glb_is_whole(h);
-    }
-    if (ends_with(h->path, ".gltf")) {
-        return skins_are_bound(h, 0, h->size);
+    if (memcmp(h->line, "glTF", 4) == 0 || ends_with(h->path, ".gltf")) {
+        h->gltf = true;
+        return true;
     }
     const char *off = h->line + strspn(h->line, "STCN4n"); /* what its vertices have beside their places */
     if (strncmp(off, "OFF", 3) == 0) {
@@ -216,75 +133,41 @@ static bool header_is_good(struct header *h)
     return !is_off || scene_fail(h->error, h->path, "an OFF file begins with OFF");
 }
 
-static bool file_is_good(const char *path, char error[SCENE_TEXT])
+/* Checks what assimp trusts; *gltf: the file is glTF of some version. */
+static bool file_is_good(const char *path, bool *gltf, char error[SCENE_TEXT])
 {
     struct header h = {.path = path, .file = fopen(path, "rb"), .error = error};
     if (!h.file) {
         return scene_fail(error, path, "cannot open");
     }
     const bool good = header_is_good(&h);
+    *gltf = h.gltf;
     fclose(h.file);
     return good;
 }
 
-/* ---- faces: assimp's steps end the program where one has no corners, and read beyond the vertices ---- */
-
-static bool faces_are_good(const struct aiMesh *part, const char *path, char error[SCENE_TEXT])
+static bool read_gltf(const char *path, enum scene_extent extent, struct scene *scene, char error[SCENE_TEXT])
 {
-    for (unsigned f = 0; f < part->mNumFaces; ++f) {
-        const struct aiFace *face = &part->mFaces[f];
-        if (face->mNumIndices == 0) {
-            return scene_fail(error, path, "a face has no corners");
-        }
-        for (unsigned k = 0; k < face->mNumIndices; ++k) {
-            if (face->mIndices[k] >= part->mNumVertices) {
-                return scene_fail(error, path, "a face names vertex %d of %u", (int)face->mIndices[k],
-                                  part->mNumVertices);
-            }
-        }
+    struct gltf_file file;
+    const enum gltf_version version = gltf_open(path, &file, error);
+    if (version == GLTF_2) {
+        return gltf_scene_read(&file, extent, scene);
     }
-    return true;
+    gltf_close(&file);
+    return version == GLTF_1 && assimp_scene_read(path, extent, scene, error);
 }
 
-static bool all_faces_are_good(const struct aiScene *scene, const char *path, char error[SCENE_TEXT])
+bool scene_read(const char *path, enum scene_extent extent, struct scene *scene, char error[SCENE_TEXT])
 {
-    bool good = true;
-    for (unsigned m = 0; good && m < scene->mNumMeshes; ++m) {
-        good = faces_are_good(scene->mMeshes[m], path, error);
+    bool gltf = false;
+    memset(scene, 0, sizeof *scene);
+    error[0] = '\0';
+    if (!file_is_good(path, &gltf, error)) {
+        return false;
+    }
+    const bool good = gltf ? read_gltf(path, extent, scene, error) : assimp_scene_read(path, extent, scene, error);
+    if (!good) {
+        scene_free(scene);
     }
     return good;
-}
-
-static const struct aiScene *import(const char *path, unsigned steps, const struct aiPropertyStore *properties,
-                                    char error[SCENE_TEXT])
-{
-    const struct aiScene *scene = aiImportFileExWithProperties(path, steps, NULL, properties);
-    if (!scene) {
-        const char *reason = aiGetErrorString();
-        scene_fail(error, path, "%.180s", reason && *reason ? reason : "cannot be read");
-    }
-    return scene;
-}
-
-/* Reads the file twice, in a tenth of a second for 5 MB: aiApplyPostProcessing frees a scene twice where a step fails. */
-const struct aiScene *scene_read(const char *path, unsigned steps, char error[SCENE_TEXT])
-{
-    error[0] = '\0';
-    if (!file_is_good(path, error)) {
-        return NULL;
-    }
-    struct aiPropertyStore *properties = aiCreatePropertyStore();
-    if (!properties) {
-        scene_fail(error, path, "not enough memory");
-        return NULL;
-    }
-    aiSetImportPropertyInteger(properties, AI_CONFIG_PP_SBP_REMOVE, aiPrimitiveType_POINT | aiPrimitiveType_LINE);
-    const struct aiScene *scene = import(path, 0, properties, error);
-    if (scene) {
-        const bool good = all_faces_are_good(scene, path, error);
-        aiReleaseImport(scene);
-        scene = good ? import(path, aiProcess_Triangulate | aiProcess_SortByPType | steps, properties, error) : NULL;
-    }
-    aiReleasePropertyStore(properties);
-    return scene;
 }
