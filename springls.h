@@ -107,6 +107,8 @@
      >>events               src/stages/events.h
      >>window               src/stages/window.h
      >>follow               src/solver/follow.h
+     >>rest                 src/solver/rest.h
+     >>index_of             src/model/index_of.h
      >>create               src/lifecycle/create.h
      >>parameter_sets       src/model/parameter_sets.h
      >>shapes               src/input/shapes.h
@@ -128,10 +130,12 @@
      >>ray                  src/model/ray.h
      >>zero_level           src/output/zero_level.h
      >>error_estimates      src/output/error_estimates.h
+     >>extract_soup         src/output/extract_soup.h
+     >>isosurface           src/output/isosurface.h
      >>material             src/output/material.h
      >>measure              src/output/measure.h
      >>mesh_measure         src/model/mesh_measure.h
-     >>isosurface           src/output/isosurface.h
+     >>place_now            src/output/place_now.h
      >>restore              src/output/restore.h
      >>snapshot_check       src/output/snapshot_check.h
      >>snapshot             src/output/snapshot.h
@@ -527,6 +531,7 @@
        springls_set_params, stages that are called alone, inputs and the other tools wake all.
      - A tool that acts in one place states its box in springls_forces.region_lower and _upper: springls outside are not visited.
      - Nothing sleeps with evolve_iterations > 0, carry_level_set = 0 or volume_lock = 1.
+     - A model just set from a level set or a function is awake: springls_settle brings it to rest, springls_at_rest tells.
 
    EVENTS
 
@@ -845,6 +850,8 @@
   #define springls_step_continue SPRINGLS__NAME(springls_step_continue)
   #define springls_step_in_progress SPRINGLS__NAME(springls_step_in_progress)
   #define springls_run SPRINGLS__NAME(springls_run)
+  #define springls_settle SPRINGLS__NAME(springls_settle)
+  #define springls_at_rest SPRINGLS__NAME(springls_at_rest)
   #define springls_time SPRINGLS__NAME(springls_time)
   #define springls_set_time SPRINGLS__NAME(springls_set_time)
   #define springls_snapshot SPRINGLS__NAME(springls_snapshot)
@@ -854,6 +861,7 @@
   #define springls_view_particles SPRINGLS__NAME(springls_view_particles)
   #define springls_view_correspondences SPRINGLS__NAME(springls_view_correspondences)
   #define springls_ids SPRINGLS__NAME(springls_ids)
+  #define springls_index_of SPRINGLS__NAME(springls_index_of)
   #define springls_generations SPRINGLS__NAME(springls_generations)
   #define springls_pack_matrix SPRINGLS__NAME(springls_pack_matrix)
   #define springls_extract_surfels SPRINGLS__NAME(springls_extract_surfels)
@@ -886,6 +894,7 @@
   #define springls_get_provenance SPRINGLS__NAME(springls_get_provenance)
   #define springls_springl_errors SPRINGLS__NAME(springls_springl_errors)
   #define springls_mesh_errors SPRINGLS__NAME(springls_mesh_errors)
+  #define springls_place_now SPRINGLS__NAME(springls_place_now)
   #define springls_springl_materials SPRINGLS__NAME(springls_springl_materials)
   #define springls_mesh_materials SPRINGLS__NAME(springls_mesh_materials)
   #define springls_corner_materials SPRINGLS__NAME(springls_corner_materials)
@@ -1272,8 +1281,9 @@ SPRINGLS_API springls_status springls_set_labels(springls_context *ctx, const in
 SPRINGLS_API springls_status springls_set_threshold(springls_context *ctx, const float *intensity, float low, float high);
 
 /* Evaluates an implicit function, negative inside, at `count` world points, into one float a point. It must be a signed
-   distance or a lower bound of one (Lipschitz constant 1): parts of a steeper function's surface are missed. It is called
-   from several threads at once. */
+   distance or a lower bound of one (Lipschitz constant 1), which may be cut short: parts of a steeper function's surface are missed. The
+   smaller the bound, the more places are evaluated: one of 7 voxels or more costs no more than the distance. It is called from several
+   threads at once. */
 typedef void (*springls_implicit_fn)(void *user, const float *points, int count, float *out);
 
 /* Sets the model from an implicit function, which is sampled in the narrow band only. NON_FINITE: it returned NaN.
@@ -1484,6 +1494,10 @@ typedef struct springls_step_desc {
     bool stop_at_topology;  /* springls stop where preserved topology stops the level set (eq. 24, 25)              */
     bool stop_at_rest;      /* springls_run ends with OK after a step in which at most one springl in 1000 moved by more
                                than 0.01 voxel: an active contour has arrived                                       */
+    int rest_steps;         /* more than 1: for noisy forces, under which springls tremble on their place. stop_at_rest then looks
+                               after so many steps, and counts how far springls have come along their normals since the last look */
+    float rest_share;       /* of the springls that may still move for stop_at_rest; 0: 0.001                       */
+    float rest_displacement; /* voxels that count as moving, with rest_steps above 1; 0: 0.01                       */
 } springls_step_desc;
 
 /* Returns a description without forces, with max_displacement = 2, which suits the default parameters. */
@@ -1507,10 +1521,10 @@ SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls
      snapshots. */
 SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const springls_step_desc *step);
 
-/* Continues the step for about `seconds` by trace.now (see springls_trace), and sets *done when it is complete; 0 seconds:
-   one phase, the least there is. What a phase does besides its loop is not divided (manual, FRAMES), so a call may take
+/* Continues the step for about `seconds` by trace.now (see springls_trace), and sets *done when it is complete; 0 seconds or
+   less: one phase, the least there is. What a phase does besides its loop is not divided (manual, FRAMES), so a call may take
    longer. On a device a phase counts as done when it has been enqueued. Without a step in progress: OK, *done = true. A
-   failure ends the step. */
+   failure of the step ends it; one of the arguments, NULL or NaN, leaves it in progress. */
 SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, double seconds, bool *done);
 
 /* Returns true between springls_step_begin and the call that completes or drops the step. */
@@ -1518,6 +1532,14 @@ SPRINGLS_API bool springls_step_in_progress(const springls_context *ctx);
 
 /* Runs `steps` steps, and reports progress after each. CANCELLED: after a whole step. Other failures: as springls_step. */
 SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_step_desc *step, int steps);
+
+/* Runs steps in which no time passes until the model is at rest, at most `steps`: after an input, so that the first steps of a game or
+   a tool do not pay for it. For a budget of time run such steps, springls_step_desc all zero, by springls_step_begin and _continue
+   until springls_at_rest. EMPTY_MODEL. */
+SPRINGLS_API springls_status springls_settle(springls_context *ctx, int steps);
+
+/* Returns true when all of the model sleeps (manual, REST): a step without forces then costs next to nothing and changes nothing. */
+SPRINGLS_API bool springls_at_rest(const springls_context *ctx);
 
 /* Returns the model's time. */
 SPRINGLS_API double springls_time(const springls_context *ctx);
@@ -1565,6 +1587,10 @@ SPRINGLS_API springls_view springls_view_correspondences(const springls_context 
 
 /* Returns the ids of the springls, one each: a number that no other springl of this model ever gets. */
 SPRINGLS_API const uint32_t *springls_ids(const springls_context *ctx);
+
+/* Finds the indices of `count` springls by their ids, in any order; -1: the model has none of that id any more. Takes time for the
+   springls of the model and for `count`. */
+SPRINGLS_API springls_status springls_index_of(springls_context *ctx, const uint32_t *ids, int count, int *out);
 
 /* Returns the generations of the springls, one each: 0 for an original springl, else the splits and fills that lead to
    one. */
@@ -1644,13 +1670,16 @@ typedef struct springls_mesh {
     int *springls;          /* 1 a vertex: index of the nearest springl, -1 when none is within a voxel             */
     int *triangles;         /* 3 a triangle, counter-clockwise seen from outside                                    */
     size_t bytes;           /* for springls_mesh_free                                                               */
+    uint64_t version;       /* of the springls that it shows: springls_mesh_errors refuses it when they have changed; 0, as of a
+                               mesh that the caller makes: it is not known                                          */
 } springls_mesh;
 
 /* Extracts the zero level as a watertight mesh: welded, closed, every edge between exactly two triangles. An empty model
    gives an empty mesh. On failure *out is empty. */
 SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, springls_mesh *out);
 
-/* Extracts the springls themselves: three vertices each, with the springl's normal, correspondence and index. */
+/* Extracts the springls themselves: three vertices each, with the springl's normal and index, and each with its own correspondence, as
+   springls_hit.material has it on SPRINGLS_SURFACE_SOUP. */
 SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, springls_mesh *out);
 
 /* Frees the arrays of a mesh of this context and zeroes it; a zeroed mesh and NULL are allowed. */
@@ -1675,7 +1704,8 @@ typedef struct springls_chunks_desc {
     float tolerance;      /* voxels, at most 0.5: a chunk counts as changed when phi has changed by more; 0: 0.05;
                              negative: none, and the chunks are springls_extract_mesh's mesh to the bit. Springls at rest
                              relax by some 0.001 voxel a step, so that without a tolerance all chunks change         */
-    bool correspondences; /* fill springls_chunk.correspondences and ids, which take most of the time of a chunk     */
+    bool correspondences; /* fill springls_chunk.correspondences and ids, which take most of the time of a chunk; a chunk has
+                             changed, too, when the attributes of its springls have                                  */
 } springls_chunks_desc;
 
 /* Remembers which chunks one consumer has received. A context may have any number of consumers. */
@@ -1703,8 +1733,8 @@ SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, sprin
 SPRINGLS_API springls_status springls_chunks_begin(springls_context *ctx, springls_chunks *chunks);
 
 /* Continues the update for about `seconds` by trace.now, as springls_step_continue does a step. *done: it is complete, and
-   *changed and *count are those of springls_chunks_update; until then NULL and 0. A failure ends the update.
-   INVALID_ARGUMENT: also without springls_chunks_begin since it was last done. */
+   *changed and *count are those of springls_chunks_update; until then NULL and 0. A failure of the update ends it; one of the
+   arguments, NULL or NaN, leaves it in progress. INVALID_ARGUMENT: also without springls_chunks_begin since it was last done. */
 SPRINGLS_API springls_status springls_chunks_continue(springls_context *ctx, springls_chunks *chunks, double seconds,
                                                       const springls_chunk **changed, int *count, bool *done);
 
@@ -1805,7 +1835,8 @@ SPRINGLS_API springls_status springls_describe_attribute(springls_context *ctx, 
 /* Returns the number of the attribute of that name, -1 when there is none. */
 SPRINGLS_API int springls_find_attribute(const springls_context *ctx, const char *name);
 
-/* Replaces the values of an attribute: `channels` floats a springl; NULL: zeros. NON_FINITE: a value is. */
+/* Replaces the values of an attribute: `channels` floats a springl; NULL: zeros. springls_chunks with correspondences then list the
+   chunks that show springls with other values. NON_FINITE: a value is. */
 SPRINGLS_API springls_status springls_set_attribute(springls_context *ctx, int index, const float *values);
 
 /* Shows the values of an attribute: `channels` floats a springl; data NULL: there is no such attribute. */
@@ -1846,8 +1877,22 @@ typedef struct springls_error_estimate {
 SPRINGLS_API springls_status springls_springl_errors(springls_context *ctx, springls_error_estimate *out);
 
 /* Estimates the errors of the vertices of a mesh that springls_extract_mesh or _extract_soup made of the model as it is now, and
-   of their correspondences. Completes a step in progress. */
+   of their correspondences. Completes a step in progress. INVALID_ARGUMENT: also when springls have moved, come or gone since. */
 SPRINGLS_API springls_status springls_mesh_errors(springls_context *ctx, const springls_mesh *mesh, springls_error_estimate *out);
+
+/* Holds where a material point is now. */
+typedef struct springls_material_place {
+    float place[3];         /* world                                                                                */
+    float error;            /* world units: an estimate of how far off it is, as springls_error_estimate.place; FLT_MAX: there is
+                               no place, since the surface that the point lay on is gone                            */
+    int springl;            /* whose correspondence is the nearest; -1: none is within four voxels                  */
+    uint32_t id;            /* of the springl                                                                       */
+} springls_material_place;
+
+/* Finds where `count` points of the original surface are now, world coordinates there: landmarks, seams, electrodes. The inverse of the
+   correspondence, by the springls near; a point off the original surface goes along with it. Takes time for all springls once, and
+   for each point. Completes a step in progress. NON_FINITE: a point is. */
+SPRINGLS_API springls_status springls_place_now(springls_context *ctx, const float *points, int count, springls_material_place *out);
 
 /* ---- >>material:api: places on the original surface ------------------------------------------------------------ */
 
@@ -3028,6 +3073,7 @@ SPRINGLS__MATHS springls__v3 springls__along_normal(springls__metric m, springls
     /* input, combine, unsigned_to_signed: bricks to add */                                                                      \
     X(brick_wanted, uint8_t, 1)                 /* of an entry of the top table; of a brick of dense voxels                   */ \
     X(brick_list, int, 2)                       /* the bricks wanted                                                          */ \
+    X(brick_reach, uint32_t, 3)                 /* of a brick wanted: mask of those around it that its band meets             */ \
     X(brick_centers, float, 1)                  /* the distance at the center of a brick                                      */ \
     X(region_members, int64_t, 1)               /* see springls__region                                                       */ \
     X(initial_before, int, 1)                   /* initial springls of an active brick; summed up: of those before it         */ \
@@ -6307,6 +6353,8 @@ struct springls_context {
     bool cells_fresh, omega_fresh, springl_surface_fresh; /* false after anything that moves springls or their triangles */
     bool particles_listed;  /* the cell list has all particles where they are; triangles may have changed since           */
     int particles_outside;  /* how many in the cell list lie outside active bricks                               */
+    uint64_t springls_version; /* counts what may have changed springls: springls_mesh.version is one more        */
+    springls__buffer id_memory; /* working memory of springls_index_of                                            */
     uint64_t phi_version;   /* counts what may have changed the level set (residency.h)                          */
     uint64_t components_version, labels_version; /* the version that components, and labels of voxels, were found from; 0: none */
     size_t memory_used;
@@ -13069,6 +13117,7 @@ SPRINGLS__FN bool springls__has_lost_level_set(const springls_context *ctx)
    of date. */
 SPRINGLS__FN void springls__triangles_changed(springls_context *ctx)
 {
+    ctx->springls_version++;
     ctx->at_rest = false;
     ctx->cells_fresh = false;
     ctx->omega_fresh = false;
@@ -18969,6 +19018,94 @@ SPRINGLS__FN const springls__step_entry *springls__due_entry(const springls_cont
     }
 }
 
+/* ======== >>index_of  (src/model/index_of.h) =================================================================== */
+/* index_of.h - finds springls by their ids. */
+
+/* Returns the index of the springl with an id, from the ascending keys id << 32 | index of all; -1: there is none. */
+SPRINGLS__FN int springls__index_among(const uint64_t *keys, int count, uint32_t id)
+{
+    int first = 0, end = count;
+    while (first < end) {
+        const int middle = first + (end - first) / 2;
+        if ((uint32_t)(keys[middle] >> 32) < id) first = middle + 1;
+        else end = middle;
+    }
+    return first < count && (uint32_t)(keys[first] >> 32) == id ? (int)(uint32_t)keys[first] : -1;
+}
+
+SPRINGLS_API springls_status springls_index_of(springls_context *ctx, const uint32_t *ids, int count, int *out)
+{
+    uint64_t *keys;
+    int i, springls;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (count < 0) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "index_of: the count %d is negative", count);
+    if (count > 0 && (!ids || !out)) return springls__fail_null(ctx, "index_of", ids ? "out" : "ids");
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(ID)));
+    springls = ctx->model.set.count;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &ctx->id_memory, (size_t)springls + 1, sizeof *keys, 0));
+    keys = (uint64_t *)ctx->id_memory.data;
+    for (i = 0; i < springls; i++) keys[i] = (uint64_t)ctx->model.set.id[i] << 32 | (uint64_t)(uint32_t)i;
+    springls__sort_keys(keys, (size_t)springls);
+    for (i = 0; i < count; i++) out[i] = springls__index_among(keys, springls, ids[i]);
+    return SPRINGLS_OK;
+}
+
+/* ======== >>rest  (src/solver/rest.h) ========================================================================== */
+/* rest.h - finds whether a contour has arrived although its springls tremble: by how far they have come along their normals over several
+   steps, springl by springl. */
+
+/* Where springls were at the last look, on the lattice. */
+typedef struct springls__rest_watch {
+    springls__buffer ids, places, indices;
+    int count;
+} springls__rest_watch;
+
+SPRINGLS__FN void springls__rest_watch_free(springls_context *ctx, springls__rest_watch *watch)
+{
+    springls__buffer_free(ctx, &watch->ids);
+    springls__buffer_free(ctx, &watch->places);
+    springls__buffer_free(ctx, &watch->indices);
+}
+
+/* Counts the springls of the last look that are still there, and those of them that have come further than `displacement` voxels along
+   their normals since. */
+SPRINGLS__FN void springls__count_moving(const springls_context *ctx, const springls__rest_watch *watch, float displacement, int *known,
+                                         int *moving)
+{
+    const springls__v3 *places = (const springls__v3 *)watch->places.data;
+    const int *indices = (const int *)watch->indices.data;
+    int i;
+    *known = *moving = 0;
+    for (i = 0; i < watch->count; i++) {
+        const int j = indices[i];
+        springls__v3 way;
+        if (j < 0) continue;
+        way = springls__sub(springls__to_lattice(&ctx->window, ctx->model.set.s[j].p), places[i]);
+        *moving += springls__fabs(springls__dot(way, springls__springl_normal(ctx->model.set.s[j]))) > displacement;
+        ++*known;
+    }
+}
+
+/* Looks where the springls are, and finds the share of them that has moved since the last look; 1 at the first. */
+SPRINGLS__FN springls_status springls__rest_look(springls_context *ctx, springls__rest_watch *watch, float displacement, float *share)
+{
+    const size_t n = (size_t)ctx->model.set.count;
+    int known, moving, i;
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(ID)));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &watch->indices, (size_t)watch->count + 1, sizeof(int), 0));
+    SPRINGLS__TRY(springls_index_of(ctx, (const uint32_t *)watch->ids.data, watch->count, (int *)watch->indices.data));
+    springls__count_moving(ctx, watch, displacement, &known, &moving);
+    *share = known > 0 ? (float)moving / (float)known : 1.0f;
+    watch->count = 0;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &watch->ids, n + 1, sizeof(uint32_t), 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &watch->places, n + 1, sizeof(springls__v3), 0));
+    memcpy(watch->ids.data, ctx->model.set.id, n * sizeof(uint32_t));
+    for (i = 0; i < ctx->model.set.count; i++)
+        ((springls__v3 *)watch->places.data)[i] = springls__to_lattice(&ctx->window, ctx->model.set.s[i].p);
+    watch->count = ctx->model.set.count;
+    return SPRINGLS_OK;
+}
+
 /* ======== >>step  (src/solver/step.h) ========================================================================== */
 /* step.h - runs a step: the entries of its algorithm, one after the other, for each of its sub-steps. A step can be left between
    any two phases of a stage and resumed later: until then ctx->step and ctx->work hold what is not in the model. */
@@ -19053,6 +19190,8 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
                               (double)step->max_displacement);
     if (step->mode != SPRINGLS_MODE_FLUID && step->mode != SPRINGLS_MODE_ELASTIC && step->mode != SPRINGLS_MODE_ADVECT_ONLY)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d: it may be 0 to 2", (int)step->mode);
+    SPRINGLS__TRY(springls__check_amount(ctx, "step", "rest_share", (double)step->rest_share));
+    SPRINGLS__TRY(springls__check_amount(ctx, "step", "rest_displacement", (double)step->rest_displacement));
     if (step->forces) SPRINGLS__TRY(springls__check_forces(ctx, step->forces));
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
     springls__abandon_step(ctx);
@@ -19080,10 +19219,9 @@ SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, doubl
     if (done) *done = true;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!done) return springls__fail_null(ctx, "step_continue", "done");
-    if (springls__is_nan(seconds) || seconds < 0.0)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step_continue: %g seconds, not 0 or more", seconds);
+    if (springls__is_nan(seconds)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step_continue: the seconds are NaN");
     if (!springls_step_in_progress(ctx)) return SPRINGLS_OK;
-    until = springls__now(ctx) + seconds;
+    until = springls__now(ctx) + (seconds > 0.0 ? seconds : 0.0); /* a budget that is used up is below 0 */
     status = springls__resume_step(ctx, &until);
     *done = !ctx->step.active;
     return status;
@@ -19095,18 +19233,56 @@ SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls
     return springls__finish_step(ctx);
 }
 
-SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_step_desc *step, int steps)
+/* Finds after step number `step` of a run, from 1 on, whether the contour has arrived. */
+SPRINGLS__FN springls_status springls__has_arrived(springls_context *ctx, const springls_step_desc *desc, int step,
+                                                   springls__rest_watch *watch, bool *arrived)
 {
-    const float still = 1e-3f; /* share of moving springls below which an active contour has arrived */
+    const float still = desc->rest_share > 0.0f ? desc->rest_share : 1e-3f;
+    float share = ctx->stats.moving_share;
+    *arrived = false;
+    if (!desc->stop_at_rest || (desc->rest_steps > 1 && step % desc->rest_steps != 0)) return SPRINGLS_OK;
+    if (desc->rest_steps > 1)
+        SPRINGLS__TRY(springls__rest_look(ctx, watch, desc->rest_displacement > 0.0f ? desc->rest_displacement : 0.01f, &share));
+    *arrived = share <= still;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__run_steps(springls_context *ctx, const springls_step_desc *step, int steps,
+                                                 springls__rest_watch *watch)
+{
+    bool arrived = false;
     int i;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (steps < 0) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "run: %d steps, not 0 or more", steps);
-    for (i = 0; i < steps; i++) {
+    for (i = 0; i < steps && !arrived; i++) {
         SPRINGLS__TRY(springls_step(ctx, step));
         if (springls__cancelled(ctx, (float)(i + 1) / (float)steps))
             return springls__fail(ctx, SPRINGLS_CANCELLED, "run: cancelled after step %d of %d", i + 1, steps);
-        if (step->stop_at_rest && ctx->stats.moving_share <= still) return SPRINGLS_OK;
+        SPRINGLS__TRY(springls__has_arrived(ctx, step, i + 1, watch, &arrived));
     }
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_step_desc *step, int steps)
+{
+    springls__rest_watch watch;
+    springls_status status;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (steps < 0) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "run: %d steps, not 0 or more", steps);
+    memset(&watch, 0, sizeof watch);
+    status = springls__run_steps(ctx, step, steps, &watch);
+    springls__rest_watch_free(ctx, &watch);
+    return status;
+}
+
+SPRINGLS_API bool springls_at_rest(const springls_context *ctx) { return ctx && ctx->at_rest; }
+
+SPRINGLS_API springls_status springls_settle(springls_context *ctx, int steps)
+{
+    springls_step_desc rest;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (steps < 0) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "settle: %d steps, not 0 or more", steps);
+    memset(&rest, 0, sizeof rest);
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    while (steps-- > 0 && !ctx->at_rest) SPRINGLS__TRY(springls_step(ctx, &rest));
     return SPRINGLS_OK;
 }
 
@@ -19454,6 +19630,7 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
     springls__surface_free(ctx, &ctx->original);
     springls__surface_free(ctx, &ctx->springl_surface);
     springls__buffer_free(ctx, &ctx->bvh_memory);
+    springls__buffer_free(ctx, &ctx->id_memory);
     springls__buffer_free(ctx, &ctx->component_memory);
     springls__buffer_free(ctx, &ctx->next_component_memory);
     springls__buffer_free(ctx, &ctx->label_rank);
@@ -20177,6 +20354,100 @@ SPRINGLS__FN springls_status springls__look_at_block(springls_context *ctx, spri
     return SPRINGLS_OK;
 }
 
+/* ---- bricks that only a bound keeps: a lower bound that is cut short says at the center of a brick no more than that the surface is
+   not within it. So it is evaluated at the centers of cells of 4^3 and then of 2^3 voxels, where the surface may pass through the cell.
+   The bricks stay that the band about such a cell meets. Of exact distances all bricks stay that have a voxel in the band. ---- */
+
+/* Returns the mask of the bricks around a brick (springls__brick_around) that come within `reach` of a place; at: from its first voxel. */
+SPRINGLS__FN uint32_t springls__bricks_within(const float at[3], float reach)
+{
+    uint32_t mask = 0u;
+    int d;
+    for (d = 0; d < 27; d++) {
+        const int step[3] = { d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1 };
+        bool meets = true;
+        int k;
+        for (k = 0; k < 3; k++) {
+            const float first = (float)(SPRINGLS__BRICK * step[k]);
+            meets = meets && at[k] + reach >= first && at[k] - reach <= first + (float)(SPRINGLS__BRICK - 1);
+        }
+        if (meets) mask |= 1u << d;
+    }
+    return mask;
+}
+
+/* Returns the mask of the bricks around one at `origin` that the band meets about those cells of a part of it that the surface may pass
+   through. center, width: of the part, voxels. */
+SPRINGLS__FN uint32_t springls__band_of_part(const springls__distance_job *job, springls__v3 origin, springls__v3 center, float width)
+{
+    const float reach = job->ctx->model.params.band_half_width + 2.0f, part = 0.5f * width; /* reach: and half a cell of 2^3 */
+    springls__v3 centers[8];
+    uint32_t mask = 0u;
+    float d[8];
+    int k;
+    for (k = 0; k < 8; k++) {
+        const springls__v3 way = springls__v3_make((float)(k & 1) - 0.5f, (float)(k >> 1 & 1) - 0.5f, (float)(k >> 2) - 0.5f);
+        centers[k] = springls__mad(center, way, part);
+    }
+    springls__evaluate_distances(job, centers, 8, d);
+    for (k = 0; k < 8; k++) {
+        const springls__v3 from = springls__sub(centers[k], origin);
+        const float at[3] = { from.x, from.y, from.z };
+        if (springls__fabs(d[k]) > 0.8661f * part) continue; /* NaN goes on, and is found at the voxels */
+        mask |= part > 2.0f ? springls__band_of_part(job, origin, centers[k], part) : springls__bricks_within(at, reach);
+    }
+    return mask;
+}
+
+SPRINGLS__FN void springls__brick_reach_task(void *arg, int begin, int end)
+{
+    const springls__distance_job *job = (const springls__distance_job *)arg;
+    const springls__model *model = &job->ctx->model;
+    const float middle = 0.5f * (float)(SPRINGLS__BRICK - 1);
+    for (; begin < end; begin++) {
+        int at[3];
+        springls__v3 origin;
+        springls__brick_place(&model->grid, springls__brick_list(model)[begin], at);
+        origin = springls__v3_make((float)(SPRINGLS__BRICK * at[0]), (float)(SPRINGLS__BRICK * at[1]), (float)(SPRINGLS__BRICK * at[2]));
+        springls__brick_reach(model)[begin] = springls__band_of_part(
+            job, origin, springls__add(origin, springls__v3_make(middle, middle, middle)), (float)SPRINGLS__BRICK);
+    }
+}
+
+/* Drops the bricks of the list that no band meets. */
+SPRINGLS__FN springls_status springls__drop_bricks_off_band(springls_context *ctx, springls__distance_job *job)
+{
+    const springls__grid *g = &ctx->model.grid;
+    int *list = springls__brick_list(&ctx->model), i, d, n = 0;
+    uint8_t *wanted;
+    if (job->listed == 0) return SPRINGLS_OK;
+    qsort(list, (size_t)job->listed, sizeof *list, springls__compare_int);
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_reach, job->listed));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_wanted, job->listed));
+    wanted = springls__brick_wanted(&ctx->model);
+    memset(wanted, 0, (size_t)job->listed);
+    springls__parallel(ctx, job->listed, 4, springls__brick_reach_task, job);
+    for (i = 0; i < job->listed; i++) {
+        const uint32_t mask = springls__brick_reach(&ctx->model)[i];
+        int place[3];
+        springls__brick_place(g, list[i], place);
+        for (d = 0; d < 27; d++) {
+            const int at[3] = { place[0] + d % 3 - 1, place[1] + d / 3 % 3 - 1, place[2] + d / 9 - 1 };
+            const int *found;
+            int brick;
+            if (!(mask >> d & 1u) || at[0] < 0 || at[1] < 0 || at[2] < 0 || at[0] >= g->bricks[0] || at[1] >= g->bricks[1]
+                || at[2] >= g->bricks[2]) continue;
+            brick = at[0] + g->bricks[0] * (at[1] + g->bricks[1] * at[2]);
+            found = (const int *)bsearch(&brick, list, (size_t)job->listed, sizeof *list, springls__compare_int);
+            if (found) wanted[found - list] = 1;
+        }
+    }
+    for (i = 0; i < job->listed; i++)
+        if (wanted[i]) list[n++] = list[i];
+    job->listed = n;
+    return SPRINGLS_OK;
+}
+
 /* Finds the bricks near to the surface, block by block, and makes them active; all others become inside or outside. */
 SPRINGLS__FN springls_status springls__bricks_near_surface(springls_context *ctx, springls__distance_job *job)
 {
@@ -20192,6 +20463,7 @@ SPRINGLS__FN springls_status springls__bricks_near_surface(springls_context *ctx
                 }
                 if (single || springls__may_have_surface(job)) SPRINGLS__TRY(springls__look_at_block(ctx, job));
             }
+    if (!job->surface) SPRINGLS__TRY(springls__drop_bricks_off_band(ctx, job));
     return springls__grid_add_bricks(ctx, springls__brick_list(&ctx->model), job->listed);
 }
 
@@ -22461,6 +22733,7 @@ SPRINGLS__FN void springls__group_material(const springls__model *model, springl
    that correspondences have moved along the surface. */
 typedef struct springls__brick_signature {
     uint64_t ids;
+    uint64_t values; /* of attributes, of the springls that vertices of the brick may show */
     springls__v3 particles, correspondences;
     int count;
 } springls__brick_signature;
@@ -22809,6 +23082,38 @@ SPRINGLS__FN void springls__mark_affected(springls_chunks *c, int i)
             c->dirty[springls__entry_at(&c->published, at[0], at[1], at[2])] = 1;
 }
 
+/* Returns a hash of the attributes of springl i. */
+SPRINGLS__FN uint64_t springls__hash_attributes(const springls_context *ctx, int i)
+{
+    uint64_t hash = (uint64_t)ctx->model.set.id[i] * 0x9e3779b97f4a7c15u + 1u;
+    int a, c;
+    for (a = 0; a < ctx->attribute_count; a++) {
+        const springls__attribute *attribute = &ctx->attributes[a];
+        const float *values = springls__values_of(attribute, i);
+        for (c = 0; c < attribute->channels; c++) {
+            uint32_t bits;
+            memcpy(&bits, values + c, sizeof bits);
+            hash = (hash ^ bits) * 0xff51afd7ed558ccdu;
+            hash ^= hash >> 29;
+        }
+    }
+    return hash;
+}
+
+/* Adds a hash of attributes to the signatures of the bricks around p whose vertices springls__mesh_attribute may find there. */
+SPRINGLS__FN void springls__add_values(const springls_chunks *c, springls__v3 p, uint64_t hash, springls__brick_signature *signature)
+{
+    const float reach = 2.5f; /* voxels: sources of an interpolation (interpolation.h) */
+    int last = -1, k;
+    for (k = 0; k < 8; k++) {
+        const springls__v3 corner = springls__v3_make(k & 1 ? reach : -reach, k & 2 ? reach : -reach, k & 4 ? reach : -reach);
+        const int slot = springls__slot_of_place(&c->published, springls__add(p, corner));
+        if (slot < SPRINGLS__FIRST_SLOT || slot == last) continue;
+        signature[slot].values += hash; /* a brick that two corners lie in has it twice, each time */
+        last = slot;
+    }
+}
+
 /* Sums up the signature of every brick with a slot of the published level set; signature: [published slot]. */
 SPRINGLS__FN void springls__collect_signatures(const springls_context *ctx, const springls_chunks *c,
                                                springls__brick_signature *signature)
@@ -22822,6 +23127,7 @@ SPRINGLS__FN void springls__collect_signatures(const springls_context *ctx, cons
         sum->particles = springls__add(sum->particles, p);
         sum->correspondences = springls__add(sum->correspondences, ctx->model.set.a[i]);
         sum->count++;
+        if (ctx->attribute_count) springls__add_values(c, p, springls__hash_attributes(ctx, i), signature);
     }
 }
 
@@ -22830,7 +23136,7 @@ SPRINGLS__FN bool springls__signatures_agree(const springls__brick_signature *no
                                              float tolerance)
 {
     float limit = tolerance * (float)now->count;
-    return now->ids == before->ids
+    return now->ids == before->ids && now->values == before->values
         && springls__length2(springls__sub(now->particles, before->particles)) <= limit * limit
         && springls__length2(springls__sub(now->correspondences, before->correspondences)) <= limit * limit;
 }
@@ -23313,11 +23619,10 @@ SPRINGLS_API springls_status springls_chunks_continue(springls_context *ctx, spr
     if (!chunks || !changed || !count || !done)
         return springls__fail_null(ctx, "chunks_continue",
                                    !chunks ? "chunks" : !changed ? "changed" : !count ? "count" : "done");
-    if (springls__is_nan(seconds) || seconds < 0.0)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_continue: %g seconds, not 0 or more", seconds);
+    if (springls__is_nan(seconds)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_continue: the seconds are NaN");
     if (chunks->state == SPRINGLS__CHUNKS_IDLE)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_continue: no update has begun");
-    until = springls__now(ctx) + seconds;
+    until = springls__now(ctx) + (seconds > 0.0 ? seconds : 0.0);
     status = springls__chunks_continue(ctx, chunks, &until, changed, count);
     *done = chunks->state == SPRINGLS__CHUNKS_IDLE;
     return status;
@@ -24755,9 +25060,193 @@ SPRINGLS_API springls_status springls_mesh_errors(springls_context *ctx, const s
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_mesh(ctx, mesh, out, "mesh_errors"));
     SPRINGLS__TRY(springls__begin_reading(ctx));
+    if (mesh->version && mesh->version != ctx->springls_version + 1)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "mesh_errors: springls have changed since the mesh was made");
     job.mesh = mesh;
     job.out = out;
     return springls__run_error_estimates(ctx, mesh->vertex_count, springls__mesh_errors_task, &job);
+}
+
+/* ======== >>isosurface  (src/output/isosurface.h) ============================================================== */
+/* isosurface.h - extracts the watertight zero level as a welded mesh, and the springls as a triangle soup. */
+
+/* Holds a welded mesh, positions in voxels. Its arrays are scratch memory of the model. */
+typedef struct springls__raw_mesh {
+    springls__v3 *positions;
+    int *triangles, vertex_count, triangle_count;
+} springls__raw_mesh;
+
+/* Runs welded marching cubes of phi, on the backend where one is in use; the mesh is then on the host. */
+SPRINGLS__FN springls_status springls__isosurface(springls_context *ctx, springls__raw_mesh *mesh)
+{
+    const int bricks = ctx->model.grid.active_count;
+    springls__arguments args;
+    size_t corners;
+    memset(mesh, 0, sizeof *mesh);
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, cubes, (size_t)bricks * SPRINGLS__CUBES));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, triangles_before, bricks));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertices_before, bricks));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, surface_rank, ctx->model.grid.slot_count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, row_triangles, (size_t)bricks * SPRINGLS__CUBE_ROWS));
+    springls__run(ctx, SPRINGLS__KERNEL_surface_count, bricks, NULL);
+    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(triangles_before), bricks, &mesh->triangle_count));
+    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(vertices_before), bricks, &mesh->vertex_count));
+    if (mesh->triangle_count > INT32_MAX / 3) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "a mesh has too many triangles");
+    corners = 3 * (size_t)mesh->triangle_count;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, surface_positions, mesh->vertex_count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, surface_corners, corners));
+    mesh->positions = springls__surface_positions(&ctx->model);
+    mesh->triangles = springls__surface_corners(&ctx->model);
+    args.surface.triangles = mesh->triangle_count;
+    springls__run(ctx, SPRINGLS__KERNEL_surface, bricks, &args);
+    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(surface_positions),
+                                  (size_t)mesh->vertex_count * sizeof *mesh->positions));
+    return springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(surface_corners), corners * sizeof *mesh->triangles);
+}
+
+/* Allocates the arrays of a mesh in one block, which springls_mesh_free releases; no vertices: no block. */
+SPRINGLS__FN springls_status springls__mesh_allocate(springls_context *ctx, int vertices, int triangles, springls_mesh *mesh)
+{
+    size_t v = (size_t)vertices, t = (size_t)triangles;
+    char *block;
+    memset(mesh, 0, sizeof *mesh);
+    if (v == 0) return SPRINGLS_OK;
+    mesh->bytes = v * (9 * sizeof(float) + sizeof(int)) + t * 3 * sizeof(int);
+    block = (char *)springls__allocate(ctx, mesh->bytes);
+    if (!block) {
+        mesh->bytes = 0;
+        return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "a mesh of %d vertices does not fit in memory", vertices);
+    }
+    mesh->positions = (float *)(void *)block;
+    mesh->normals = mesh->positions + 3 * v;
+    mesh->correspondences = mesh->normals + 3 * v;
+    mesh->springls = (int *)(void *)(mesh->correspondences + 3 * v);
+    mesh->triangles = mesh->springls + v;
+    mesh->vertex_count = vertices;
+    mesh->triangle_count = triangles;
+    mesh->version = ctx->springls_version + 1;
+    return SPRINGLS_OK;
+}
+
+/* Turns the triangles in a mirrored world, so that they are counter-clockwise seen from outside. */
+SPRINGLS__FN void springls__keep_orientation(const springls_context *ctx, springls_mesh *mesh)
+{
+    int t;
+    if (!springls__is_mirrored(ctx)) return;
+    for (t = 0; t < mesh->triangle_count; t++) {
+        int corner = mesh->triangles[3 * t + 1];
+        mesh->triangles[3 * t + 1] = mesh->triangles[3 * t + 2];
+        mesh->triangles[3 * t + 2] = corner;
+    }
+}
+
+typedef struct springls__vertex_data_job { springls_context *ctx; springls_mesh *mesh; } springls__vertex_data_job;
+
+/* Converts what the kernel attach_vertex_data has computed to the world, and copies it to the mesh. */
+SPRINGLS__FN void springls__attach_vertex_data_task(void *arg, int begin, int end)
+{
+    const springls__vertex_data_job *job = (const springls__vertex_data_job *)arg;
+    const springls__model *model = &job->ctx->model;
+    for (; begin < end; begin++) {
+        const int springl = springls__vertex_springl(model)[begin]; /* without one the vertex is its own correspondence */
+        springls__v3 n = springls__normal_to_world(job->ctx, springls__vertex_gradient(model)[begin]);
+        springls__voxel_to_world(job->ctx, springls__surface_positions(model)[begin], job->mesh->positions + 3 * begin);
+        springls__window_to_world(springl < 0 ? &job->ctx->window : &job->ctx->original_window,
+                                  springls__vertex_correspondence(model)[begin], job->mesh->correspondences + 3 * begin);
+        memcpy(job->mesh->normals + 3 * begin, &n.x, 3 * sizeof(float));
+        job->mesh->springls[begin] = springl;
+    }
+}
+
+/* Extracts the zero level with normals, correspondences and springls in a mesh of its own. On failure the caller frees it. */
+SPRINGLS__FN springls_status springls__isosurface_with_data(springls_context *ctx, springls_mesh *out)
+{
+    springls__raw_mesh raw;
+    springls__vertex_data_job job;
+    size_t vertices;
+    SPRINGLS__TRY(springls__read_cell_list(ctx));
+    SPRINGLS__TRY(springls__isosurface(ctx, &raw));
+    vertices = (size_t)raw.vertex_count;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_gradient, vertices));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_correspondence, vertices));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_springl, vertices));
+    springls__run(ctx, SPRINGLS__KERNEL_attach_vertex_data, raw.vertex_count, NULL);
+    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(vertex_gradient), vertices * sizeof(springls__v3)));
+    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(vertex_correspondence), vertices * sizeof(springls__v3)));
+    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(vertex_springl), vertices * sizeof(int)));
+    SPRINGLS__TRY(springls__mesh_allocate(ctx, raw.vertex_count, raw.triangle_count, out));
+    if (raw.vertex_count == 0) return SPRINGLS_OK;
+    memcpy(out->triangles, raw.triangles, (size_t)raw.triangle_count * 3 * sizeof *raw.triangles);
+    springls__keep_orientation(ctx, out);
+    job.ctx = ctx;
+    job.mesh = out;
+    springls__parallel(ctx, raw.vertex_count, 1024, springls__attach_vertex_data_task, &job);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, springls_mesh *out)
+{
+    springls_status status;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_mesh: out is NULL");
+    memset(out, 0, sizeof *out);
+    SPRINGLS__TRY(springls__begin_reading(ctx));
+    springls__use_device(ctx);
+    status = springls__report_device_failure(ctx, springls__isosurface_with_data(ctx, out));
+    if (status != SPRINGLS_OK) springls_mesh_free(ctx, out); /* a device failure may come after the mesh is allocated */
+    return status;
+}
+
+SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh)
+{
+    if (!ctx || !mesh) return;
+    springls__release(ctx, mesh->positions, mesh->bytes);
+    memset(mesh, 0, sizeof *mesh);
+}
+
+/* ======== >>extract_soup  (src/output/extract_soup.h) ========================================================== */
+/* extract_soup.h - the triangles of the springls as a mesh. */
+
+typedef struct springls__soup_job { const springls_context *ctx; springls_mesh *mesh; } springls__soup_job;
+
+/* Writes the vertices of springls. A corner without an original surface has the correspondence of the springl. */
+SPRINGLS__FN void springls__soup_task(void *arg, int begin, int end)
+{
+    const springls__soup_job *job = (const springls__soup_job *)arg;
+    const springls_context *ctx = job->ctx;
+    int i, m;
+    for (i = begin; i < end; i++) {
+        const springls__springl *s = &ctx->model.set.s[i];
+        springls__v3 n = springls__normal_to_world(ctx, springls__springl_normal(*s));
+        springls_to_world(ctx, &s->q[0].x, 3, job->mesh->positions + 9 * (size_t)i);
+        for (m = 0; m < 3; m++) {
+            const size_t vertex = 3 * (size_t)i + (size_t)m;
+            springls__surface_hit material = springls__material_at(ctx, i, s->q[m], false);
+            springls__original_to_world(ctx, material.triangle < 0 ? ctx->model.set.a[i] : material.hit.point,
+                                        job->mesh->correspondences + 3 * vertex);
+            memcpy(job->mesh->normals + 3 * vertex, &n.x, 3 * sizeof(float));
+            job->mesh->springls[vertex] = i;
+            job->mesh->triangles[vertex] = (int)vertex;
+        }
+    }
+}
+
+SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, springls_mesh *out)
+{
+    springls__soup_job job;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_soup: out is NULL");
+    memset(out, 0, sizeof *out);
+    if (ctx->model.set.count > INT32_MAX / 3)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_soup: too many springls for int indices");
+    SPRINGLS__TRY(springls__springl_surface_refresh(ctx));
+    SPRINGLS__TRY(springls__mesh_allocate(ctx, 3 * ctx->model.set.count, ctx->model.set.count, out));
+    job.ctx = ctx;
+    job.mesh = out;
+    springls__parallel(ctx, ctx->model.set.count, 64, springls__soup_task, &job);
+    springls__keep_orientation(ctx, out);
+    return SPRINGLS_OK;
 }
 
 /* ======== >>material  (src/output/material.h) ================================================================== */
@@ -25196,165 +25685,6 @@ SPRINGLS__FN void springls__mesh_measure(const float *positions, int n, const in
     report->euler = report->vertices - report->edges + report->triangles;
 }
 
-/* ======== >>isosurface  (src/output/isosurface.h) ============================================================== */
-/* isosurface.h - extracts the watertight zero level as a welded mesh, and the springls as a triangle soup. */
-
-/* Holds a welded mesh, positions in voxels. Its arrays are scratch memory of the model. */
-typedef struct springls__raw_mesh {
-    springls__v3 *positions;
-    int *triangles, vertex_count, triangle_count;
-} springls__raw_mesh;
-
-/* Runs welded marching cubes of phi, on the backend where one is in use; the mesh is then on the host. */
-SPRINGLS__FN springls_status springls__isosurface(springls_context *ctx, springls__raw_mesh *mesh)
-{
-    const int bricks = ctx->model.grid.active_count;
-    springls__arguments args;
-    size_t corners;
-    memset(mesh, 0, sizeof *mesh);
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, cubes, (size_t)bricks * SPRINGLS__CUBES));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, triangles_before, bricks));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertices_before, bricks));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, surface_rank, ctx->model.grid.slot_count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, row_triangles, (size_t)bricks * SPRINGLS__CUBE_ROWS));
-    springls__run(ctx, SPRINGLS__KERNEL_surface_count, bricks, NULL);
-    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(triangles_before), bricks, &mesh->triangle_count));
-    SPRINGLS__TRY(springls__scan(ctx, SPRINGLS__ROLE_ARRAY(vertices_before), bricks, &mesh->vertex_count));
-    if (mesh->triangle_count > INT32_MAX / 3) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "a mesh has too many triangles");
-    corners = 3 * (size_t)mesh->triangle_count;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, surface_positions, mesh->vertex_count));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, surface_corners, corners));
-    mesh->positions = springls__surface_positions(&ctx->model);
-    mesh->triangles = springls__surface_corners(&ctx->model);
-    args.surface.triangles = mesh->triangle_count;
-    springls__run(ctx, SPRINGLS__KERNEL_surface, bricks, &args);
-    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(surface_positions),
-                                  (size_t)mesh->vertex_count * sizeof *mesh->positions));
-    return springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(surface_corners), corners * sizeof *mesh->triangles);
-}
-
-/* Allocates the arrays of a mesh in one block, which springls_mesh_free releases; no vertices: no block. */
-SPRINGLS__FN springls_status springls__mesh_allocate(springls_context *ctx, int vertices, int triangles, springls_mesh *mesh)
-{
-    size_t v = (size_t)vertices, t = (size_t)triangles;
-    char *block;
-    memset(mesh, 0, sizeof *mesh);
-    if (v == 0) return SPRINGLS_OK;
-    mesh->bytes = v * (9 * sizeof(float) + sizeof(int)) + t * 3 * sizeof(int);
-    block = (char *)springls__allocate(ctx, mesh->bytes);
-    if (!block) {
-        mesh->bytes = 0;
-        return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "a mesh of %d vertices does not fit in memory", vertices);
-    }
-    mesh->positions = (float *)(void *)block;
-    mesh->normals = mesh->positions + 3 * v;
-    mesh->correspondences = mesh->normals + 3 * v;
-    mesh->springls = (int *)(void *)(mesh->correspondences + 3 * v);
-    mesh->triangles = mesh->springls + v;
-    mesh->vertex_count = vertices;
-    mesh->triangle_count = triangles;
-    return SPRINGLS_OK;
-}
-
-/* Turns the triangles in a mirrored world, so that they are counter-clockwise seen from outside. */
-SPRINGLS__FN void springls__keep_orientation(const springls_context *ctx, springls_mesh *mesh)
-{
-    int t;
-    if (!springls__is_mirrored(ctx)) return;
-    for (t = 0; t < mesh->triangle_count; t++) {
-        int corner = mesh->triangles[3 * t + 1];
-        mesh->triangles[3 * t + 1] = mesh->triangles[3 * t + 2];
-        mesh->triangles[3 * t + 2] = corner;
-    }
-}
-
-typedef struct springls__vertex_data_job { springls_context *ctx; springls_mesh *mesh; } springls__vertex_data_job;
-
-/* Converts what the kernel attach_vertex_data has computed to the world, and copies it to the mesh. */
-SPRINGLS__FN void springls__attach_vertex_data_task(void *arg, int begin, int end)
-{
-    const springls__vertex_data_job *job = (const springls__vertex_data_job *)arg;
-    const springls__model *model = &job->ctx->model;
-    for (; begin < end; begin++) {
-        const int springl = springls__vertex_springl(model)[begin]; /* without one the vertex is its own correspondence */
-        springls__v3 n = springls__normal_to_world(job->ctx, springls__vertex_gradient(model)[begin]);
-        springls__voxel_to_world(job->ctx, springls__surface_positions(model)[begin], job->mesh->positions + 3 * begin);
-        springls__window_to_world(springl < 0 ? &job->ctx->window : &job->ctx->original_window,
-                                  springls__vertex_correspondence(model)[begin], job->mesh->correspondences + 3 * begin);
-        memcpy(job->mesh->normals + 3 * begin, &n.x, 3 * sizeof(float));
-        job->mesh->springls[begin] = springl;
-    }
-}
-
-/* Extracts the zero level with normals, correspondences and springls in a mesh of its own. On failure the caller frees it. */
-SPRINGLS__FN springls_status springls__isosurface_with_data(springls_context *ctx, springls_mesh *out)
-{
-    springls__raw_mesh raw;
-    springls__vertex_data_job job;
-    size_t vertices;
-    SPRINGLS__TRY(springls__read_cell_list(ctx));
-    SPRINGLS__TRY(springls__isosurface(ctx, &raw));
-    vertices = (size_t)raw.vertex_count;
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_gradient, vertices));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_correspondence, vertices));
-    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_springl, vertices));
-    springls__run(ctx, SPRINGLS__KERNEL_attach_vertex_data, raw.vertex_count, NULL);
-    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(vertex_gradient), vertices * sizeof(springls__v3)));
-    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(vertex_correspondence), vertices * sizeof(springls__v3)));
-    SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(vertex_springl), vertices * sizeof(int)));
-    SPRINGLS__TRY(springls__mesh_allocate(ctx, raw.vertex_count, raw.triangle_count, out));
-    if (raw.vertex_count == 0) return SPRINGLS_OK;
-    memcpy(out->triangles, raw.triangles, (size_t)raw.triangle_count * 3 * sizeof *raw.triangles);
-    springls__keep_orientation(ctx, out);
-    job.ctx = ctx;
-    job.mesh = out;
-    springls__parallel(ctx, raw.vertex_count, 1024, springls__attach_vertex_data_task, &job);
-    return SPRINGLS_OK;
-}
-
-SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, springls_mesh *out)
-{
-    springls_status status;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_mesh: out is NULL");
-    memset(out, 0, sizeof *out);
-    SPRINGLS__TRY(springls__begin_reading(ctx));
-    springls__use_device(ctx);
-    status = springls__report_device_failure(ctx, springls__isosurface_with_data(ctx, out));
-    if (status != SPRINGLS_OK) springls_mesh_free(ctx, out); /* a device failure may come after the mesh is allocated */
-    return status;
-}
-
-SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, springls_mesh *out)
-{
-    int i, m;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__use_host(ctx, false));
-    if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_soup: out is NULL");
-    if (ctx->model.set.count > INT32_MAX / 3)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_soup: too many springls for int indices");
-    SPRINGLS__TRY(springls__mesh_allocate(ctx, 3 * ctx->model.set.count, ctx->model.set.count, out));
-    for (i = 0; i < ctx->model.set.count; i++) {
-        springls__v3 n = springls__normal_to_world(ctx, springls__springl_normal(ctx->model.set.s[i]));
-        springls_to_world(ctx, &ctx->model.set.s[i].q[0].x, 3, out->positions + 9 * i);
-        for (m = 0; m < 3; m++) {
-            springls__original_to_world(ctx, ctx->model.set.a[i], out->correspondences + 9 * i + 3 * m);
-            memcpy(out->normals + 9 * i + 3 * m, &n.x, 3 * sizeof(float));
-            out->springls[3 * i + m] = i;
-            out->triangles[3 * i + m] = 3 * i + m;
-        }
-    }
-    springls__keep_orientation(ctx, out);
-    return SPRINGLS_OK;
-}
-
-SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh)
-{
-    if (!ctx || !mesh) return;
-    springls__release(ctx, mesh->positions, mesh->bytes);
-    memset(mesh, 0, sizeof *mesh);
-}
-
 /* ======== >>measure  (src/output/measure.h) ==================================================================== */
 /* measure.h - measures volume, area and topology of the zero level; returns the statistics and the state hash. */
 
@@ -25453,6 +25783,143 @@ SPRINGLS_API uint64_t springls_state_hash(const springls_context *ctx)
         }
     }
     return hash;
+}
+
+/* ======== >>place_now  (src/output/place_now.h) ================================================================ */
+/* place_now.h - where material points are now: the inverse of the correspondence. Springls whose correspondences are near a place of the
+   original surface give an affine map to the present. It is corrected until the correspondence of the place that it gives, by the
+   quadratic fit of the springls there, is the point that was asked for. */
+
+typedef struct springls__place_query {
+    const springls_context *ctx;
+    springls__surface correspondences; /* of the springls, each a triangle of one point */
+    const float *points;
+    springls_material_place *out;
+} springls__place_query;
+
+/* The springls around a place on the original surface: the nearest, whose side counts, and a radius, voxels. */
+typedef struct springls__place_search {
+    springls__v3 a, normal; /* on the original surface */
+    int nearest;
+    float radius;
+} springls__place_search;
+
+/* Returns the unit normal of the original surface at a correspondence; zero without one. */
+SPRINGLS__FN springls__v3 springls__original_normal(const springls_context *ctx, springls__v3 a)
+{
+    const springls__surface_hit hit = springls__surface_closest(&ctx->original, a, FLT_MAX);
+    if (hit.triangle < 0) return springls__v3_make(0.0f, 0.0f, 0.0f);
+    return springls__tri_normal(springls__surface_triangle(&ctx->original, hit.triangle));
+}
+
+/* Finds the springl with the nearest correspondence within four voxels: further away the surface is gone. */
+SPRINGLS__FN springls__place_search springls__place_search_of(const springls__place_query *q, springls__v3 a)
+{
+    const springls__v3 *from = q->ctx->model.set.a;
+    springls__place_search place;
+    springls__near_walk walk = springls__near_walk_begin(&q->correspondences, a, 4.0f);
+    float d2, least = 16.0f;
+    int i;
+    place.a = a;
+    place.nearest = -1;
+    while ((i = springls__near_walk_next(&walk)) >= 0) {
+        d2 = springls__length2(springls__sub(from[i], a));
+        if (d2 > least || (d2 == least && place.nearest >= 0 && i > place.nearest)) continue;
+        least = d2;
+        place.nearest = i;
+    }
+    place.normal = springls__original_normal(q->ctx, place.nearest < 0 ? a : from[place.nearest]);
+    place.radius = 2.5f + springls__sqrt(least);
+    return place;
+}
+
+/* Fits the present places of springls on the same side to their correspondences around `a`. Returns false when they are too few. */
+SPRINGLS__FN bool springls__fit_place(const springls__place_query *q, const springls__place_search *at, springls__v3 a,
+                                      springls__v3 *place)
+{
+    const springls__constellation *set = &q->ctx->model.set;
+    const springls__v3 normal_now = springls__springl_normal(set->s[at->nearest]);
+    springls__near_walk walk = springls__near_walk_begin(&q->correspondences, a, at->radius);
+    springls__affine_fit fit;
+    int i;
+    memset(&fit, 0, sizeof fit);
+    while ((i = springls__near_walk_next(&walk)) >= 0) {
+        const springls__v3 r = springls__sub(set->a[i], a);
+        const float d2 = springls__length2(r) / (at->radius * at->radius);
+        if (d2 >= 1.0f || !(springls__dot(springls__springl_normal(set->s[i]), normal_now) > 0.0f)) continue;
+        if (springls__dot(springls__original_normal(q->ctx, set->a[i]), at->normal) < 0.0f) continue;
+        springls__affine_fit_add(&fit, r, set->s[i].p, (double)((1.0f - d2) * (1.0f - d2)));
+    }
+    if (fit.count < 4) return false;
+    springls__affine_fit_normal(&fit, at->normal, normal_now, 0.1 * fit.weight);
+    return springls__affine_fit_solve(&fit, place);
+}
+
+/* Finds the present place of a point of the original surface. Returns how far its correspondence is from the point, voxels. */
+SPRINGLS__FN float springls__invert_correspondence(const springls__place_query *q, const springls__place_search *at, springls__v3 *place)
+{
+    const springls_context *ctx = q->ctx;
+    springls__v3 aim = at->a, best = ctx->model.set.s[at->nearest].p, x;
+    float least = springls__length(springls__sub(ctx->model.set.a[at->nearest], at->a));
+    int round;
+    for (round = 0; round < 4 && springls__fit_place(q, at, aim, &x); round++) {
+        springls__v3 missing;
+        int nearest = springls__nearest_springl_facing(&ctx->model, x, springls__springl_normal(ctx->model.set.s[at->nearest]), 2.0f);
+        if (nearest < 0) nearest = at->nearest;
+        missing = springls__sub(at->a, springls__correspondence_at(&ctx->model, nearest, x));
+        if (springls__length(missing) < least) {
+            least = springls__length(missing);
+            best = x;
+        }
+        aim = springls__add(aim, missing);
+    }
+    *place = best;
+    return least;
+}
+
+SPRINGLS__FN void springls__place_now_task(void *arg, int begin, int end)
+{
+    const springls__place_query *q = (const springls__place_query *)arg;
+    const springls_context *ctx = q->ctx;
+    const springls__model *model = &ctx->model;
+    for (; begin < end; begin++) {
+        springls_material_place *out = &q->out[begin];
+        const springls__place_search at = springls__place_search_of(q, springls__world_to_original(ctx, q->points + 3 * (size_t)begin));
+        springls__v3 x, n;
+        float missed;
+        memset(out, 0, sizeof *out);
+        out->springl = at.nearest;
+        out->error = FLT_MAX;
+        if (at.nearest < 0) continue;
+        out->id = model->set.id[at.nearest];
+        missed = springls__invert_correspondence(q, &at, &x);
+        n = springls__springl_normal(model->set.s[at.nearest]);
+        springls__voxel_to_world(ctx, x, out->place);
+        out->error = springls__estimate_error(ctx, x, n, at.a, missed + springls__error_at_birth(model, x, n, at.a, model->set.count),
+                                              false).place;
+    }
+}
+
+SPRINGLS_API springls_status springls_place_now(springls_context *ctx, const float *points, int count, springls_material_place *out)
+{
+    springls__place_query q;
+    springls_status status;
+    int i, m;
+    SPRINGLS__TRY(springls__check_points(ctx, points, count, out, "place_now"));
+    SPRINGLS__TRY(springls__begin_reading(ctx));
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    SPRINGLS__TRY(springls__read_cell_list(ctx));
+    memset(&q, 0, sizeof q);
+    q.ctx = ctx;
+    q.points = points;
+    q.out = out;
+    status = springls__surface_reserve(ctx, &q.correspondences, ctx->model.set.count);
+    for (i = 0; status == SPRINGLS_OK && i < ctx->model.set.count; i++)
+        for (m = 0; m < 3; m++) q.correspondences.points[3 * i + m] = ctx->model.set.a[i];
+    if (status == SPRINGLS_OK) status = springls__surface_finish(ctx, &q.correspondences, ctx->model.set.count);
+    if (status == SPRINGLS_OK) springls__parallel(ctx, count, 8, springls__place_now_task, &q);
+    springls__surface_free(ctx, &q.correspondences);
+    return status;
 }
 
 /* ======== >>snapshot_format  (src/output/snapshot_format.h) ==================================================== */
@@ -27035,7 +27502,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1024 \"springls.h\"\n",
+    "#line 1033 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -27143,7 +27610,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2088 \"springls.h\"\n",
+    "#line 2133 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -27248,7 +27715,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2194 \"springls.h\"\n",
+    "#line 2239 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -27270,7 +27737,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2217 \"springls.h\"\n",
+    "#line 2262 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27285,7 +27752,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2233 \"springls.h\"\n",
+    "#line 2278 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -27409,7 +27876,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2357 \"springls.h\"\n",
+    "#line 2402 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -27479,7 +27946,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2428 \"springls.h\"\n",
+    "#line 2473 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -27699,7 +28166,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2649 \"springls.h\"\n",
+    "#line 2694 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27714,7 +28181,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2664 \"springls.h\"\n",
+    "#line 2709 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -27838,14 +28305,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2788 \"springls.h\"\n",
+    "#line 2833 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2796 \"springls.h\"\n",
+    "#line 2841 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -27944,7 +28411,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 2896 \"springls.h\"\n",
+    "#line 2941 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -27999,7 +28466,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 2952 \"springls.h\"\n",
+    "#line 2997 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -28079,6 +28546,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* input, combine, unsigned_to_signed: bricks to add */                                                                      \\\n",
     "    X(brick_wanted, uint8_t, 1)                 /* of an entry of the top table; of a brick of dense voxels                   */ \\\n",
     "    X(brick_list, int, 2)                       /* the bricks wanted                                                          */ \\\n",
+    "    X(brick_reach, uint32_t, 3)                 /* of a brick wanted: mask of those around it that its band meets             */ \\\n",
     "    X(brick_centers, float, 1)                  /* the distance at the center of a brick                                      */ \\\n",
     "    X(region_members, int64_t, 1)               /* see springls__region                                                       */ \\\n",
     "    X(initial_before, int, 1)                   /* initial springls of an active brick; summed up: of those before it         */ \\\n",
@@ -28094,7 +28562,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 3048 \"springls.h\"\n",
+    "#line 3094 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -28106,7 +28574,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3060 \"springls.h\"\n",
+    "#line 3106 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28121,7 +28589,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3076 \"springls.h\"\n",
+    "#line 3122 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -28165,7 +28633,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3120 \"springls.h\"\n",
+    "#line 3166 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28180,7 +28648,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3135 \"springls.h\"\n",
+    "#line 3181 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -28224,7 +28692,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3179 \"springls.h\"\n",
+    "#line 3225 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -28303,7 +28771,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3258 \"springls.h\"\n",
+    "#line 3304 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28318,7 +28786,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3274 \"springls.h\"\n",
+    "#line 3320 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -28385,7 +28853,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3341 \"springls.h\"\n",
+    "#line 3387 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28400,7 +28868,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3356 \"springls.h\"\n",
+    "#line 3402 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -28467,7 +28935,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3424 \"springls.h\"\n",
+    "#line 3470 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -28848,7 +29316,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3806 \"springls.h\"\n",
+    "#line 3852 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -29547,7 +30015,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4506 \"springls.h\"\n",
+    "#line 4552 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -29807,7 +30275,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4767 \"springls.h\"\n",
+    "#line 4813 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -30009,7 +30477,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 4970 \"springls.h\"\n",
+    "#line 5016 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -30126,7 +30594,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5088 \"springls.h\"\n",
+    "#line 5134 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
     "\n",
     "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
@@ -30322,7 +30790,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5284 \"springls.h\"\n",
+    "#line 5330 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30337,7 +30805,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5300 \"springls.h\"\n",
+    "#line 5346 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -30685,7 +31153,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5648 \"springls.h\"\n",
+    "#line 5694 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30700,7 +31168,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5663 \"springls.h\"\n",
+    "#line 5709 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
     "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
     "\n",
@@ -31048,7 +31516,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6011 \"springls.h\"\n",
+    "#line 6057 \"springls.h\"\n",
     "\n",
     "/* Displaces springl i by the forces of the rule, into moved_springls. */\n",
     "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
@@ -31065,7 +31533,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
     "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
     "}\n",
-    "#line 6635 \"springls.h\"\n",
+    "#line 6683 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -31091,7 +31559,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6662 \"springls.h\"\n",
+    "#line 6710 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -31180,7 +31648,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6752 \"springls.h\"\n",
+    "#line 6800 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -31320,7 +31788,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6893 \"springls.h\"\n",
+    "#line 6941 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -31425,7 +31893,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6999 \"springls.h\"\n",
+    "#line 7047 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -31657,7 +32125,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7232 \"springls.h\"\n",
+    "#line 7280 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -31687,7 +32155,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7262 \"springls.h\"\n",
+    "#line 7310 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31702,7 +32170,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7278 \"springls.h\"\n",
+    "#line 7326 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -31871,7 +32339,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7447 \"springls.h\"\n",
+    "#line 7495 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31886,7 +32354,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7462 \"springls.h\"\n",
+    "#line 7510 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -32055,7 +32523,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7631 \"springls.h\"\n",
+    "#line 7679 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -32109,7 +32577,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7686 \"springls.h\"\n",
+    "#line 7734 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -32135,7 +32603,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7712 \"springls.h\"\n",
+    "#line 7760 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32150,7 +32618,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7728 \"springls.h\"\n",
+    "#line 7776 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -32233,7 +32701,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7811 \"springls.h\"\n",
+    "#line 7859 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32248,7 +32716,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7826 \"springls.h\"\n",
+    "#line 7874 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -32331,7 +32799,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7909 \"springls.h\"\n",
+    "#line 7957 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -32405,7 +32873,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7984 \"springls.h\"\n",
+    "#line 8032 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -32958,7 +33426,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8538 \"springls.h\"\n",
+    "#line 8586 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -33054,7 +33522,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8635 \"springls.h\"\n",
+    "#line 8683 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -33175,7 +33643,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8757 \"springls.h\"\n",
+    "#line 8805 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -33445,7 +33913,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9028 \"springls.h\"\n",
+    "#line 9076 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -33531,7 +33999,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9115 \"springls.h\"\n",
+    "#line 9163 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -33673,7 +34141,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9258 \"springls.h\"\n",
+    "#line 9306 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -33862,7 +34330,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9448 \"springls.h\"\n",
+    "#line 9496 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -33986,7 +34454,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9573 \"springls.h\"\n",
+    "#line 9621 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -34020,7 +34488,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 9608 \"springls.h\"\n",
+    "#line 9656 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -34562,7 +35030,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10151 \"springls.h\"\n",
+    "#line 10199 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -34712,7 +35180,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10302 \"springls.h\"\n",
+    "#line 10350 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -34816,7 +35284,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10407 \"springls.h\"\n",
+    "#line 10455 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -34913,7 +35381,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10505 \"springls.h\"\n",
+    "#line 10553 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -35451,7 +35919,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 11044 \"springls.h\"\n",
+    "#line 11092 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -35529,7 +35997,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 11123 \"springls.h\"\n",
+    "#line 11171 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -35778,7 +36246,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11373 \"springls.h\"\n",
+    "#line 11421 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -35811,7 +36279,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11407 \"springls.h\"\n",
+    "#line 11455 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -35836,14 +36304,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11433 \"springls.h\"\n",
+    "#line 11481 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11440 \"springls.h\"\n",
+    "#line 11488 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35858,7 +36326,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11456 \"springls.h\"\n",
+    "#line 11504 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35984,7 +36452,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11582 \"springls.h\"\n",
+    "#line 11630 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35999,7 +36467,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11597 \"springls.h\"\n",
+    "#line 11645 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -36125,7 +36593,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11724 \"springls.h\"\n",
+    "#line 11772 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -36416,7 +36884,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 12016 \"springls.h\"\n",
+    "#line 12064 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -36523,7 +36991,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_scatter, LISTS, 128) X(brick_lists_sort, LISTS, 8)                                                             \\\n",
     "    X(compact_flag, LISTS, 4096) X(compact_out, LISTS, 256) X(compact_in, LISTS, 256)                                            \\\n",
     "    X(region_begin, SIGNS, 64) X(region_join, SIGNS, 64) X(region_vote, SIGNS, 64) X(region_resolve, SIGNS, 64)\n",
-    "#line 36527 \"springls.h\"\n",
+    "#line 36995 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

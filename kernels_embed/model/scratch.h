@@ -79,6 +79,7 @@
     /* input, combine, unsigned_to_signed: bricks to add */                                                                      \
     X(brick_wanted, uint8_t, 1)                 /* of an entry of the top table; of a brick of dense voxels                   */ \
     X(brick_list, int, 2)                       /* the bricks wanted                                                          */ \
+    X(brick_reach, uint32_t, 3)                 /* of a brick wanted: mask of those around it that its band meets             */ \
     X(brick_centers, float, 1)                  /* the distance at the center of a brick                                      */ \
     X(region_members, int64_t, 1)               /* see springls__region                                                       */ \
     X(initial_before, int, 1)                   /* initial springls of an active brick; summed up: of those before it         */ \

@@ -173,6 +173,100 @@ SPRINGLS__FN springls_status springls__look_at_block(springls_context *ctx, spri
     return SPRINGLS_OK;
 }
 
+/* ---- bricks that only a bound keeps: a lower bound that is cut short says at the center of a brick no more than that the surface is
+   not within it. So it is evaluated at the centers of cells of 4^3 and then of 2^3 voxels, where the surface may pass through the cell.
+   The bricks stay that the band about such a cell meets. Of exact distances all bricks stay that have a voxel in the band. ---- */
+
+/* Returns the mask of the bricks around a brick (springls__brick_around) that come within `reach` of a place; at: from its first voxel. */
+SPRINGLS__FN uint32_t springls__bricks_within(const float at[3], float reach)
+{
+    uint32_t mask = 0u;
+    int d;
+    for (d = 0; d < 27; d++) {
+        const int step[3] = { d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1 };
+        bool meets = true;
+        int k;
+        for (k = 0; k < 3; k++) {
+            const float first = (float)(SPRINGLS__BRICK * step[k]);
+            meets = meets && at[k] + reach >= first && at[k] - reach <= first + (float)(SPRINGLS__BRICK - 1);
+        }
+        if (meets) mask |= 1u << d;
+    }
+    return mask;
+}
+
+/* Returns the mask of the bricks around one at `origin` that the band meets about those cells of a part of it that the surface may pass
+   through. center, width: of the part, voxels. */
+SPRINGLS__FN uint32_t springls__band_of_part(const springls__distance_job *job, springls__v3 origin, springls__v3 center, float width)
+{
+    const float reach = job->ctx->model.params.band_half_width + 2.0f, part = 0.5f * width; /* reach: and half a cell of 2^3 */
+    springls__v3 centers[8];
+    uint32_t mask = 0u;
+    float d[8];
+    int k;
+    for (k = 0; k < 8; k++) {
+        const springls__v3 way = springls__v3_make((float)(k & 1) - 0.5f, (float)(k >> 1 & 1) - 0.5f, (float)(k >> 2) - 0.5f);
+        centers[k] = springls__mad(center, way, part);
+    }
+    springls__evaluate_distances(job, centers, 8, d);
+    for (k = 0; k < 8; k++) {
+        const springls__v3 from = springls__sub(centers[k], origin);
+        const float at[3] = { from.x, from.y, from.z };
+        if (springls__fabs(d[k]) > 0.8661f * part) continue; /* NaN goes on, and is found at the voxels */
+        mask |= part > 2.0f ? springls__band_of_part(job, origin, centers[k], part) : springls__bricks_within(at, reach);
+    }
+    return mask;
+}
+
+SPRINGLS__FN void springls__brick_reach_task(void *arg, int begin, int end)
+{
+    const springls__distance_job *job = (const springls__distance_job *)arg;
+    const springls__model *model = &job->ctx->model;
+    const float middle = 0.5f * (float)(SPRINGLS__BRICK - 1);
+    for (; begin < end; begin++) {
+        int at[3];
+        springls__v3 origin;
+        springls__brick_place(&model->grid, springls__brick_list(model)[begin], at);
+        origin = springls__v3_make((float)(SPRINGLS__BRICK * at[0]), (float)(SPRINGLS__BRICK * at[1]), (float)(SPRINGLS__BRICK * at[2]));
+        springls__brick_reach(model)[begin] = springls__band_of_part(
+            job, origin, springls__add(origin, springls__v3_make(middle, middle, middle)), (float)SPRINGLS__BRICK);
+    }
+}
+
+/* Drops the bricks of the list that no band meets. */
+SPRINGLS__FN springls_status springls__drop_bricks_off_band(springls_context *ctx, springls__distance_job *job)
+{
+    const springls__grid *g = &ctx->model.grid;
+    int *list = springls__brick_list(&ctx->model), i, d, n = 0;
+    uint8_t *wanted;
+    if (job->listed == 0) return SPRINGLS_OK;
+    qsort(list, (size_t)job->listed, sizeof *list, springls__compare_int);
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_reach, job->listed));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, brick_wanted, job->listed));
+    wanted = springls__brick_wanted(&ctx->model);
+    memset(wanted, 0, (size_t)job->listed);
+    springls__parallel(ctx, job->listed, 4, springls__brick_reach_task, job);
+    for (i = 0; i < job->listed; i++) {
+        const uint32_t mask = springls__brick_reach(&ctx->model)[i];
+        int place[3];
+        springls__brick_place(g, list[i], place);
+        for (d = 0; d < 27; d++) {
+            const int at[3] = { place[0] + d % 3 - 1, place[1] + d / 3 % 3 - 1, place[2] + d / 9 - 1 };
+            const int *found;
+            int brick;
+            if (!(mask >> d & 1u) || at[0] < 0 || at[1] < 0 || at[2] < 0 || at[0] >= g->bricks[0] || at[1] >= g->bricks[1]
+                || at[2] >= g->bricks[2]) continue;
+            brick = at[0] + g->bricks[0] * (at[1] + g->bricks[1] * at[2]);
+            found = (const int *)bsearch(&brick, list, (size_t)job->listed, sizeof *list, springls__compare_int);
+            if (found) wanted[found - list] = 1;
+        }
+    }
+    for (i = 0; i < job->listed; i++)
+        if (wanted[i]) list[n++] = list[i];
+    job->listed = n;
+    return SPRINGLS_OK;
+}
+
 /* Finds the bricks near to the surface, block by block, and makes them active; all others become inside or outside. */
 SPRINGLS__FN springls_status springls__bricks_near_surface(springls_context *ctx, springls__distance_job *job)
 {
@@ -188,6 +282,7 @@ SPRINGLS__FN springls_status springls__bricks_near_surface(springls_context *ctx
                 }
                 if (single || springls__may_have_surface(job)) SPRINGLS__TRY(springls__look_at_block(ctx, job));
             }
+    if (!job->surface) SPRINGLS__TRY(springls__drop_bricks_off_band(ctx, job));
     return springls__grid_add_bricks(ctx, springls__brick_list(&ctx->model), job->listed);
 }
 

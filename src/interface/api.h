@@ -294,8 +294,9 @@ SPRINGLS_API springls_status springls_set_labels(springls_context *ctx, const in
 SPRINGLS_API springls_status springls_set_threshold(springls_context *ctx, const float *intensity, float low, float high);
 
 /* Evaluates an implicit function, negative inside, at `count` world points, into one float a point. It must be a signed
-   distance or a lower bound of one (Lipschitz constant 1): parts of a steeper function's surface are missed. It is called
-   from several threads at once. */
+   distance or a lower bound of one (Lipschitz constant 1), which may be cut short: parts of a steeper function's surface are missed. The
+   smaller the bound, the more places are evaluated: one of 7 voxels or more costs no more than the distance. It is called from several
+   threads at once. */
 typedef void (*springls_implicit_fn)(void *user, const float *points, int count, float *out);
 
 /* Sets the model from an implicit function, which is sampled in the narrow band only. NON_FINITE: it returned NaN.
@@ -506,6 +507,10 @@ typedef struct springls_step_desc {
     bool stop_at_topology;  /* springls stop where preserved topology stops the level set (eq. 24, 25)              */
     bool stop_at_rest;      /* springls_run ends with OK after a step in which at most one springl in 1000 moved by more
                                than 0.01 voxel: an active contour has arrived                                       */
+    int rest_steps;         /* more than 1: for noisy forces, under which springls tremble on their place. stop_at_rest then looks
+                               after so many steps, and counts how far springls have come along their normals since the last look */
+    float rest_share;       /* of the springls that may still move for stop_at_rest; 0: 0.001                       */
+    float rest_displacement; /* voxels that count as moving, with rest_steps above 1; 0: 0.01                       */
 } springls_step_desc;
 
 /* Returns a description without forces, with max_displacement = 2, which suits the default parameters. */
@@ -529,10 +534,10 @@ SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls
      snapshots. */
 SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const springls_step_desc *step);
 
-/* Continues the step for about `seconds` by trace.now (see springls_trace), and sets *done when it is complete; 0 seconds:
-   one phase, the least there is. What a phase does besides its loop is not divided (manual, FRAMES), so a call may take
+/* Continues the step for about `seconds` by trace.now (see springls_trace), and sets *done when it is complete; 0 seconds or
+   less: one phase, the least there is. What a phase does besides its loop is not divided (manual, FRAMES), so a call may take
    longer. On a device a phase counts as done when it has been enqueued. Without a step in progress: OK, *done = true. A
-   failure ends the step. */
+   failure of the step ends it; one of the arguments, NULL or NaN, leaves it in progress. */
 SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, double seconds, bool *done);
 
 /* Returns true between springls_step_begin and the call that completes or drops the step. */
@@ -540,6 +545,14 @@ SPRINGLS_API bool springls_step_in_progress(const springls_context *ctx);
 
 /* Runs `steps` steps, and reports progress after each. CANCELLED: after a whole step. Other failures: as springls_step. */
 SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_step_desc *step, int steps);
+
+/* Runs steps in which no time passes until the model is at rest, at most `steps`: after an input, so that the first steps of a game or
+   a tool do not pay for it. For a budget of time run such steps, springls_step_desc all zero, by springls_step_begin and _continue
+   until springls_at_rest. EMPTY_MODEL. */
+SPRINGLS_API springls_status springls_settle(springls_context *ctx, int steps);
+
+/* Returns true when all of the model sleeps (manual, REST): a step without forces then costs next to nothing and changes nothing. */
+SPRINGLS_API bool springls_at_rest(const springls_context *ctx);
 
 /* Returns the model's time. */
 SPRINGLS_API double springls_time(const springls_context *ctx);
@@ -587,6 +600,10 @@ SPRINGLS_API springls_view springls_view_correspondences(const springls_context 
 
 /* Returns the ids of the springls, one each: a number that no other springl of this model ever gets. */
 SPRINGLS_API const uint32_t *springls_ids(const springls_context *ctx);
+
+/* Finds the indices of `count` springls by their ids, in any order; -1: the model has none of that id any more. Takes time for the
+   springls of the model and for `count`. */
+SPRINGLS_API springls_status springls_index_of(springls_context *ctx, const uint32_t *ids, int count, int *out);
 
 /* Returns the generations of the springls, one each: 0 for an original springl, else the splits and fills that lead to
    one. */
@@ -666,13 +683,16 @@ typedef struct springls_mesh {
     int *springls;          /* 1 a vertex: index of the nearest springl, -1 when none is within a voxel             */
     int *triangles;         /* 3 a triangle, counter-clockwise seen from outside                                    */
     size_t bytes;           /* for springls_mesh_free                                                               */
+    uint64_t version;       /* of the springls that it shows: springls_mesh_errors refuses it when they have changed; 0, as of a
+                               mesh that the caller makes: it is not known                                          */
 } springls_mesh;
 
 /* Extracts the zero level as a watertight mesh: welded, closed, every edge between exactly two triangles. An empty model
    gives an empty mesh. On failure *out is empty. */
 SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, springls_mesh *out);
 
-/* Extracts the springls themselves: three vertices each, with the springl's normal, correspondence and index. */
+/* Extracts the springls themselves: three vertices each, with the springl's normal and index, and each with its own correspondence, as
+   springls_hit.material has it on SPRINGLS_SURFACE_SOUP. */
 SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, springls_mesh *out);
 
 /* Frees the arrays of a mesh of this context and zeroes it; a zeroed mesh and NULL are allowed. */
@@ -697,7 +717,8 @@ typedef struct springls_chunks_desc {
     float tolerance;      /* voxels, at most 0.5: a chunk counts as changed when phi has changed by more; 0: 0.05;
                              negative: none, and the chunks are springls_extract_mesh's mesh to the bit. Springls at rest
                              relax by some 0.001 voxel a step, so that without a tolerance all chunks change         */
-    bool correspondences; /* fill springls_chunk.correspondences and ids, which take most of the time of a chunk     */
+    bool correspondences; /* fill springls_chunk.correspondences and ids, which take most of the time of a chunk; a chunk has
+                             changed, too, when the attributes of its springls have                                  */
 } springls_chunks_desc;
 
 /* Remembers which chunks one consumer has received. A context may have any number of consumers. */
@@ -725,8 +746,8 @@ SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, sprin
 SPRINGLS_API springls_status springls_chunks_begin(springls_context *ctx, springls_chunks *chunks);
 
 /* Continues the update for about `seconds` by trace.now, as springls_step_continue does a step. *done: it is complete, and
-   *changed and *count are those of springls_chunks_update; until then NULL and 0. A failure ends the update.
-   INVALID_ARGUMENT: also without springls_chunks_begin since it was last done. */
+   *changed and *count are those of springls_chunks_update; until then NULL and 0. A failure of the update ends it; one of the
+   arguments, NULL or NaN, leaves it in progress. INVALID_ARGUMENT: also without springls_chunks_begin since it was last done. */
 SPRINGLS_API springls_status springls_chunks_continue(springls_context *ctx, springls_chunks *chunks, double seconds,
                                                       const springls_chunk **changed, int *count, bool *done);
 
@@ -827,7 +848,8 @@ SPRINGLS_API springls_status springls_describe_attribute(springls_context *ctx, 
 /* Returns the number of the attribute of that name, -1 when there is none. */
 SPRINGLS_API int springls_find_attribute(const springls_context *ctx, const char *name);
 
-/* Replaces the values of an attribute: `channels` floats a springl; NULL: zeros. NON_FINITE: a value is. */
+/* Replaces the values of an attribute: `channels` floats a springl; NULL: zeros. springls_chunks with correspondences then list the
+   chunks that show springls with other values. NON_FINITE: a value is. */
 SPRINGLS_API springls_status springls_set_attribute(springls_context *ctx, int index, const float *values);
 
 /* Shows the values of an attribute: `channels` floats a springl; data NULL: there is no such attribute. */
@@ -868,8 +890,22 @@ typedef struct springls_error_estimate {
 SPRINGLS_API springls_status springls_springl_errors(springls_context *ctx, springls_error_estimate *out);
 
 /* Estimates the errors of the vertices of a mesh that springls_extract_mesh or _extract_soup made of the model as it is now, and
-   of their correspondences. Completes a step in progress. */
+   of their correspondences. Completes a step in progress. INVALID_ARGUMENT: also when springls have moved, come or gone since. */
 SPRINGLS_API springls_status springls_mesh_errors(springls_context *ctx, const springls_mesh *mesh, springls_error_estimate *out);
+
+/* Holds where a material point is now. */
+typedef struct springls_material_place {
+    float place[3];         /* world                                                                                */
+    float error;            /* world units: an estimate of how far off it is, as springls_error_estimate.place; FLT_MAX: there is
+                               no place, since the surface that the point lay on is gone                            */
+    int springl;            /* whose correspondence is the nearest; -1: none is within four voxels                  */
+    uint32_t id;            /* of the springl                                                                       */
+} springls_material_place;
+
+/* Finds where `count` points of the original surface are now, world coordinates there: landmarks, seams, electrodes. The inverse of the
+   correspondence, by the springls near; a point off the original surface goes along with it. Takes time for all springls once, and
+   for each point. Completes a step in progress. NON_FINITE: a point is. */
+SPRINGLS_API springls_status springls_place_now(springls_context *ctx, const float *points, int count, springls_material_place *out);
 
 /* ---- >>material:api: places on the original surface ------------------------------------------------------------ */
 

@@ -393,6 +393,7 @@
        springls_set_params, stages that are called alone, inputs and the other tools wake all.
      - A tool that acts in one place states its box in springls_forces.region_lower and _upper: springls outside are not visited.
      - Nothing sleeps with evolve_iterations > 0, carry_level_set = 0 or volume_lock = 1.
+     - A model just set from a level set or a function is awake: springls_settle brings it to rest, springls_at_rest tells.
 
 
    EVENTS

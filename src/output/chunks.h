@@ -22,6 +22,7 @@
    that correspondences have moved along the surface. */
 typedef struct springls__brick_signature {
     uint64_t ids;
+    uint64_t values; /* of attributes, of the springls that vertices of the brick may show */
     springls__v3 particles, correspondences;
     int count;
 } springls__brick_signature;
@@ -370,6 +371,38 @@ SPRINGLS__FN void springls__mark_affected(springls_chunks *c, int i)
             c->dirty[springls__entry_at(&c->published, at[0], at[1], at[2])] = 1;
 }
 
+/* Returns a hash of the attributes of springl i. */
+SPRINGLS__FN uint64_t springls__hash_attributes(const springls_context *ctx, int i)
+{
+    uint64_t hash = (uint64_t)ctx->model.set.id[i] * 0x9e3779b97f4a7c15u + 1u;
+    int a, c;
+    for (a = 0; a < ctx->attribute_count; a++) {
+        const springls__attribute *attribute = &ctx->attributes[a];
+        const float *values = springls__values_of(attribute, i);
+        for (c = 0; c < attribute->channels; c++) {
+            uint32_t bits;
+            memcpy(&bits, values + c, sizeof bits);
+            hash = (hash ^ bits) * 0xff51afd7ed558ccdu;
+            hash ^= hash >> 29;
+        }
+    }
+    return hash;
+}
+
+/* Adds a hash of attributes to the signatures of the bricks around p whose vertices springls__mesh_attribute may find there. */
+SPRINGLS__FN void springls__add_values(const springls_chunks *c, springls__v3 p, uint64_t hash, springls__brick_signature *signature)
+{
+    const float reach = 2.5f; /* voxels: sources of an interpolation (interpolation.h) */
+    int last = -1, k;
+    for (k = 0; k < 8; k++) {
+        const springls__v3 corner = springls__v3_make(k & 1 ? reach : -reach, k & 2 ? reach : -reach, k & 4 ? reach : -reach);
+        const int slot = springls__slot_of_place(&c->published, springls__add(p, corner));
+        if (slot < SPRINGLS__FIRST_SLOT || slot == last) continue;
+        signature[slot].values += hash; /* a brick that two corners lie in has it twice, each time */
+        last = slot;
+    }
+}
+
 /* Sums up the signature of every brick with a slot of the published level set; signature: [published slot]. */
 SPRINGLS__FN void springls__collect_signatures(const springls_context *ctx, const springls_chunks *c,
                                                springls__brick_signature *signature)
@@ -383,6 +416,7 @@ SPRINGLS__FN void springls__collect_signatures(const springls_context *ctx, cons
         sum->particles = springls__add(sum->particles, p);
         sum->correspondences = springls__add(sum->correspondences, ctx->model.set.a[i]);
         sum->count++;
+        if (ctx->attribute_count) springls__add_values(c, p, springls__hash_attributes(ctx, i), signature);
     }
 }
 
@@ -391,7 +425,7 @@ SPRINGLS__FN bool springls__signatures_agree(const springls__brick_signature *no
                                              float tolerance)
 {
     float limit = tolerance * (float)now->count;
-    return now->ids == before->ids
+    return now->ids == before->ids && now->values == before->values
         && springls__length2(springls__sub(now->particles, before->particles)) <= limit * limit
         && springls__length2(springls__sub(now->correspondences, before->correspondences)) <= limit * limit;
 }
@@ -874,11 +908,10 @@ SPRINGLS_API springls_status springls_chunks_continue(springls_context *ctx, spr
     if (!chunks || !changed || !count || !done)
         return springls__fail_null(ctx, "chunks_continue",
                                    !chunks ? "chunks" : !changed ? "changed" : !count ? "count" : "done");
-    if (springls__is_nan(seconds) || seconds < 0.0)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_continue: %g seconds, not 0 or more", seconds);
+    if (springls__is_nan(seconds)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_continue: the seconds are NaN");
     if (chunks->state == SPRINGLS__CHUNKS_IDLE)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "chunks_continue: no update has begun");
-    until = springls__now(ctx) + seconds;
+    until = springls__now(ctx) + (seconds > 0.0 ? seconds : 0.0);
     status = springls__chunks_continue(ctx, chunks, &until, changed, count);
     *done = chunks->state == SPRINGLS__CHUNKS_IDLE;
     return status;

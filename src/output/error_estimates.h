@@ -83,6 +83,8 @@ SPRINGLS_API springls_status springls_mesh_errors(springls_context *ctx, const s
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     SPRINGLS__TRY(springls__check_mesh(ctx, mesh, out, "mesh_errors"));
     SPRINGLS__TRY(springls__begin_reading(ctx));
+    if (mesh->version && mesh->version != ctx->springls_version + 1)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "mesh_errors: springls have changed since the mesh was made");
     job.mesh = mesh;
     job.out = out;
     return springls__run_error_estimates(ctx, mesh->vertex_count, springls__mesh_errors_task, &job);

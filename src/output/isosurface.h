@@ -68,6 +68,7 @@ SPRINGLS__FN springls_status springls__mesh_allocate(springls_context *ctx, int 
     mesh->triangles = mesh->springls + v;
     mesh->vertex_count = vertices;
     mesh->triangle_count = triangles;
+    mesh->version = ctx->springls_version + 1;
     return SPRINGLS_OK;
 }
 
@@ -138,29 +139,6 @@ SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, spring
     status = springls__report_device_failure(ctx, springls__isosurface_with_data(ctx, out));
     if (status != SPRINGLS_OK) springls_mesh_free(ctx, out); /* a device failure may come after the mesh is allocated */
     return status;
-}
-
-SPRINGLS_API springls_status springls_extract_soup(springls_context *ctx, springls_mesh *out)
-{
-    int i, m;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__use_host(ctx, false));
-    if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_soup: out is NULL");
-    if (ctx->model.set.count > INT32_MAX / 3)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "extract_soup: too many springls for int indices");
-    SPRINGLS__TRY(springls__mesh_allocate(ctx, 3 * ctx->model.set.count, ctx->model.set.count, out));
-    for (i = 0; i < ctx->model.set.count; i++) {
-        springls__v3 n = springls__normal_to_world(ctx, springls__springl_normal(ctx->model.set.s[i]));
-        springls_to_world(ctx, &ctx->model.set.s[i].q[0].x, 3, out->positions + 9 * i);
-        for (m = 0; m < 3; m++) {
-            springls__original_to_world(ctx, ctx->model.set.a[i], out->correspondences + 9 * i + 3 * m);
-            memcpy(out->normals + 9 * i + 3 * m, &n.x, 3 * sizeof(float));
-            out->springls[3 * i + m] = i;
-            out->triangles[3 * i + m] = 3 * i + m;
-        }
-    }
-    springls__keep_orientation(ctx, out);
-    return SPRINGLS_OK;
 }
 
 SPRINGLS_API void springls_mesh_free(springls_context *ctx, springls_mesh *mesh)

@@ -284,6 +284,8 @@ struct springls_context {
     bool cells_fresh, omega_fresh, springl_surface_fresh; /* false after anything that moves springls or their triangles */
     bool particles_listed;  /* the cell list has all particles where they are; triangles may have changed since           */
     int particles_outside;  /* how many in the cell list lie outside active bricks                               */
+    uint64_t springls_version; /* counts what may have changed springls: springls_mesh.version is one more        */
+    springls__buffer id_memory; /* working memory of springls_index_of                                            */
     uint64_t phi_version;   /* counts what may have changed the level set (residency.h)                          */
     uint64_t components_version, labels_version; /* the version that components, and labels of voxels, were found from; 0: none */
     size_t memory_used;

@@ -11,6 +11,7 @@
 #include "../model/host_access.h"
 #include "algorithm_tables.h"
 #include "follow.h"
+#include "rest.h"
 
 SPRINGLS__FN void springls__entry_begin(springls_context *ctx)
 {
@@ -92,6 +93,8 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
                               (double)step->max_displacement);
     if (step->mode != SPRINGLS_MODE_FLUID && step->mode != SPRINGLS_MODE_ELASTIC && step->mode != SPRINGLS_MODE_ADVECT_ONLY)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d: it may be 0 to 2", (int)step->mode);
+    SPRINGLS__TRY(springls__check_amount(ctx, "step", "rest_share", (double)step->rest_share));
+    SPRINGLS__TRY(springls__check_amount(ctx, "step", "rest_displacement", (double)step->rest_displacement));
     if (step->forces) SPRINGLS__TRY(springls__check_forces(ctx, step->forces));
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
     springls__abandon_step(ctx);
@@ -119,10 +122,9 @@ SPRINGLS_API springls_status springls_step_continue(springls_context *ctx, doubl
     if (done) *done = true;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!done) return springls__fail_null(ctx, "step_continue", "done");
-    if (springls__is_nan(seconds) || seconds < 0.0)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step_continue: %g seconds, not 0 or more", seconds);
+    if (springls__is_nan(seconds)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step_continue: the seconds are NaN");
     if (!springls_step_in_progress(ctx)) return SPRINGLS_OK;
-    until = springls__now(ctx) + seconds;
+    until = springls__now(ctx) + (seconds > 0.0 ? seconds : 0.0); /* a budget that is used up is below 0 */
     status = springls__resume_step(ctx, &until);
     *done = !ctx->step.active;
     return status;
@@ -134,18 +136,56 @@ SPRINGLS_API springls_status springls_step(springls_context *ctx, const springls
     return springls__finish_step(ctx);
 }
 
-SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_step_desc *step, int steps)
+/* Finds after step number `step` of a run, from 1 on, whether the contour has arrived. */
+SPRINGLS__FN springls_status springls__has_arrived(springls_context *ctx, const springls_step_desc *desc, int step,
+                                                   springls__rest_watch *watch, bool *arrived)
 {
-    const float still = 1e-3f; /* share of moving springls below which an active contour has arrived */
+    const float still = desc->rest_share > 0.0f ? desc->rest_share : 1e-3f;
+    float share = ctx->stats.moving_share;
+    *arrived = false;
+    if (!desc->stop_at_rest || (desc->rest_steps > 1 && step % desc->rest_steps != 0)) return SPRINGLS_OK;
+    if (desc->rest_steps > 1)
+        SPRINGLS__TRY(springls__rest_look(ctx, watch, desc->rest_displacement > 0.0f ? desc->rest_displacement : 0.01f, &share));
+    *arrived = share <= still;
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN springls_status springls__run_steps(springls_context *ctx, const springls_step_desc *step, int steps,
+                                                 springls__rest_watch *watch)
+{
+    bool arrived = false;
     int i;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    if (steps < 0) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "run: %d steps, not 0 or more", steps);
-    for (i = 0; i < steps; i++) {
+    for (i = 0; i < steps && !arrived; i++) {
         SPRINGLS__TRY(springls_step(ctx, step));
         if (springls__cancelled(ctx, (float)(i + 1) / (float)steps))
             return springls__fail(ctx, SPRINGLS_CANCELLED, "run: cancelled after step %d of %d", i + 1, steps);
-        if (step->stop_at_rest && ctx->stats.moving_share <= still) return SPRINGLS_OK;
+        SPRINGLS__TRY(springls__has_arrived(ctx, step, i + 1, watch, &arrived));
     }
+    return SPRINGLS_OK;
+}
+
+SPRINGLS_API springls_status springls_run(springls_context *ctx, const springls_step_desc *step, int steps)
+{
+    springls__rest_watch watch;
+    springls_status status;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (steps < 0) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "run: %d steps, not 0 or more", steps);
+    memset(&watch, 0, sizeof watch);
+    status = springls__run_steps(ctx, step, steps, &watch);
+    springls__rest_watch_free(ctx, &watch);
+    return status;
+}
+
+SPRINGLS_API bool springls_at_rest(const springls_context *ctx) { return ctx && ctx->at_rest; }
+
+SPRINGLS_API springls_status springls_settle(springls_context *ctx, int steps)
+{
+    springls_step_desc rest;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (steps < 0) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "settle: %d steps, not 0 or more", steps);
+    memset(&rest, 0, sizeof rest);
+    SPRINGLS__TRY(springls__finish_step(ctx));
+    while (steps-- > 0 && !ctx->at_rest) SPRINGLS__TRY(springls_step(ctx, &rest));
     return SPRINGLS_OK;
 }
 

@@ -1,0 +1,142 @@
+/* place_now.h - where material points are now: the inverse of the correspondence. Springls whose correspondences are near a place of the
+   original surface give an affine map to the present. It is corrected until the correspondence of the place that it gives, by the
+   quadratic fit of the springls there, is the point that was asked for. */
+#ifndef SPRINGLS__OUTPUT_PLACE_NOW_H
+#define SPRINGLS__OUTPUT_PLACE_NOW_H
+
+#include "error_estimates.h"
+#include "query.h"
+
+typedef struct springls__place_query {
+    const springls_context *ctx;
+    springls__surface correspondences; /* of the springls, each a triangle of one point */
+    const float *points;
+    springls_material_place *out;
+} springls__place_query;
+
+/* The springls around a place on the original surface: the nearest, whose side counts, and a radius, voxels. */
+typedef struct springls__place_search {
+    springls__v3 a, normal; /* on the original surface */
+    int nearest;
+    float radius;
+} springls__place_search;
+
+/* Returns the unit normal of the original surface at a correspondence; zero without one. */
+SPRINGLS__FN springls__v3 springls__original_normal(const springls_context *ctx, springls__v3 a)
+{
+    const springls__surface_hit hit = springls__surface_closest(&ctx->original, a, FLT_MAX);
+    if (hit.triangle < 0) return springls__v3_make(0.0f, 0.0f, 0.0f);
+    return springls__tri_normal(springls__surface_triangle(&ctx->original, hit.triangle));
+}
+
+/* Finds the springl with the nearest correspondence within four voxels: further away the surface is gone. */
+SPRINGLS__FN springls__place_search springls__place_search_of(const springls__place_query *q, springls__v3 a)
+{
+    const springls__v3 *from = q->ctx->model.set.a;
+    springls__place_search place;
+    springls__near_walk walk = springls__near_walk_begin(&q->correspondences, a, 4.0f);
+    float d2, least = 16.0f;
+    int i;
+    place.a = a;
+    place.nearest = -1;
+    while ((i = springls__near_walk_next(&walk)) >= 0) {
+        d2 = springls__length2(springls__sub(from[i], a));
+        if (d2 > least || (d2 == least && place.nearest >= 0 && i > place.nearest)) continue;
+        least = d2;
+        place.nearest = i;
+    }
+    place.normal = springls__original_normal(q->ctx, place.nearest < 0 ? a : from[place.nearest]);
+    place.radius = 2.5f + springls__sqrt(least);
+    return place;
+}
+
+/* Fits the present places of springls on the same side to their correspondences around `a`. Returns false when they are too few. */
+SPRINGLS__FN bool springls__fit_place(const springls__place_query *q, const springls__place_search *at, springls__v3 a,
+                                      springls__v3 *place)
+{
+    const springls__constellation *set = &q->ctx->model.set;
+    const springls__v3 normal_now = springls__springl_normal(set->s[at->nearest]);
+    springls__near_walk walk = springls__near_walk_begin(&q->correspondences, a, at->radius);
+    springls__affine_fit fit;
+    int i;
+    memset(&fit, 0, sizeof fit);
+    while ((i = springls__near_walk_next(&walk)) >= 0) {
+        const springls__v3 r = springls__sub(set->a[i], a);
+        const float d2 = springls__length2(r) / (at->radius * at->radius);
+        if (d2 >= 1.0f || !(springls__dot(springls__springl_normal(set->s[i]), normal_now) > 0.0f)) continue;
+        if (springls__dot(springls__original_normal(q->ctx, set->a[i]), at->normal) < 0.0f) continue;
+        springls__affine_fit_add(&fit, r, set->s[i].p, (double)((1.0f - d2) * (1.0f - d2)));
+    }
+    if (fit.count < 4) return false;
+    springls__affine_fit_normal(&fit, at->normal, normal_now, 0.1 * fit.weight);
+    return springls__affine_fit_solve(&fit, place);
+}
+
+/* Finds the present place of a point of the original surface. Returns how far its correspondence is from the point, voxels. */
+SPRINGLS__FN float springls__invert_correspondence(const springls__place_query *q, const springls__place_search *at, springls__v3 *place)
+{
+    const springls_context *ctx = q->ctx;
+    springls__v3 aim = at->a, best = ctx->model.set.s[at->nearest].p, x;
+    float least = springls__length(springls__sub(ctx->model.set.a[at->nearest], at->a));
+    int round;
+    for (round = 0; round < 4 && springls__fit_place(q, at, aim, &x); round++) {
+        springls__v3 missing;
+        int nearest = springls__nearest_springl_facing(&ctx->model, x, springls__springl_normal(ctx->model.set.s[at->nearest]), 2.0f);
+        if (nearest < 0) nearest = at->nearest;
+        missing = springls__sub(at->a, springls__correspondence_at(&ctx->model, nearest, x));
+        if (springls__length(missing) < least) {
+            least = springls__length(missing);
+            best = x;
+        }
+        aim = springls__add(aim, missing);
+    }
+    *place = best;
+    return least;
+}
+
+SPRINGLS__FN void springls__place_now_task(void *arg, int begin, int end)
+{
+    const springls__place_query *q = (const springls__place_query *)arg;
+    const springls_context *ctx = q->ctx;
+    const springls__model *model = &ctx->model;
+    for (; begin < end; begin++) {
+        springls_material_place *out = &q->out[begin];
+        const springls__place_search at = springls__place_search_of(q, springls__world_to_original(ctx, q->points + 3 * (size_t)begin));
+        springls__v3 x, n;
+        float missed;
+        memset(out, 0, sizeof *out);
+        out->springl = at.nearest;
+        out->error = FLT_MAX;
+        if (at.nearest < 0) continue;
+        out->id = model->set.id[at.nearest];
+        missed = springls__invert_correspondence(q, &at, &x);
+        n = springls__springl_normal(model->set.s[at.nearest]);
+        springls__voxel_to_world(ctx, x, out->place);
+        out->error = springls__estimate_error(ctx, x, n, at.a, missed + springls__error_at_birth(model, x, n, at.a, model->set.count),
+                                              false).place;
+    }
+}
+
+SPRINGLS_API springls_status springls_place_now(springls_context *ctx, const float *points, int count, springls_material_place *out)
+{
+    springls__place_query q;
+    springls_status status;
+    int i, m;
+    SPRINGLS__TRY(springls__check_points(ctx, points, count, out, "place_now"));
+    SPRINGLS__TRY(springls__begin_reading(ctx));
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    SPRINGLS__TRY(springls__read_cell_list(ctx));
+    memset(&q, 0, sizeof q);
+    q.ctx = ctx;
+    q.points = points;
+    q.out = out;
+    status = springls__surface_reserve(ctx, &q.correspondences, ctx->model.set.count);
+    for (i = 0; status == SPRINGLS_OK && i < ctx->model.set.count; i++)
+        for (m = 0; m < 3; m++) q.correspondences.points[3 * i + m] = ctx->model.set.a[i];
+    if (status == SPRINGLS_OK) status = springls__surface_finish(ctx, &q.correspondences, ctx->model.set.count);
+    if (status == SPRINGLS_OK) springls__parallel(ctx, count, 8, springls__place_now_task, &q);
+    springls__surface_free(ctx, &q.correspondences);
+    return status;
+}
+
+#endif
