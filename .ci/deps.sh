@@ -127,7 +127,7 @@ for group in $(printf '%s\n' "$@" | sed "s/^examples\$/$programs/; s/^bench\$/$p
         headers="$headers
             OGRE/Ogre.h libogre-1.12-dev" ;;
     packages)   # what finds the library for a program
-        for command in cmake meson pkg-config; do need_command $command $command; done ;;
+        for command in cmake gdb meson pkg-config; do need_command $command $command; done ;;
     opencl)   # a device that every machine can have: its processors, by PoCL
         headers="$headers
             CL/cl.h opencl-headers"

@@ -5,7 +5,7 @@
 #include "../runtime/algorithms.h"
 #include "../runtime/errors.h"
 #include "../runtime/memory.h"
-#include "../runtime/residency.h"
+#include "host_access.h"
 
 /* Returns the index of the springl with an id, from the ascending keys id << 32 | index of all; -1: there is none. */
 SPRINGLS__FN int springls__index_among(const uint64_t *keys, int count, uint32_t id)

@@ -5,7 +5,7 @@
 
 #include "../runtime/errors.h"
 #include "../runtime/memory.h"
-#include "../runtime/residency.h"
+#include "../model/host_access.h"
 #include "../model/index_of.h"
 #include "../model/transform.h"
 

@@ -79,6 +79,23 @@ conan_recipe() {
     else /usr/bin/python3 -c 'import sys; compile(open(sys.argv[1]).read(), sys.argv[1], "exec")' "$root/packages/conan/conanfile.py"; fi
 }
 
+# The printers of gdb on a program that has stopped; and all that Visual Studio would evaluate, which gdb can as well.
+debugger() {
+    ${CC:-cc} -std=c99 -g -O0 "-I$root" minimal.c -o program -lm || return 1
+    sed -n 's|.*<Item [^>]*>\([^<,]*\).*|\1|p; s|.*<DisplayString Condition="\([^"]*\)">.*|\1|p' "$root/packages/debuggers/springls.natvis" > names
+    sed -n '/springls_context/,$s|.*<DisplayString[^>]*>\(.*\)</DisplayString>|\1|p' "$root/packages/debuggers/springls.natvis" |
+        grep -o '{[^}]*}' | tr -d '{}' >> names
+    [ "$(wc -l < names)" -ge 10 ] || return 1
+    { echo "source $root/packages/debuggers/springls_gdb.py"; echo 'set print elements 4'; echo 'break springls_measure'; echo run
+      echo 'print *ctx'; echo 'print ctx->model.set.s[0]'; echo 'info springl ctx 3'
+      sed 's/.*/print sizeof(ctx->&)/' names; } > commands
+    gdb -batch -nx -x commands ./program > shown 2>&1; cat shown
+    grep -q '= model of 5240 springls, grid 64 x 64 x 64, [0-9]* active bricks, time 0, between steps$' shown &&
+        grep -q '= springl p (.*) q (.*) (.*) (.*)$' shown && grep -q '^springl 3, id 3, generation 0$' shown &&
+        [ "$(grep -c '^\$[0-9]* = [0-9]*$' shown)" = "$(wc -l < names)" ]
+}
+
+if command -v gdb > /dev/null; then check debugger debugger; fi
 if command -v cmake > /dev/null; then
     check find-package find_package; check make-install make_install; check fetch-content fetch_content; check subdirectory subdirectory; check vcpkg vcpkg_recipe
 fi
