@@ -76,8 +76,8 @@
      >>advect               src/stages/advect.h
      >>cell_bricks          src/model/cell_bricks.h
      >>cell_list            src/model/cell_list.h
-     >>exact_flows          src/stages/exact_flows.h
      >>forces               src/stages/forces.h
+     >>integrate_body:kernel kernels_embed/stages/integrate_body.h
      >>contract             src/stages/contract.h
      >>inherit              src/stages/inherit.h
      >>attribute_values     src/model/attribute_values.h
@@ -145,6 +145,7 @@
      >>remodel              src/tools/remodel.h
      >>combine              src/tools/combine.h
      >>threads              src/runtime/threads.h
+     >>displace_body:kernel kernels_embed/device/displace_body.h
 */
 /* springls_parts.h - the parts of springls.h: what a user reads, and the parts that no other part includes. They include the
    rest, each what it uses. `make springls.h` puts them together. */
@@ -749,7 +750,7 @@
      section 4.6        springls_contract, springls_resample
      section 4.7        springls_track, springls_hit.material
      section 4.8        springls_max_speed (CFL), one_to_one, springls_set_keep_mask
-     section 5.2        springls_velocity_deformation, springls_velocity_rotation, springls_implicit_notched_sphere
+     section 5.2        springls_implicit_notched_sphere
      Table 2            springls_advect ... springls_rebuild, one function a row
      Algorithm 2, 3     springls_step, springls_run with SPRINGLS_MODE_FLUID, SPRINGLS_MODE_ELASTIC
 */
@@ -832,8 +833,6 @@
   #define springls_write SPRINGLS__NAME(springls_write)
   #define springls_set_keep_mask SPRINGLS__NAME(springls_set_keep_mask)
   #define springls_default_forces SPRINGLS__NAME(springls_default_forces)
-  #define springls_velocity_deformation SPRINGLS__NAME(springls_velocity_deformation)
-  #define springls_velocity_rotation SPRINGLS__NAME(springls_velocity_rotation)
   #define springls_max_speed SPRINGLS__NAME(springls_max_speed)
   #define springls_advect SPRINGLS__NAME(springls_advect)
   #define springls_relax SPRINGLS__NAME(springls_relax)
@@ -1428,15 +1427,6 @@ typedef struct springls_forces {
 
 /* Returns forces that add nothing, with all weights 1. Zeroed ones mean the same. */
 SPRINGLS_API springls_forces springls_default_forces(void);
-
-/* Describe two flows with exact answers, for tests and benchmarks (section 5.2): LeVeque's, with x = voxel / grid_size, and
-   a rotation in radians a unit of time. */
-typedef struct springls_deformation_flow { float grid_size, period; } springls_deformation_flow;
-typedef struct springls_rotation_flow { float center[3], axis[3], angular_velocity; } springls_rotation_flow;
-
-/* Evaluate these flows: velocity callbacks, with a pointer to the structure as `user`. */
-SPRINGLS_API void springls_velocity_deformation(void *deformation_flow, const float *points, int count, float time, float *out);
-SPRINGLS_API void springls_velocity_rotation(void *rotation_flow, const float *points, int count, float time, float *out);
 
 /* Finds the largest speed of any particle at `time`, voxels a unit of time: f_max of section 4.8. NON_FINITE: from a
    force. */
@@ -2152,7 +2142,7 @@ SPRINGLS__FN bool springls__is_nan(double x) { return springls__magnitude_bits(x
   /* Writes a number where other work items may write the same one meanwhile. */
   #define SPRINGLS__MARK(pointer, number) (*(pointer) = (number))
   #define SPRINGLS__CONST   static __constant  /* a read-only table                     */
-  /* Calls springls_cl_desc.velocity_source for advect.h. */
+  /* Calls springls_cl_desc.velocity_source for displace.cl. */
   #define SPRINGLS__USER_VELOCITY                                                                                         \
       float3 springls_velocity(float3 x, float time, __global const float *user);                                         \
       static inline springls__v3 springls__user_velocity(springls__v3 x, float time, __global const float *user)          \
@@ -2198,14 +2188,6 @@ SPRINGLS__FN bool springls__is_nan(double x) { return springls__magnitude_bits(x
   #else
     #define SPRINGLS__MARK(pointer, number) (*(pointer) = (number))
   #endif
-  /* Defines a function that is never called: on the host the velocity is a callback. */
-  #define SPRINGLS__USER_VELOCITY                                                                                         \
-      SPRINGLS__MATHS springls__v3 springls__user_velocity(springls__v3 x, float time, const float *user)                  \
-      {                                                                                                                   \
-          (void)time;                                                                                                     \
-          (void)user;                                                                                                     \
-          return x;                                                                                                       \
-      }
   #define SPRINGLS__CONST static const
   #define springls__sqrt(x)   sqrtf(x)
   #define springls__fabs(x)   fabsf(x)
@@ -5131,13 +5113,7 @@ SPRINGLS__MATHS float springls__error_at_place(const springls__span *span, float
 }
 
 /* ======== >>advect:kernel  (kernels_embed/stages/advect.h) ===================================================== */
-/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */
-
-/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */
-SPRINGLS__MATHS float springls__deformation_amplitude(float n, float period, float time)
-{
-    return n * springls__cospi(time / period);
-}
+/* advect.h - moving points (section 4.2). */
 
 /* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the
    displacement. phi must grow when the springl moves along its normal, and fall when it moves against it; else it has run into
@@ -5257,39 +5233,46 @@ SPRINGLS__MATHS springls__v3 springls__curvature_velocity(const springls__grid *
     return springls__scale(n, springls__clamp(sum * (-4.0f / 6.0f), -2.0f, 2.0f));
 }
 
-/* Names the flows that kernels compute without a callback (eq. 1). */
-#define SPRINGLS__FLOW_NONE 0
-#define SPRINGLS__FLOW_DEFORMATION 1
-#define SPRINGLS__FLOW_ROTATION 2
-#define SPRINGLS__FLOW_USER 3
-
 typedef struct springls__force_rule {
     springls__field pressure, velocity; /* channels 0: none */
     float pressure_weight, velocity_weight, curvature_weight, curvature_span;
-    int flow;
-    float flow_numbers[8]; /* of the deformation: n, period; of the rotation: center, axis, angular velocity */
-    float dt, stage_time[4], flow_amplitude[4]; /* of the Runge-Kutta stages; amplitude: n s(t) of the deformation */
+    int has_velocity;        /* 1: callbacks or the user's text give a velocity */
+    float dt, stage_time[4]; /* of the Runge-Kutta stages */
     float smoothing;         /* voxel^2: motion by curvature in addition, whatever dt is (eq. 22) */
     int euler, stop_at_topology;
     springls__v3 region_lower, region_upper; /* voxels: particles outside do not move */
-    springls__v3 window;     /* voxels: from the window to the lattice, where flows are given */
+    springls__v3 window;     /* voxels: from the window to the lattice, where velocities are given */
 } springls__force_rule;
 
-SPRINGLS__USER_VELOCITY
+/* Returns the velocity at x, linear between the samples of the rule's field. */
+SPRINGLS__MATHS springls__v3 springls__sampled_velocity(const springls__force_rule *rule, SPRINGLS__GLOBAL const float *samples,
+                                                        springls__v3 x)
+{
+    float v[3];
+    springls__field_sample(&rule->velocity, samples, x, v);
+    return springls__v3_make(v[0], v[1], v[2]);
+}
 
-/* Returns `out` plus rho of eq. 1 and motion by curvature, both along the unit normal n. */
-SPRINGLS__MATHS springls__v3 springls__pushed_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x,
-                                                 springls__v3 n, springls__v3 out)
+SPRINGLS__MATHS float springls__sampled_pressure(const springls__force_rule *rule, SPRINGLS__GLOBAL const float *samples,
+                                                 springls__v3 x)
 {
     float rho;
-    if (rule->pressure.channels != 0) {
-        springls__field_sample(&rule->pressure, model->force.pressure, x, &rho);
-        out = springls__mad(out, n, rule->pressure_weight * rho);
-    }
-    if (rule->curvature_weight != 0.0f)
-        out = springls__mad(out, springls__curvature_velocity(&model->grid, x, n, rule->curvature_span),
-                            rule->curvature_weight);
-    return out;
+    springls__field_sample(&rule->pressure, samples, x, &rho);
+    return rho;
+}
+
+/* Returns `out` plus rho of eq. 1 along the unit normal n. */
+SPRINGLS__MATHS springls__v3 springls__pressed(const springls__force_rule *rule, float rho, springls__v3 n, springls__v3 out)
+{
+    return springls__mad(out, n, rule->pressure_weight * rho);
+}
+
+/* Returns `out` plus motion by curvature at x along the unit normal n. */
+SPRINGLS__MATHS springls__v3 springls__curved(const springls__grid *g, const springls__force_rule *rule, springls__v3 x,
+                                              springls__v3 n, springls__v3 out)
+{
+    if (rule->curvature_weight == 0.0f) return out;
+    return springls__mad(out, springls__curvature_velocity(g, x, n, rule->curvature_span), rule->curvature_weight);
 }
 
 /* Returns the displacement by eq. 22's curvature term at x, facing n. */
@@ -5303,7 +5286,7 @@ SPRINGLS__MATHS springls__v3 springls__smoothing_at(const springls__grid *g, con
 /* Returns true where there is a sigma of eq. 1. */
 SPRINGLS__MATHS bool springls__has_flow(const springls__force_rule *rule)
 {
-    return rule->flow != SPRINGLS__FLOW_NONE || rule->velocity.channels != 0;
+    return rule->has_velocity || rule->velocity.channels != 0;
 }
 
 /* The points of a springl that move: its particle, and its vertices. */
@@ -5343,26 +5326,7 @@ SPRINGLS__MATHS uint8_t springls__motion_class_of(float particle2, float largest
 #define SPRINGLS__W_MATHS SPRINGLS__INNER
 
 /* ======== >>advect_body:kernel  (kernels_embed/stages/advect_body.h) =========================================== */
-/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,
-   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */
-
-/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float amplitude)
-{
-    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));
-    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);
-    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);
-    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);
-    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,
-                                -s2x * s2y * sz * sz * amplitude);
-}
-
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotation_velocity)(SPRINGLS__NUM3 x, springls__v3 center, springls__v3 axis,
-                                                                float omega)
-{
-    SPRINGLS__NUM3 arm = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(center));
-    return SPRINGLS__W(scale)(SPRINGLS__W(cross)(SPRINGLS__W(broadcast3)(axis), arm), SPRINGLS__W(broadcast)(omega));
-}
+/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */
 
 /* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rk4)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,
@@ -5433,127 +5397,10 @@ SPRINGLS__W_MATHS void SPRINGLS__W(lane_set)(SPRINGLS__W(lanes) *lanes, int lane
     lanes->z[lane] = v.z;
 }
 
-/* Returns the normal of a springl with these points; one without area has none. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(normal_of_movers)(SPRINGLS__W(movers) at)
+/* Returns the normal of a triangle; one without area has none. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(normal_of)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b, SPRINGLS__NUM3 c)
 {
-    return SPRINGLS__W(normalize)(
-        SPRINGLS__W(cross)(SPRINGLS__W(sub)(at.x[2], at.x[1]), SPRINGLS__W(sub)(at.x[3], at.x[1])));
-}
-
-/* Returns the velocity at x of the user's flow, or of the samples. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(given_velocity)(const springls__model *model, const springls__force_rule *rule,
-                                                             SPRINGLS__NUM3 x, int k, bool sampled)
-{
-    SPRINGLS__W(lanes) at, velocity;
-    int lane;
-    SPRINGLS__W(lanes_store)(&at, x);
-    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
-        springls__v3 one = SPRINGLS__W(lane_get)(&at, lane), v;
-        float sample[3];
-        if (sampled) {
-            springls__field_sample(&rule->velocity, model->force.velocity, one, sample);
-            v = springls__v3_make(sample[0], sample[1], sample[2]);
-        } else v = springls__user_velocity(one, rule->stage_time[k], model->force.user);
-        SPRINGLS__W(lane_set)(&velocity, lane, v);
-    }
-    return SPRINGLS__W(load_v3)(velocity.x, velocity.y, velocity.z);
-}
-
-/* Returns sigma of eq. 1 at x in Runge-Kutta stage k. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(flow_at)(const springls__model *model, const springls__force_rule *rule,
-                                                      SPRINGLS__NUM3 x, int k)
-{
-    const SPRINGLS__NUM weight = SPRINGLS__W(broadcast)(rule->velocity_weight);
-    const float *n = rule->flow_numbers;
-    SPRINGLS__NUM3 out = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
-    SPRINGLS__NUM3 at = SPRINGLS__W(add)(x, SPRINGLS__W(broadcast3)(rule->window));
-    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = SPRINGLS__W(deformation_velocity)(at, n[0], rule->flow_amplitude[k]);
-    if (rule->flow == SPRINGLS__FLOW_ROTATION)
-        out = SPRINGLS__W(rotation_velocity)(at, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);
-    if (rule->flow == SPRINGLS__FLOW_USER) out = SPRINGLS__W(given_velocity)(model, rule, at, k, false);
-    if (rule->flow != SPRINGLS__FLOW_NONE) out = SPRINGLS__W(scale)(out, weight);
-    if (rule->velocity.channels == 0) return out;
-    return SPRINGLS__W(mad)(out, SPRINGLS__W(given_velocity)(model, rule, x, k, true), weight);
-}
-
-/* Returns `out` plus rho of eq. 1 and motion by curvature at the particle of a springl, both along its normal. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(pushed)(const springls__model *model, const springls__force_rule *rule,
-                                                     SPRINGLS__W(movers) at, SPRINGLS__NUM3 out)
-{
-    SPRINGLS__W(lanes) p, n, sum;
-    int lane;
-    if (rule->pressure.channels == 0 && rule->curvature_weight == 0.0f) return out;
-    SPRINGLS__W(lanes_store)(&p, at.x[0]);
-    SPRINGLS__W(lanes_store)(&n, SPRINGLS__W(normal_of_movers)(at));
-    SPRINGLS__W(lanes_store)(&sum, out);
-    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
-        SPRINGLS__W(lane_set)(&sum, lane,
-                              springls__pushed_at(model, rule, SPRINGLS__W(lane_get)(&p, lane), SPRINGLS__W(lane_get)(&n, lane),
-                                                  SPRINGLS__W(lane_get)(&sum, lane)));
-    return SPRINGLS__W(load_v3)(sum.x, sum.y, sum.z);
-}
-
-/* Returns the slopes of all points of a springl (eq. 2) in Runge-Kutta stage k: all are the particle's or, with vertex_velocity,
-   each is the flow at the point plus the push at the particle. *flow: the flow at the particle, without the push. */
-SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(slopes_of)(const springls__model *model, const springls__force_rule *rule,
-                                                             SPRINGLS__W(movers) at, int k, SPRINGLS__NUM3 *flow)
-{
-    const int own = model->params.vertex_velocity ? SPRINGLS__MOVERS : 1;
-    SPRINGLS__NUM3 push;
-    SPRINGLS__W(movers) slope;
-    int m;
-    slope.error = SPRINGLS__W(broadcast)(0.0f);
-    for (m = 0; m < own; m++) slope.x[m] = SPRINGLS__W(flow_at)(model, rule, at.x[m], k);
-    *flow = slope.x[0];
-    if (own == 1) {
-        slope.x[0] = SPRINGLS__W(pushed)(model, rule, at, slope.x[0]);
-        for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = slope.x[0];
-        return slope;
-    }
-    push = SPRINGLS__W(pushed)(model, rule, at, SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f)));
-    for (m = 0; m < SPRINGLS__MOVERS; m++) slope.x[m] = SPRINGLS__W(add)(slope.x[m], push);
-    return slope;
-}
-
-/* Returns all points, moved by s times their slopes. */
-SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(moved_by)(SPRINGLS__W(movers) at, SPRINGLS__W(movers) slope, float s)
-{
-    int m;
-    for (m = 0; m < SPRINGLS__MOVERS; m++)
-        at.x[m] = SPRINGLS__W(mad)(at.x[m], slope.x[m], SPRINGLS__W(broadcast)(s));
-    return at;
-}
-
-/* Returns simpson_residual at a particle that moves from x by d. flow: of the four stages. Pushes are not evaluated again: those
-   of the stages stand for them. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(path_residual)(const springls__model *model, const springls__force_rule *rule,
-                                                            SPRINGLS__NUM3 x, SPRINGLS__NUM3 d, SPRINGLS__NUM3 k1,
-                                                            SPRINGLS__NUM3 k4, const SPRINGLS__NUM3 *flow)
-{
-    SPRINGLS__NUM3 end = SPRINGLS__W(sub)(SPRINGLS__W(flow_at)(model, rule, SPRINGLS__W(add)(x, d), 3), flow[3]);
-    SPRINGLS__NUM3 middle = SPRINGLS__W(cubic_middle)(x, d, k1, SPRINGLS__W(add)(k4, end), rule->dt);
-    return SPRINGLS__W(simpson_residual)(flow[1], flow[2], SPRINGLS__W(flow_at)(model, rule, middle, 1), end);
-}
-
-/* Returns the displacements of points at `at`. */
-SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(displacement_of)(const springls__model *model, const springls__force_rule *rule,
-                                                                   SPRINGLS__W(movers) at)
-{
-    SPRINGLS__W(movers) slope[4], stage = at;
-    SPRINGLS__NUM3 flow[4], residual = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
-    int k, m;
-    for (k = 0; k < (rule->euler ? 1 : 4); k++) {
-        if (k > 0) stage = SPRINGLS__W(moved_by)(at, slope[k - 1], k == 3 ? rule->dt : 0.5f * rule->dt);
-        slope[k] = SPRINGLS__W(slopes_of)(model, rule, stage, k, &flow[k]);
-    }
-    for (m = 0; m < SPRINGLS__MOVERS; m++)
-        stage.x[m] = rule->euler ? SPRINGLS__W(scale)(slope[0].x[m], SPRINGLS__W(broadcast)(rule->dt))
-                                 : SPRINGLS__W(rk4)(slope[0].x[m], slope[1].x[m], slope[2].x[m], slope[3].x[m], rule->dt);
-    if (rule->euler) return stage;
-    if (springls__has_flow(rule))
-        residual = SPRINGLS__W(path_residual)(model, rule, at.x[0], stage.x[0], slope[0].x[0], slope[3].x[0], flow);
-    stage.error = SPRINGLS__W(rk4_error)(slope[0].x[0], slope[1].x[0], slope[2].x[0], slope[3].x[0], residual, rule->dt);
-    return stage;
+    return SPRINGLS__W(normalize)(SPRINGLS__W(cross)(SPRINGLS__W(sub)(b, a), SPRINGLS__W(sub)(c, a)));
 }
 
 /* Returns the displacements with motion by eq. 22's curvature term added, for a level set that springls carry, or zero where the
@@ -5565,7 +5412,7 @@ SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(corrected)(const springls__gri
     int m, lane;
     if (rule->smoothing == 0.0f && !rule->stop_at_topology) return d;
     SPRINGLS__W(lanes_store)(&p, at.x[0]);
-    SPRINGLS__W(lanes_store)(&n, SPRINGLS__W(normal_of_movers)(at));
+    SPRINGLS__W(lanes_store)(&n, SPRINGLS__W(normal_of)(at.x[1], at.x[2], at.x[3]));
     for (m = 0; m < SPRINGLS__MOVERS; m++) SPRINGLS__W(lanes_store)(&move[m], d.x[m]);
     for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
         springls__v3 x = SPRINGLS__W(lane_get)(&p, lane), normal = SPRINGLS__W(lane_get)(&n, lane);
@@ -5647,44 +5494,26 @@ SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(in_force_region)(springls__v3 lower
     return (p.x >= lower.x) & (p.y >= lower.y) & (p.z >= lower.z) & (p.x <= upper.x) & (p.y <= upper.y) & (p.z <= upper.z);
 }
 
-/* Displaces springls first, first + 1, ... by the forces of the rule; those outside of its region do not move. */
-SPRINGLS__W_MATHS void SPRINGLS__W(displace)(const springls__model *model, const springls__force_rule *rule, int first)
-{
-    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f);
-    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(model->set.s, first);
-    SPRINGLS__COND acts = SPRINGLS__W(in_force_region)(rule->region_lower, rule->region_upper, s.p);
-    SPRINGLS__W(movers) at, d;
-    int m;
-    at.error = zero;
-    at.x[0] = s.p;
-    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
-    d = SPRINGLS__W(displacement_of)(model, rule, at);
-    for (m = 0; m < SPRINGLS__MOVERS; m++)
-        d.x[m] = SPRINGLS__W(v3_make)(SPRINGLS__W(select)(acts, d.x[m].x, zero), SPRINGLS__W(select)(acts, d.x[m].y, zero),
-                                      SPRINGLS__W(select)(acts, d.x[m].z, zero));
-    SPRINGLS__W(displaced_store)(model, rule, first, at, d, SPRINGLS__W(load)(model->set.error + first));
-}
-
-/* Returns x[0], x[1], ..., one a lane. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(gather3)(const springls__v3 *x)
+/* Returns points xyz, xyz, ..., one a lane. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(gather3)(const float *xyz)
 {
     SPRINGLS__W(lanes) lanes;
     int lane;
-    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) SPRINGLS__W(lane_set)(&lanes, lane, x[lane]);
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
+        SPRINGLS__W(lane_set)(&lanes, lane, springls__v3_make(xyz[3 * lane], xyz[3 * lane + 1], xyz[3 * lane + 2]));
     return SPRINGLS__W(load_v3)(lanes.x, lanes.y, lanes.z);
 }
 
-/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and
-   so on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */
+/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, xyz each, `stride` points later
+   their q0s, and so on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */
 SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, const springls__force_rule *rule, int first,
-                                                const springls__v3 *x, const springls__v3 *d, int stride, const float *step,
-                                                const float *error)
+                                                const float *x, const float *d, int stride, const float *step, const float *error)
 {
     SPRINGLS__W(movers) at, by;
     int m;
     for (m = 0; m < SPRINGLS__MOVERS; m++) {
-        at.x[m] = SPRINGLS__W(gather3)(x + m * stride);
-        by.x[m] = SPRINGLS__W(gather3)(d + m * stride);
+        at.x[m] = SPRINGLS__W(gather3)(x + 3 * m * stride);
+        by.x[m] = SPRINGLS__W(gather3)(d + 3 * m * stride);
     }
     at.error = SPRINGLS__W(broadcast)(0.0f);
     by.error = SPRINGLS__W(load)(step);
@@ -5706,26 +5535,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, co
 #define SPRINGLS__W(name) springls__vec_##name
 #define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
 /* -------- again: kernels_embed/stages/advect_body.h -------- */
-/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,
-   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */
-
-/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float amplitude)
-{
-    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));
-    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);
-    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);
-    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);
-    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,
-                                -s2x * s2y * sz * sz * amplitude);
-}
-
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotation_velocity)(SPRINGLS__NUM3 x, springls__v3 center, springls__v3 axis,
-                                                                float omega)
-{
-    SPRINGLS__NUM3 arm = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(center));
-    return SPRINGLS__W(scale)(SPRINGLS__W(cross)(SPRINGLS__W(broadcast3)(axis), arm), SPRINGLS__W(broadcast)(omega));
-}
+/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */
 
 /* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rk4)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,
@@ -5796,127 +5606,10 @@ SPRINGLS__W_MATHS void SPRINGLS__W(lane_set)(SPRINGLS__W(lanes) *lanes, int lane
     lanes->z[lane] = v.z;
 }
 
-/* Returns the normal of a springl with these points; one without area has none. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(normal_of_movers)(SPRINGLS__W(movers) at)
+/* Returns the normal of a triangle; one without area has none. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(normal_of)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b, SPRINGLS__NUM3 c)
 {
-    return SPRINGLS__W(normalize)(
-        SPRINGLS__W(cross)(SPRINGLS__W(sub)(at.x[2], at.x[1]), SPRINGLS__W(sub)(at.x[3], at.x[1])));
-}
-
-/* Returns the velocity at x of the user's flow, or of the samples. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(given_velocity)(const springls__model *model, const springls__force_rule *rule,
-                                                             SPRINGLS__NUM3 x, int k, bool sampled)
-{
-    SPRINGLS__W(lanes) at, velocity;
-    int lane;
-    SPRINGLS__W(lanes_store)(&at, x);
-    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
-        springls__v3 one = SPRINGLS__W(lane_get)(&at, lane), v;
-        float sample[3];
-        if (sampled) {
-            springls__field_sample(&rule->velocity, model->force.velocity, one, sample);
-            v = springls__v3_make(sample[0], sample[1], sample[2]);
-        } else v = springls__user_velocity(one, rule->stage_time[k], model->force.user);
-        SPRINGLS__W(lane_set)(&velocity, lane, v);
-    }
-    return SPRINGLS__W(load_v3)(velocity.x, velocity.y, velocity.z);
-}
-
-/* Returns sigma of eq. 1 at x in Runge-Kutta stage k. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(flow_at)(const springls__model *model, const springls__force_rule *rule,
-                                                      SPRINGLS__NUM3 x, int k)
-{
-    const SPRINGLS__NUM weight = SPRINGLS__W(broadcast)(rule->velocity_weight);
-    const float *n = rule->flow_numbers;
-    SPRINGLS__NUM3 out = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
-    SPRINGLS__NUM3 at = SPRINGLS__W(add)(x, SPRINGLS__W(broadcast3)(rule->window));
-    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = SPRINGLS__W(deformation_velocity)(at, n[0], rule->flow_amplitude[k]);
-    if (rule->flow == SPRINGLS__FLOW_ROTATION)
-        out = SPRINGLS__W(rotation_velocity)(at, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);
-    if (rule->flow == SPRINGLS__FLOW_USER) out = SPRINGLS__W(given_velocity)(model, rule, at, k, false);
-    if (rule->flow != SPRINGLS__FLOW_NONE) out = SPRINGLS__W(scale)(out, weight);
-    if (rule->velocity.channels == 0) return out;
-    return SPRINGLS__W(mad)(out, SPRINGLS__W(given_velocity)(model, rule, x, k, true), weight);
-}
-
-/* Returns `out` plus rho of eq. 1 and motion by curvature at the particle of a springl, both along its normal. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(pushed)(const springls__model *model, const springls__force_rule *rule,
-                                                     SPRINGLS__W(movers) at, SPRINGLS__NUM3 out)
-{
-    SPRINGLS__W(lanes) p, n, sum;
-    int lane;
-    if (rule->pressure.channels == 0 && rule->curvature_weight == 0.0f) return out;
-    SPRINGLS__W(lanes_store)(&p, at.x[0]);
-    SPRINGLS__W(lanes_store)(&n, SPRINGLS__W(normal_of_movers)(at));
-    SPRINGLS__W(lanes_store)(&sum, out);
-    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
-        SPRINGLS__W(lane_set)(&sum, lane,
-                              springls__pushed_at(model, rule, SPRINGLS__W(lane_get)(&p, lane), SPRINGLS__W(lane_get)(&n, lane),
-                                                  SPRINGLS__W(lane_get)(&sum, lane)));
-    return SPRINGLS__W(load_v3)(sum.x, sum.y, sum.z);
-}
-
-/* Returns the slopes of all points of a springl (eq. 2) in Runge-Kutta stage k: all are the particle's or, with vertex_velocity,
-   each is the flow at the point plus the push at the particle. *flow: the flow at the particle, without the push. */
-SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(slopes_of)(const springls__model *model, const springls__force_rule *rule,
-                                                             SPRINGLS__W(movers) at, int k, SPRINGLS__NUM3 *flow)
-{
-    const int own = model->params.vertex_velocity ? SPRINGLS__MOVERS : 1;
-    SPRINGLS__NUM3 push;
-    SPRINGLS__W(movers) slope;
-    int m;
-    slope.error = SPRINGLS__W(broadcast)(0.0f);
-    for (m = 0; m < own; m++) slope.x[m] = SPRINGLS__W(flow_at)(model, rule, at.x[m], k);
-    *flow = slope.x[0];
-    if (own == 1) {
-        slope.x[0] = SPRINGLS__W(pushed)(model, rule, at, slope.x[0]);
-        for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = slope.x[0];
-        return slope;
-    }
-    push = SPRINGLS__W(pushed)(model, rule, at, SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f)));
-    for (m = 0; m < SPRINGLS__MOVERS; m++) slope.x[m] = SPRINGLS__W(add)(slope.x[m], push);
-    return slope;
-}
-
-/* Returns all points, moved by s times their slopes. */
-SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(moved_by)(SPRINGLS__W(movers) at, SPRINGLS__W(movers) slope, float s)
-{
-    int m;
-    for (m = 0; m < SPRINGLS__MOVERS; m++)
-        at.x[m] = SPRINGLS__W(mad)(at.x[m], slope.x[m], SPRINGLS__W(broadcast)(s));
-    return at;
-}
-
-/* Returns simpson_residual at a particle that moves from x by d. flow: of the four stages. Pushes are not evaluated again: those
-   of the stages stand for them. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(path_residual)(const springls__model *model, const springls__force_rule *rule,
-                                                            SPRINGLS__NUM3 x, SPRINGLS__NUM3 d, SPRINGLS__NUM3 k1,
-                                                            SPRINGLS__NUM3 k4, const SPRINGLS__NUM3 *flow)
-{
-    SPRINGLS__NUM3 end = SPRINGLS__W(sub)(SPRINGLS__W(flow_at)(model, rule, SPRINGLS__W(add)(x, d), 3), flow[3]);
-    SPRINGLS__NUM3 middle = SPRINGLS__W(cubic_middle)(x, d, k1, SPRINGLS__W(add)(k4, end), rule->dt);
-    return SPRINGLS__W(simpson_residual)(flow[1], flow[2], SPRINGLS__W(flow_at)(model, rule, middle, 1), end);
-}
-
-/* Returns the displacements of points at `at`. */
-SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(displacement_of)(const springls__model *model, const springls__force_rule *rule,
-                                                                   SPRINGLS__W(movers) at)
-{
-    SPRINGLS__W(movers) slope[4], stage = at;
-    SPRINGLS__NUM3 flow[4], residual = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
-    int k, m;
-    for (k = 0; k < (rule->euler ? 1 : 4); k++) {
-        if (k > 0) stage = SPRINGLS__W(moved_by)(at, slope[k - 1], k == 3 ? rule->dt : 0.5f * rule->dt);
-        slope[k] = SPRINGLS__W(slopes_of)(model, rule, stage, k, &flow[k]);
-    }
-    for (m = 0; m < SPRINGLS__MOVERS; m++)
-        stage.x[m] = rule->euler ? SPRINGLS__W(scale)(slope[0].x[m], SPRINGLS__W(broadcast)(rule->dt))
-                                 : SPRINGLS__W(rk4)(slope[0].x[m], slope[1].x[m], slope[2].x[m], slope[3].x[m], rule->dt);
-    if (rule->euler) return stage;
-    if (springls__has_flow(rule))
-        residual = SPRINGLS__W(path_residual)(model, rule, at.x[0], stage.x[0], slope[0].x[0], slope[3].x[0], flow);
-    stage.error = SPRINGLS__W(rk4_error)(slope[0].x[0], slope[1].x[0], slope[2].x[0], slope[3].x[0], residual, rule->dt);
-    return stage;
+    return SPRINGLS__W(normalize)(SPRINGLS__W(cross)(SPRINGLS__W(sub)(b, a), SPRINGLS__W(sub)(c, a)));
 }
 
 /* Returns the displacements with motion by eq. 22's curvature term added, for a level set that springls carry, or zero where the
@@ -5928,7 +5621,7 @@ SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(corrected)(const springls__gri
     int m, lane;
     if (rule->smoothing == 0.0f && !rule->stop_at_topology) return d;
     SPRINGLS__W(lanes_store)(&p, at.x[0]);
-    SPRINGLS__W(lanes_store)(&n, SPRINGLS__W(normal_of_movers)(at));
+    SPRINGLS__W(lanes_store)(&n, SPRINGLS__W(normal_of)(at.x[1], at.x[2], at.x[3]));
     for (m = 0; m < SPRINGLS__MOVERS; m++) SPRINGLS__W(lanes_store)(&move[m], d.x[m]);
     for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
         springls__v3 x = SPRINGLS__W(lane_get)(&p, lane), normal = SPRINGLS__W(lane_get)(&n, lane);
@@ -6010,65 +5703,30 @@ SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(in_force_region)(springls__v3 lower
     return (p.x >= lower.x) & (p.y >= lower.y) & (p.z >= lower.z) & (p.x <= upper.x) & (p.y <= upper.y) & (p.z <= upper.z);
 }
 
-/* Displaces springls first, first + 1, ... by the forces of the rule; those outside of its region do not move. */
-SPRINGLS__W_MATHS void SPRINGLS__W(displace)(const springls__model *model, const springls__force_rule *rule, int first)
-{
-    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f);
-    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(model->set.s, first);
-    SPRINGLS__COND acts = SPRINGLS__W(in_force_region)(rule->region_lower, rule->region_upper, s.p);
-    SPRINGLS__W(movers) at, d;
-    int m;
-    at.error = zero;
-    at.x[0] = s.p;
-    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
-    d = SPRINGLS__W(displacement_of)(model, rule, at);
-    for (m = 0; m < SPRINGLS__MOVERS; m++)
-        d.x[m] = SPRINGLS__W(v3_make)(SPRINGLS__W(select)(acts, d.x[m].x, zero), SPRINGLS__W(select)(acts, d.x[m].y, zero),
-                                      SPRINGLS__W(select)(acts, d.x[m].z, zero));
-    SPRINGLS__W(displaced_store)(model, rule, first, at, d, SPRINGLS__W(load)(model->set.error + first));
-}
-
-/* Returns x[0], x[1], ..., one a lane. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(gather3)(const springls__v3 *x)
+/* Returns points xyz, xyz, ..., one a lane. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(gather3)(const float *xyz)
 {
     SPRINGLS__W(lanes) lanes;
     int lane;
-    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) SPRINGLS__W(lane_set)(&lanes, lane, x[lane]);
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
+        SPRINGLS__W(lane_set)(&lanes, lane, springls__v3_make(xyz[3 * lane], xyz[3 * lane + 1], xyz[3 * lane + 2]));
     return SPRINGLS__W(load_v3)(lanes.x, lanes.y, lanes.z);
 }
 
-/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and
-   so on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */
+/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, xyz each, `stride` points later
+   their q0s, and so on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */
 SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, const springls__force_rule *rule, int first,
-                                                const springls__v3 *x, const springls__v3 *d, int stride, const float *step,
-                                                const float *error)
+                                                const float *x, const float *d, int stride, const float *step, const float *error)
 {
     SPRINGLS__W(movers) at, by;
     int m;
     for (m = 0; m < SPRINGLS__MOVERS; m++) {
-        at.x[m] = SPRINGLS__W(gather3)(x + m * stride);
-        by.x[m] = SPRINGLS__W(gather3)(d + m * stride);
+        at.x[m] = SPRINGLS__W(gather3)(x + 3 * m * stride);
+        by.x[m] = SPRINGLS__W(gather3)(d + 3 * m * stride);
     }
     at.error = SPRINGLS__W(broadcast)(0.0f);
     by.error = SPRINGLS__W(load)(step);
     SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));
-}
-/* -------- back in kernels_embed/stages/advect.h -------- */
-
-/* Displaces springl i by the forces of the rule, into moved_springls. */
-SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)
-{
-    springls__force_rule rule = *model->force.rule;
-    (void)args;
-    springls__displace(model, &rule, i);
-}
-
-/* Displaces springls begin, ..., end - 1, several at once. */
-SPRINGLS__MATHS void springls__displace_elements(const springls__model *model, springls__arguments args, int begin, int end)
-{
-    springls__force_rule rule = *model->force.rule;
-    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);
-    for (; begin < end; begin++) springls__displace_element(model, args, begin);
 }
 
 /* ======== >>context  (src/runtime/context.h) =================================================================== */
@@ -12145,11 +11803,13 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
     X(surface, SURFACE, 8, SPRINGLS__ROLE_BIT(surface_positions) | SPRINGLS__ROLE_BIT(surface_corners), SPRINGLS__TILE_VOXELS)
 
 /* Lists kernels that have springls__name_elements besides, for several elements at once, which C calls. */
-#define SPRINGLS__SIMD_KERNELS(X)                                                                                                \
+#define SPRINGLS__SIMD_KERNELS(X) X(relax, RESAMPLE, 128, SPRINGLS__ROLE_BIT(relaxed_springls))
+
+/* Lists such kernels of a device whose loop in C is the stage's own (displace.cl). */
+#define SPRINGLS__DEVICE_KERNELS(X)                                                                                              \
     X(displace, MOVE, 128,                                                                                                       \
       SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \
-          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))                                                  \
-    X(relax, RESAMPLE, 128, SPRINGLS__ROLE_BIT(relaxed_springls))
+          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))
 
 /* Lists kernels that only a device has, where work items do together what one loop does in C (collectives.cl, regions.cl): name,
    program, elements that a core of a processor takes at once. */
@@ -12174,6 +11834,7 @@ SPRINGLS__MATHS void springls__attach_vertex_data_element(const springls__model 
 typedef enum springls__kernel {
 #define SPRINGLS__KERNEL_NUMBER(name, program, grain, writes) SPRINGLS__KERNEL_##name,
     SPRINGLS__KERNELS(SPRINGLS__KERNEL_NUMBER) SPRINGLS__SIMD_KERNELS(SPRINGLS__KERNEL_NUMBER)
+    SPRINGLS__DEVICE_KERNELS(SPRINGLS__KERNEL_NUMBER)
 #define SPRINGLS__BRICK_NUMBER(name, program, grain, writes, floats) SPRINGLS__KERNEL_##name,
     SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_NUMBER)
 #undef SPRINGLS__BRICK_NUMBER
@@ -12183,6 +11844,7 @@ typedef enum springls__kernel {
 
 typedef struct springls__kernel_info {
     const char *name;
+    /* Runs it on the host; NULL: a stage has a loop of its own. */
     void (*range)(const springls__model *model, springls__arguments args, int begin, int end, float *memory);
     int grain;
     uint64_t writes;
@@ -12256,6 +11918,9 @@ static const springls__kernel_info springls__kernels[] = {
 #define SPRINGLS__FACTS(name, program, grain, writes) { #name, springls__##name##_range, grain, writes, false, 0 },
     SPRINGLS__KERNELS(SPRINGLS__FACTS) SPRINGLS__SIMD_KERNELS(SPRINGLS__FACTS)
 #undef SPRINGLS__FACTS
+#define SPRINGLS__DEVICE_FACTS(name, program, grain, writes) { #name, NULL, grain, writes, false, 0 },
+    SPRINGLS__DEVICE_KERNELS(SPRINGLS__DEVICE_FACTS)
+#undef SPRINGLS__DEVICE_FACTS
 #define SPRINGLS__BRICK_FACTS(name, program, grain, writes, floats)                                                              \
     { #name, springls__##name##_range, grain, writes, true, (floats) <= SPRINGLS__STACK_FLOATS ? 0 : (floats) },
     SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_FACTS)
@@ -14132,60 +13797,9 @@ SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *
     return springls__grid_add_bricks(ctx, missing, n);
 }
 
-/* ======== >>exact_flows  (src/stages/exact_flows.h) ============================================================ */
-/* exact_flows.h - the two flows with exact answers (section 5.2) as velocity callbacks. */
-
-/* Writes the velocities of the deformation at SPRINGLS__LANES points, xyz each, to out. */
-SPRINGLS__FN void springls__deformation_velocities(const float *points, float n, float amplitude, float *out)
-{
-    float axis[3][SPRINGLS__LANES];
-    springls__vec3 u;
-    int lane, k;
-    for (lane = 0; lane < SPRINGLS__LANES; lane++)
-        for (k = 0; k < 3; k++) axis[k][lane] = points[3 * lane + k];
-    u = springls__vec_deformation_velocity(springls__vec_load_v3(axis[0], axis[1], axis[2]), n, amplitude);
-    springls__vec_store(axis[0], u.x);
-    springls__vec_store(axis[1], u.y);
-    springls__vec_store(axis[2], u.z);
-    for (lane = 0; lane < SPRINGLS__LANES; lane++)
-        for (k = 0; k < 3; k++) out[3 * lane + k] = axis[k][lane];
-}
-
-SPRINGLS_API void springls_velocity_deformation(void *deformation_flow, const float *points, int count, float time, float *out)
-{
-    const springls_deformation_flow *flow = (const springls_deformation_flow *)deformation_flow;
-    const float n = flow->grid_size, amplitude = springls__deformation_amplitude(n, flow->period, time);
-    int i;
-    for (i = 0; i + SPRINGLS__LANES <= count; i += SPRINGLS__LANES)
-        springls__deformation_velocities(points + 3 * i, n, amplitude, out + 3 * i);
-    for (; i < count; i++) {
-        springls__v3 u = springls__deformation_velocity(springls__v3_make(points[3 * i], points[3 * i + 1], points[3 * i + 2]),
-                                                        n, amplitude);
-        out[3 * i] = u.x;
-        out[3 * i + 1] = u.y;
-        out[3 * i + 2] = u.z;
-    }
-}
-
-SPRINGLS_API void springls_velocity_rotation(void *rotation_flow, const float *points, int count, float time, float *out)
-{
-    const springls_rotation_flow *flow = (const springls_rotation_flow *)rotation_flow;
-    springls__v3 center = springls__v3_make(flow->center[0], flow->center[1], flow->center[2]);
-    springls__v3 axis = springls__normalize(springls__v3_make(flow->axis[0], flow->axis[1], flow->axis[2]));
-    int i;
-    (void)time;
-    for (i = 0; i < count; i++) {
-        springls__v3 u = springls__rotation_velocity(springls__v3_make(points[3 * i], points[3 * i + 1], points[3 * i + 2]),
-                                                     center, axis, flow->angular_velocity);
-        out[3 * i] = u.x;
-        out[3 * i + 1] = u.y;
-        out[3 * i + 2] = u.z;
-    }
-}
-
 /* ======== >>forces  (src/stages/forces.h) ====================================================================== */
-/* forces.h - evaluates the caller's callbacks and sampled fields (eq. 1 and 2) for blocks of springls, on the host. The flows that
-   need no callback are those of a kernel: kernels_embed/stages/advect.h. */
+/* forces.h - evaluates the caller's callbacks and sampled fields (eq. 1 and 2) for blocks of springls, on the host. What a device
+   evaluates is in kernels_embed/device/displace_body.h; both integrate by kernels_embed/stages/integrate_body.h. */
 
 SPRINGLS__FN bool springls__has_pressure(const springls_forces *f)
 {
@@ -14270,22 +13884,164 @@ SPRINGLS__FN void springls__field_prepare(const springls_context *ctx, const spr
     }
 }
 
-enum {
-    SPRINGLS__ADVECT_BLOCK = 128,                                        /* springls in one call of a callback */
-    SPRINGLS__ADVECT_POINTS = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK  /* their particles, then their q0s, q1s and q2s */
-};
+/* ---- blocks: springls whose paths are integrated together ----
 
-/* The working memory of a block of springls, which is too large for a stack. */
+   A callback gets a block of points at once, as it wants them: xyz, xyz, ... Between its calls the sums and products of the
+   Runge-Kutta scheme go over the same memory several numbers at a time, whichever coordinate they are. A block is small enough for
+   its path to stay in a processor's nearest caches. */
+
+enum { SPRINGLS__ADVECT_BLOCK = 128 }; /* springls */
+
+#define SPRINGLS__GROUPS (SPRINGLS__ADVECT_BLOCK / SPRINGLS__LANES)
+
+struct springls__vec_path;
+typedef springls__vec3 springls__points[SPRINGLS__GROUPS]; /* one a springl */
+
+SPRINGLS__FN int springls__vec_flow_movers(const struct springls__vec_path *path);
+SPRINGLS__FN void springls__vec_find_flow(const springls__model *model, const springls__force_rule *rule,
+                                          struct springls__vec_path *path, springls__points *x, int m, int k, springls__vec3 *flow);
+SPRINGLS__FN void springls__vec_add_push(const springls__model *model, const springls__force_rule *rule,
+                                         struct springls__vec_path *path, springls__points *x, springls__vec3 *push);
+SPRINGLS__FN void springls__vec_add_affine(const springls__force_rule *rule, struct springls__vec_path *path, springls__points *x,
+                                           springls__points *slope);
+
+/* Returns the points of a group, one a lane. */
+SPRINGLS__VEC_MATHS springls__vec3 springls__vec_by_lane(springls__vec3 points)
+{
+    float xyz[3 * SPRINGLS__LANES];
+    springls__vec_store(xyz, points.x);
+    springls__vec_store(xyz + SPRINGLS__LANES, points.y);
+    springls__vec_store(xyz + 2 * SPRINGLS__LANES, points.z);
+    return springls__vec_gather3(xyz);
+}
+
+/* -------- again: kernels_embed/language/width_simd.h -------- */
+/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.
+   It has no guard because it is included before every body. */
+#undef SPRINGLS__WIDTH
+#undef SPRINGLS__NUM
+#undef SPRINGLS__NUM3
+#undef SPRINGLS__COND
+#undef SPRINGLS__W
+#undef SPRINGLS__W_MATHS
+#define SPRINGLS__WIDTH SPRINGLS__LANES
+#define SPRINGLS__NUM springls__vec
+#define SPRINGLS__NUM3 springls__vec3
+#define SPRINGLS__COND springls__vmask
+#define SPRINGLS__W(name) springls__vec_##name
+#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS
+
+/* ======== >>integrate_body:kernel  (kernels_embed/stages/integrate_body.h) ===================================== */
+/* integrate_body.h - the motion of springls over a step by fourth-order Runge-Kutta (eq. 2) or one Euler step. A path is that of
+   SPRINGLS__GROUPS times SPRINGLS__WIDTH springls: few on a device, a block of them on the host, where forces are callbacks. How
+   the points of a SPRINGLS__NUM3 are laid out is up to those who evaluate the forces, as sums and products are the same in any
+   order of its numbers. Before this text they define
+
+     find_flow    writes sigma of eq. 1 at the points of mover m, in Runge-Kutta stage k
+     add_push     adds rho of eq. 1 and motion by curvature at the particles, along the normals of the springls
+     add_affine   adds the affine maps of eq. 1 to the slopes of all movers
+     flow_movers  how many movers find_flow reads: all where it needs normals, else 1
+     by_lane      the points of a SPRINGLS__NUM3, one a lane */
+
+typedef struct SPRINGLS__W(path) {
+    SPRINGLS__NUM3 x[SPRINGLS__MOVERS][SPRINGLS__GROUPS];        /* where the points are before the step                */
+    SPRINGLS__NUM3 at[SPRINGLS__MOVERS][SPRINGLS__GROUPS];       /* where they are in a stage; in the end, displacements */
+    SPRINGLS__NUM3 along[SPRINGLS__MOVERS][SPRINGLS__GROUPS];    /* on the cubic through the ends of the step           */
+    SPRINGLS__NUM3 slope[4][SPRINGLS__MOVERS][SPRINGLS__GROUPS];
+    SPRINGLS__NUM3 flow[4][SPRINGLS__GROUPS];                    /* at the particles, in the stages, without pushes     */
+    SPRINGLS__NUM3 push[SPRINGLS__GROUPS], residual[SPRINGLS__GROUPS], middle[SPRINGLS__GROUPS];
+    SPRINGLS__NUM error[SPRINGLS__GROUPS];                       /* in the end, of the particles' displacements         */
+} SPRINGLS__W(path);
+
+#define SPRINGLS__FOR_GROUPS(g) for (g = 0; g < SPRINGLS__GROUPS; g++)
+
+/* Finds the slopes of stage k, where the points are at x: those of the particle for all points of a springl or, with
+   vertex_velocity, the flow at each of them and the push at the particle, as vertices have no normals of their own. */
+SPRINGLS__W_MATHS void SPRINGLS__W(find_slopes)(const springls__model *model, const springls__force_rule *rule,
+                                                SPRINGLS__W(path) *path, SPRINGLS__NUM3 (*x)[SPRINGLS__GROUPS], int k)
+{
+    SPRINGLS__NUM3 (*slope)[SPRINGLS__GROUPS] = path->slope[k];
+    int g, m;
+    SPRINGLS__W(find_flow)(model, rule, path, x, 0, k, path->flow[k]);
+    if (!model->params.vertex_velocity) {
+        SPRINGLS__FOR_GROUPS(g) slope[0][g] = path->flow[k][g];
+        SPRINGLS__W(add_push)(model, rule, path, x, slope[0]);
+        for (m = 1; m < SPRINGLS__MOVERS; m++)
+            SPRINGLS__FOR_GROUPS(g) slope[m][g] = slope[0][g];
+    } else {
+        SPRINGLS__FOR_GROUPS(g) path->push[g] = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+        SPRINGLS__W(add_push)(model, rule, path, x, path->push);
+        for (m = 1; m < SPRINGLS__MOVERS; m++) SPRINGLS__W(find_flow)(model, rule, path, x, m, k, slope[m]);
+        SPRINGLS__FOR_GROUPS(g) slope[0][g] = SPRINGLS__W(add)(path->flow[k][g], path->push[g]);
+        for (m = 1; m < SPRINGLS__MOVERS; m++)
+            SPRINGLS__FOR_GROUPS(g) slope[m][g] = SPRINGLS__W(add)(slope[m][g], path->push[g]);
+    }
+    SPRINGLS__W(add_affine)(rule, path, x, slope);
+}
+
+/* Finds simpson_residual for the particles of a path that is displaced by `at`. Pushes are not evaluated again: those of the stages
+   are taken for them. */
+SPRINGLS__W_MATHS void SPRINGLS__W(find_residual)(const springls__model *model, const springls__force_rule *rule,
+                                                  SPRINGLS__W(path) *path)
+{
+    const int movers = SPRINGLS__W(flow_movers)(path);
+    int g, m;
+    SPRINGLS__FOR_GROUPS(g) path->residual[g] = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
+    if (!springls__has_flow(rule)) return;
+    for (m = 0; m < movers; m++)
+        SPRINGLS__FOR_GROUPS(g) path->along[m][g] = SPRINGLS__W(add)(path->x[m][g], path->at[m][g]);
+    SPRINGLS__W(find_flow)(model, rule, path, path->along, 0, 3, path->residual);
+    SPRINGLS__FOR_GROUPS(g) path->residual[g] = SPRINGLS__W(sub)(path->residual[g], path->flow[3][g]);
+    for (m = 0; m < movers; m++)
+        SPRINGLS__FOR_GROUPS(g) {
+            const SPRINGLS__NUM3 last = SPRINGLS__W(add)(path->slope[3][m][g], path->residual[g]);
+            path->along[m][g] = SPRINGLS__W(cubic_middle)(path->x[m][g], path->at[m][g], path->slope[0][m][g], last, rule->dt);
+        }
+    SPRINGLS__W(find_flow)(model, rule, path, path->along, 0, 1, path->middle);
+    SPRINGLS__FOR_GROUPS(g)
+        path->residual[g] =
+            SPRINGLS__W(simpson_residual)(path->flow[1][g], path->flow[2][g], path->middle[g], path->residual[g]);
+}
+
+/* Finds the displacements of a path and their errors from its x. */
+SPRINGLS__W_MATHS void SPRINGLS__W(integrate)(const springls__model *model, const springls__force_rule *rule,
+                                              SPRINGLS__W(path) *path)
+{
+    SPRINGLS__NUM3 (*k1)[SPRINGLS__GROUPS] = path->slope[0], (*k2)[SPRINGLS__GROUPS] = path->slope[1];
+    SPRINGLS__NUM3 (*k3)[SPRINGLS__GROUPS] = path->slope[2], (*k4)[SPRINGLS__GROUPS] = path->slope[3];
+    int stage, m, g;
+    SPRINGLS__W(find_slopes)(model, rule, path, path->x, 0);
+    for (stage = 1; stage < 4 && !rule->euler; stage++) {
+        const SPRINGLS__NUM span = SPRINGLS__W(broadcast)(stage == 3 ? rule->dt : 0.5f * rule->dt);
+        for (m = 0; m < SPRINGLS__MOVERS; m++)
+            SPRINGLS__FOR_GROUPS(g)
+                path->at[m][g] = SPRINGLS__W(mad)(path->x[m][g], path->slope[stage - 1][m][g], span);
+        SPRINGLS__W(find_slopes)(model, rule, path, path->at, stage);
+    }
+    for (m = 0; m < SPRINGLS__MOVERS; m++)
+        SPRINGLS__FOR_GROUPS(g)
+            path->at[m][g] = rule->euler ? SPRINGLS__W(scale)(k1[m][g], SPRINGLS__W(broadcast)(rule->dt))
+                                         : SPRINGLS__W(rk4)(k1[m][g], k2[m][g], k3[m][g], k4[m][g], rule->dt);
+    SPRINGLS__FOR_GROUPS(g) path->error[g] = SPRINGLS__W(broadcast)(0.0f);
+    if (rule->euler) return;
+    SPRINGLS__W(find_residual)(model, rule, path);
+    SPRINGLS__FOR_GROUPS(g)
+        path->error[g] = SPRINGLS__W(rk4_error)(SPRINGLS__W(by_lane)(k1[0][g]), SPRINGLS__W(by_lane)(k2[0][g]),
+                                                SPRINGLS__W(by_lane)(k3[0][g]), SPRINGLS__W(by_lane)(k4[0][g]),
+                                                SPRINGLS__W(by_lane)(path->residual[g]), rule->dt);
+}
+
+#undef SPRINGLS__FOR_GROUPS
+/* -------- back in src/stages/forces.h -------- */
+
+/* The working memory of a block, which is too large for a stack. */
 typedef struct springls__force_block {
-    springls__v3 x[SPRINGLS__ADVECT_POINTS];     /* where the points are before the step */
-    springls__v3 at[SPRINGLS__ADVECT_POINTS];    /* where they are in a stage; in the end, their displacements */
-    springls__v3 along[SPRINGLS__ADVECT_POINTS]; /* on the cubic through the ends of the step */
-    springls__v3 slope[4][SPRINGLS__ADVECT_POINTS];
-    springls__v3 flow[4][SPRINGLS__ADVECT_BLOCK]; /* at the particles, in the stages */
-    springls__v3 flow_along[SPRINGLS__ADVECT_BLOCK], residual[SPRINGLS__ADVECT_BLOCK];
-    springls__v3 a[SPRINGLS__ADVECT_BLOCK], normals[SPRINGLS__ADVECT_BLOCK], push[SPRINGLS__ADVECT_BLOCK];
-    float answer[12 * SPRINGLS__ADVECT_BLOCK];    /* of a callback */
-    float error[SPRINGLS__ADVECT_BLOCK], before[SPRINGLS__ADVECT_BLOCK];
+    springls__vec_path path; /* the first member: see springls__block_of */
+    springls__points answer; /* of a callback that gives velocities */
+    const springls__motion *motion;
+    float a[3 * SPRINGLS__ADVECT_BLOCK], normals[3 * SPRINGLS__ADVECT_BLOCK];
+    float affine[12 * SPRINGLS__ADVECT_BLOCK], rho[SPRINGLS__ADVECT_BLOCK]; /* of other callbacks */
+    float before[SPRINGLS__ADVECT_BLOCK]; /* errors of the correspondences so far */
     int springls[SPRINGLS__ADVECT_BLOCK];
     uint32_t ids[SPRINGLS__ADVECT_BLOCK];
     springls_batch batch;
@@ -14293,6 +14049,14 @@ typedef struct springls__force_block {
     float given_points[3 * SPRINGLS__ADVECT_BLOCK], given_normals[3 * SPRINGLS__ADVECT_BLOCK];
     float given_correspondences[3 * SPRINGLS__ADVECT_BLOCK];
 } springls__force_block;
+
+SPRINGLS__FN springls__force_block *springls__block_of(struct springls__vec_path *path)
+{
+    return (springls__force_block *)(void *)path;
+}
+
+/* Returns the coordinates of points: xyz, xyz, ... */
+SPRINGLS__FN float *springls__coordinates(springls__vec3 *points) { return (float *)(void *)points; }
 
 /* Writes a place of a window as callbacks get it. */
 SPRINGLS__FN void springls__callback_place(const springls__motion *motion, const springls__window *window, springls__v3 x,
@@ -14316,7 +14080,8 @@ SPRINGLS__FN const springls_batch *springls__callback_batch(const springls__moti
     block->given.correspondences = block->given_correspondences;
     for (i = 0; i < batch->count; i++) {
         springls__callback_place(motion, &ctx->window, springls__load3(batch->points + 3 * i), block->given_points + 3 * i);
-        springls__callback_place(motion, &ctx->original_window, block->a[i], block->given_correspondences + 3 * i);
+        springls__callback_place(motion, &ctx->original_window, springls__load3(block->a + 3 * i),
+                                 block->given_correspondences + 3 * i);
     }
     if (!motion->forces.world_units) return &block->given;
     block->given.normals = block->given_normals;
@@ -14336,95 +14101,14 @@ SPRINGLS__FN springls__v3 springls__velocity_to_voxel(const springls__motion *mo
                              (float)(m[8] * x + m[9] * y + m[10] * z));
 }
 
-/* Writes sigma of eq. 1 at the points of the batch. */
-SPRINGLS__FN void springls__flow(const springls__motion *motion, springls__force_block *block, springls__v3 *out)
-{
-    const springls_forces *forces = &motion->forces;
-    const springls_batch *batch = &block->batch, *given = springls__callback_batch(motion, block);
-    const springls__v3 *points = (const springls__v3 *)(const void *)batch->points;
-    float *buffer = block->answer;
-    int i, count = batch->count;
-    for (i = 0; i < count; i++) out[i] = springls__v3_make(0.0f, 0.0f, 0.0f);
-    if (forces->velocity) {
-        (forces->velocity)(forces->user, given->points, count, batch->time, buffer);
-        for (i = 0; i < count; i++)
-            out[i] = springls__scale(springls__velocity_to_voxel(motion, buffer + 3 * i), motion->rule.velocity_weight);
-    }
-    if (forces->velocity_batch) {
-        (forces->velocity_batch)(forces->user, given, buffer);
-        for (i = 0; i < count; i++)
-            out[i] = springls__mad(out[i], springls__velocity_to_voxel(motion, buffer + 3 * i), motion->rule.velocity_weight);
-    }
-    if (!forces->velocity_grid.data) return;
-    for (i = 0; i < count; i++) {
-        springls__field_sample(&motion->rule.velocity, forces->velocity_grid.data, points[i], buffer);
-        out[i] = springls__mad(out[i], springls__velocity_to_voxel(motion, buffer), motion->rule.velocity_weight);
-    }
-}
-
-/* Adds pressures, one a point of a batch, along its normals. */
-SPRINGLS__FN void springls__add_pressure(const springls__motion *motion, const springls_batch *given, const float *rho,
-                                         springls__v3 *out)
+/* Makes velocities of a callback or a sampled field velocities in voxels, in place. */
+SPRINGLS__FN void springls__velocities_to_voxel(const springls__motion *motion, float *v, int count)
 {
     int i;
-    for (i = 0; i < given->count; i++) {
-        const springls__v3 unit_speed = springls__velocity_to_voxel(motion, given->normals + 3 * i);
-        out[i] = springls__mad(out[i], unit_speed, motion->rule.pressure_weight * rho[i]);
+    for (i = 0; i < count && motion->forces.world_units; i++) {
+        const springls__v3 in_voxels = springls__velocity_to_voxel(motion, v + 3 * i);
+        memcpy(v + 3 * i, &in_voxels.x, 3 * sizeof *v);
     }
-}
-
-/* Adds rho of eq. 1 and motion by curvature at the particles of the batch, along the normals. */
-SPRINGLS__FN void springls__push(const springls__motion *motion, springls__force_block *block, springls__v3 *out)
-{
-    const springls_forces *forces = &motion->forces;
-    const springls_batch *batch = &block->batch, *given = springls__callback_batch(motion, block);
-    const springls__v3 *points = (const springls__v3 *)(const void *)batch->points;
-    float *buffer = block->answer;
-    int i, count = batch->count;
-    if (forces->pressure) {
-        (forces->pressure)(forces->user, given->points, given->normals, count, batch->time, buffer);
-        springls__add_pressure(motion, given, buffer, out);
-    }
-    if (forces->pressure_batch) {
-        (forces->pressure_batch)(forces->user, given, buffer);
-        springls__add_pressure(motion, given, buffer, out);
-    }
-    if (forces->pressure_grid.data) {
-        for (i = 0; i < count; i++)
-            springls__field_sample(&motion->rule.pressure, forces->pressure_grid.data, points[i], buffer + i);
-        springls__add_pressure(motion, given, buffer, out);
-    }
-    if (forces->curvature_weight != 0.0f) {
-        for (i = 0; i < count; i++) {
-            springls__v3 n = springls__load3(batch->normals + 3 * i);
-            springls__v3 velocity =
-                springls__curvature_velocity(&motion->ctx->model.grid, points[i], n, motion->rule.curvature_span);
-            out[i] = springls__mad(out[i], velocity, motion->rule.curvature_weight);
-        }
-    }
-}
-
-/* Adds to the slopes of all points of a block the affine maps of their springls, 12 floats each. */
-SPRINGLS__FN void springls__add_affine(const springls__motion *motion, const float *affine, const springls__v3 *x, int count,
-                                       springls__v3 *slope)
-{
-    int i, k, m;
-    for (m = 0; m < SPRINGLS__MOVERS; m++)
-        for (i = 0; i < count; i++) {
-            const float *A = affine + 12 * i;
-            float q[3], v[3];
-            springls__callback_place(motion, &motion->ctx->window, x[m * count + i], q);
-            for (k = 0; k < 3; k++) v[k] = A[4 * k] * q[0] + A[4 * k + 1] * q[1] + A[4 * k + 2] * q[2] + A[4 * k + 3];
-            slope[m * count + i] = springls__mad(slope[m * count + i], springls__velocity_to_voxel(motion, v),
-                                                 motion->affine_weight);
-        }
-}
-
-/* Sets the points of a batch to those of mover m of a block: particles for 0, vertices m - 1 for 1, 2, 3. */
-SPRINGLS__FN void springls__batch_points(springls_batch *batch, const springls__v3 *x, int m)
-{
-    batch->points = &x[m * batch->count].x;
-    batch->vertex = m - 1;
 }
 
 /* Returns whether any force reads the springls' normals. Where none does, they are not computed. */
@@ -14434,145 +14118,204 @@ SPRINGLS__FN bool springls__reads_normals(const springls_forces *forces)
            || forces->world_units;
 }
 
-/* Finds the flow at the particles of a block, where its points are at x. */
-SPRINGLS__FN void springls__particle_flow(const springls__motion *motion, springls__force_block *block, const springls__v3 *x,
-                                          float time, springls__v3 *flow)
+SPRINGLS__FN int springls__vec_flow_movers(const struct springls__vec_path *path)
 {
-    springls_batch *batch = &block->batch;
-    springls__v3 *normals = block->normals;
-    springls__tri t;
-    int i, count = batch->count;
-    for (i = 0; i < count && springls__reads_normals(&motion->forces); i++) {
-        t.a = x[count + i];
-        t.b = x[2 * count + i];
-        t.c = x[3 * count + i];
-        normals[i] = springls__tri_normal(t);
-    }
-    batch->normals = &normals[0].x;
-    batch->time = time;
-    springls__batch_points(batch, x, 0);
-    springls__flow(motion, block, flow);
+    const springls__force_block *block = (const springls__force_block *)(const void *)path;
+    return springls__reads_normals(&block->motion->forces) ? SPRINGLS__MOVERS : 1;
 }
 
-/* Adds the affine maps of the callbacks to the slopes of all points of a block, where they are at x. */
-SPRINGLS__FN void springls__add_affine_maps(const springls__motion *motion, springls__force_block *block, const springls__v3 *x,
-                                            springls__v3 *slope)
+/* Finds the normals of a block of springls whose vertices are at x[1], x[2] and x[3]. */
+SPRINGLS__FN void springls__find_normals(springls__force_block *block, springls__points *x)
 {
+    float n[3][SPRINGLS__LANES], *out = block->normals;
+    int g, lane, k;
+    for (g = 0; g < SPRINGLS__GROUPS; g++) {
+        const springls__vec3 normal = springls__vec_normal_of(
+            springls__vec_by_lane(x[1][g]), springls__vec_by_lane(x[2][g]), springls__vec_by_lane(x[3][g]));
+        springls__vec_store(n[0], normal.x);
+        springls__vec_store(n[1], normal.y);
+        springls__vec_store(n[2], normal.z);
+        for (lane = 0; lane < SPRINGLS__LANES; lane++)
+            for (k = 0; k < 3; k++) *out++ = n[k][lane];
+    }
+}
+
+/* Sets the points of a block's batch to those of mover m: particles for 0, vertices m - 1 for 1, 2, 3. */
+SPRINGLS__FN void springls__batch_points(springls__force_block *block, springls__points *x, int m)
+{
+    block->batch.points = springls__coordinates(x[m]);
+    block->batch.vertex = m - 1;
+}
+
+/* Adds what the last callback has answered to sigma. */
+SPRINGLS__FN void springls__add_answer(springls__force_block *block, springls__vec3 *flow)
+{
+    const springls__vec weight = springls__vec_broadcast(block->motion->rule.velocity_weight);
+    int g;
+    springls__velocities_to_voxel(block->motion, springls__coordinates(block->answer), block->batch.count);
+    for (g = 0; g < SPRINGLS__GROUPS; g++) flow[g] = springls__vec_mad(flow[g], block->answer[g], weight);
+}
+
+SPRINGLS__FN void springls__vec_find_flow(const springls__model *model, const springls__force_rule *rule,
+                                          struct springls__vec_path *path, springls__points *x, int m, int k, springls__vec3 *flow)
+{
+    springls__force_block *block = springls__block_of(path);
+    const springls__motion *motion = block->motion;
     const springls_forces *forces = &motion->forces;
-    springls_batch *batch = &block->batch;
+    const springls__vec weight = springls__vec_broadcast(rule->velocity_weight);
     const springls_batch *given;
-    if (!springls__has_affine(forces)) return;
-    springls__batch_points(batch, x, 0);
+    float *v = springls__coordinates(flow), *answer = springls__coordinates(block->answer);
+    const int count = block->batch.count;
+    int i;
+    (void)model;
+    block->batch.time = rule->stage_time[k];
+    if (m == 0 && springls__reads_normals(forces)) springls__find_normals(block, x);
+    springls__batch_points(block, x, m);
     given = springls__callback_batch(motion, block);
+    memset(v, 0, sizeof(springls__points));
+    if (forces->velocity) {
+        (forces->velocity)(forces->user, given->points, count, given->time, v);
+        springls__velocities_to_voxel(motion, v, count);
+        for (i = 0; i < SPRINGLS__GROUPS; i++) flow[i] = springls__vec_scale(flow[i], weight);
+    }
+    if (forces->velocity_batch) {
+        (forces->velocity_batch)(forces->user, given, answer);
+        springls__add_answer(block, flow);
+    }
+    if (!forces->velocity_grid.data) return;
+    for (i = 0; i < count; i++) {
+        const springls__v3 at = springls__load3(block->batch.points + 3 * i);
+        const springls__v3 sampled = springls__sampled_velocity(rule, forces->velocity_grid.data, at);
+        memcpy(answer + 3 * i, &sampled.x, 3 * sizeof *answer);
+    }
+    springls__add_answer(block, flow);
+}
+
+/* Adds pressures, one a particle of a batch, along its normals. */
+SPRINGLS__FN void springls__add_pressure(const springls__motion *motion, const springls_batch *given, const float *rho, float *push)
+{
+    int i;
+    for (i = 0; i < given->count; i++) {
+        const springls__v3 unit_speed = springls__velocity_to_voxel(motion, given->normals + 3 * i);
+        const springls__v3 pressed = springls__pressed(&motion->rule, rho[i], unit_speed, springls__load3(push + 3 * i));
+        memcpy(push + 3 * i, &pressed.x, 3 * sizeof *push);
+    }
+}
+
+/* Adds the pressures of callbacks and samples at the particles of a block. */
+SPRINGLS__FN void springls__add_pressures(springls__force_block *block, float *push)
+{
+    const springls__motion *motion = block->motion;
+    const springls_forces *forces = &motion->forces;
+    const springls_batch *given = springls__callback_batch(motion, block);
+    int i;
+    if (forces->pressure) {
+        (forces->pressure)(forces->user, given->points, given->normals, given->count, given->time, block->rho);
+        springls__add_pressure(motion, given, block->rho, push);
+    }
+    if (forces->pressure_batch) {
+        (forces->pressure_batch)(forces->user, given, block->rho);
+        springls__add_pressure(motion, given, block->rho, push);
+    }
+    if (!forces->pressure_grid.data) return;
+    for (i = 0; i < given->count; i++)
+        block->rho[i] = springls__sampled_pressure(&motion->rule, forces->pressure_grid.data,
+                                                   springls__load3(block->batch.points + 3 * i));
+    springls__add_pressure(motion, given, block->rho, push);
+}
+
+SPRINGLS__FN void springls__vec_add_push(const springls__model *model, const springls__force_rule *rule,
+                                         struct springls__vec_path *path, springls__points *x, springls__vec3 *push)
+{
+    springls__force_block *block = springls__block_of(path);
+    float *out = springls__coordinates(push);
+    int i;
+    springls__batch_points(block, x, 0);
+    if (springls__has_pressure(&block->motion->forces)) springls__add_pressures(block, out);
+    for (i = 0; i < block->batch.count && rule->curvature_weight != 0.0f; i++) {
+        const springls__v3 at = springls__load3(block->batch.points + 3 * i), n = springls__load3(block->normals + 3 * i);
+        const springls__v3 curved = springls__curved(&model->grid, rule, at, n, springls__load3(out + 3 * i));
+        memcpy(out + 3 * i, &curved.x, 3 * sizeof *out);
+    }
+}
+
+/* Adds the velocities of affine maps, one a springl, to the slopes of all points of a block. */
+SPRINGLS__FN void springls__add_maps(const springls__force_block *block, springls__points *x, springls__points *slope)
+{
+    const springls__motion *motion = block->motion;
+    int i, k, m;
+    for (m = 0; m < SPRINGLS__MOVERS; m++)
+        for (i = 0; i < block->batch.count; i++) {
+            const float *A = block->affine + 12 * i;
+            float q[3], v[3], *out = springls__coordinates(slope[m]) + 3 * i;
+            springls__v3 sum;
+            springls__callback_place(motion, &motion->ctx->window, springls__load3(springls__coordinates(x[m]) + 3 * i), q);
+            for (k = 0; k < 3; k++) v[k] = A[4 * k] * q[0] + A[4 * k + 1] * q[1] + A[4 * k + 2] * q[2] + A[4 * k + 3];
+            sum = springls__mad(springls__load3(out), springls__velocity_to_voxel(motion, v), motion->affine_weight);
+            memcpy(out, &sum.x, 3 * sizeof *out);
+        }
+}
+
+SPRINGLS__FN void springls__vec_add_affine(const springls__force_rule *rule, struct springls__vec_path *path, springls__points *x,
+                                           springls__points *slope)
+{
+    springls__force_block *block = springls__block_of(path);
+    const springls_forces *forces = &block->motion->forces;
+    const springls_batch *given;
+    (void)rule;
+    if (!springls__has_affine(forces)) return;
+    springls__batch_points(block, x, 0);
+    given = springls__callback_batch(block->motion, block);
     if (forces->affine) {
-        (forces->affine)(forces->user, given->points, given->correspondences, batch->count, batch->time, block->answer);
-        springls__add_affine(motion, block->answer, x, batch->count, slope);
+        (forces->affine)(forces->user, given->points, given->correspondences, given->count, given->time, block->affine);
+        springls__add_maps(block, x, slope);
     }
     if (forces->affine_batch) {
-        (forces->affine_batch)(forces->user, given, block->answer);
-        springls__add_affine(motion, block->answer, x, batch->count, slope);
+        (forces->affine_batch)(forces->user, given, block->affine);
+        springls__add_maps(block, x, slope);
     }
 }
 
-/* Finds the slopes of all points of a block, where they are at x, and the flow at its particles. */
-SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls__force_block *block, const springls__v3 *x,
-                                   float time, springls__v3 *slope, springls__v3 *flow)
-{
-    springls_batch *batch = &block->batch;
-    springls__v3 *push = block->push;
-    int i, m, count = batch->count;
-    springls__particle_flow(motion, block, x, time, flow);
-    memcpy(slope, flow, (size_t)count * sizeof *slope);
-    if (!motion->ctx->model.params.vertex_velocity) {
-        springls__push(motion, block, slope);
-        for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2 */
-    } else { /* a push moves the springl as a whole: its vertices have no normals of their own */
-        memset(push, 0, (size_t)count * sizeof *push);
-        springls__push(motion, block, push);
-        for (m = 1; m < SPRINGLS__MOVERS; m++) {
-            springls__batch_points(batch, x, m);
-            springls__flow(motion, block, slope + m * count);
-        }
-        for (m = 0; m < SPRINGLS__MOVERS; m++)
-            for (i = 0; i < count; i++) slope[m * count + i] = springls__add(slope[m * count + i], push[i]);
-    }
-    springls__add_affine_maps(motion, block, x, slope);
-}
-
-/* Finds springls__simpson_residual for the particles of a block, which a step displaces by `at`. */
-SPRINGLS__FN void springls__path_residuals(const springls__motion *motion, springls__force_block *block)
-{
-    const springls__force_rule *rule = &motion->rule;
-    springls__v3 *along = block->along, *flow = block->flow_along, *residual = block->residual;
-    int i, count = block->batch.count, n = SPRINGLS__MOVERS * count;
-    memset(residual, 0, (size_t)count * sizeof *residual);
-    if (!springls__has_velocity(&motion->forces)) return;
-    for (i = 0; i < n; i++) along[i] = springls__add(block->x[i], block->at[i]);
-    springls__particle_flow(motion, block, along, rule->stage_time[3], flow);
-    for (i = 0; i < count; i++) residual[i] = springls__sub(flow[i], block->flow[3][i]);
-    for (i = 0; i < n; i++) {
-        springls__v3 end = springls__add(block->slope[3][i], residual[i % count]);
-        along[i] = springls__cubic_middle(block->x[i], block->at[i], block->slope[0][i], end, rule->dt);
-    }
-    springls__particle_flow(motion, block, along, rule->stage_time[1], flow);
-    for (i = 0; i < count; i++)
-        residual[i] = springls__simpson_residual(block->flow[1][i], block->flow[2][i], flow[i], residual[i]);
-}
-
-/* Reads the springls of a block. */
+/* Reads the springls of a block. Groups are whole: what is beyond the last springl lies at 0. */
 SPRINGLS__FN void springls__advect_read(const springls__motion *motion, int first, int count, springls__force_block *block)
 {
     const springls__constellation *set = &motion->ctx->model.set;
+    float *x = springls__coordinates(block->path.x[0]);
     int i, m;
     memset(&block->batch, 0, sizeof block->batch);
-    block->batch.correspondences = &block->a[0].x;
+    if (count < SPRINGLS__ADVECT_BLOCK) memset(x, 0, sizeof block->path.x);
+    memset(block->answer, 0, sizeof block->answer);
+    block->motion = motion;
+    block->batch.correspondences = block->a;
+    block->batch.normals = block->normals;
     block->batch.springls = block->springls;
     block->batch.ids = block->ids;
     block->batch.count = count;
     for (i = 0; i < count; i++) {
-        int springl = block->springls[i] = motion->listed ? motion->listed[first + i] : first + i;
-        block->a[i] = set->a[springl];
+        const int springl = block->springls[i] = motion->listed ? motion->listed[first + i] : first + i;
+        memcpy(block->a + 3 * i, &set->a[springl].x, 3 * sizeof *x);
         block->ids[i] = set->id[springl];
         block->before[i] = set->error[springl];
-        block->x[i] = set->s[springl].p;
-        for (m = 0; m < 3; m++) block->x[(m + 1) * count + i] = set->s[springl].q[m];
+        memcpy(x + 3 * i, &set->s[springl].p.x, 3 * sizeof *x);
+        for (m = 0; m < 3; m++)
+            memcpy(x + 3 * ((m + 1) * SPRINGLS__ADVECT_BLOCK + i), &set->s[springl].q[m].x, 3 * sizeof *x);
     }
 }
 
-/* Displaces the points of a block by fourth-order Runge-Kutta (eq. 2), whose first slopes are known, and estimates the errors. */
-SPRINGLS__FN void springls__runge_kutta(const springls__motion *motion, springls__force_block *block)
-{
-    springls__v3 *x = block->x, *at = block->at, (*k)[SPRINGLS__ADVECT_POINTS] = block->slope;
-    const float *time = motion->rule.stage_time, dt = motion->rule.dt;
-    int i, stage, count = block->batch.count, n = SPRINGLS__MOVERS * count;
-    for (stage = 1; stage < 4; stage++) {
-        const float span = stage == 3 ? dt : 0.5f * dt;
-        for (i = 0; i < n; i++) at[i] = springls__mad(x[i], k[stage - 1][i], span);
-        springls__slopes(motion, block, at, time[stage], k[stage], block->flow[stage]);
-    }
-    for (i = 0; i < n; i++) at[i] = springls__rk4(k[0][i], k[1][i], k[2][i], k[3][i], dt);
-    springls__path_residuals(motion, block);
-    for (i = 0; i < count; i++)
-        block->error[i] = springls__rk4_error(k[0][i], k[1][i], k[2][i], k[3][i], block->residual[i], dt);
-}
-
-/* Displaces the springls first, ..., first + count - 1 of a motion by Runge-Kutta or one Euler step. */
+/* Displaces the springls first, ..., first + count - 1 of a motion. */
 SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int first, int count, springls__force_block *block)
 {
-    springls__v3 *x = block->x, *at = block->at;
-    springls_context *ctx = motion->ctx;
+    const springls__model *model = &motion->ctx->model;
+    const springls__force_rule *rule = &motion->rule;
+    const float *x = springls__coordinates(block->path.x[0]), *d = springls__coordinates(block->path.at[0]);
+    const float *error = (const float *)(const void *)block->path.error;
     int i;
     springls__advect_read(motion, first, count, block);
-    springls__slopes(motion, block, x, motion->rule.stage_time[0], block->slope[0], block->flow[0]);
-    if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
-        for (i = 0; i < SPRINGLS__MOVERS * count; i++) at[i] = springls__scale(block->slope[0][i], motion->rule.dt);
-        memset(block->error, 0, sizeof block->error);
-    } else springls__runge_kutta(motion, block);
+    springls__vec_integrate(model, rule, &block->path);
     for (i = 0; i + SPRINGLS__LANES <= count; i += SPRINGLS__LANES)
-        springls__vec_displace_by(&ctx->model, &motion->rule, first + i, x + i, at + i, count, block->error + i,
-                                  block->before + i);
+        springls__vec_displace_by(model, rule, first + i, x + 3 * i, d + 3 * i, SPRINGLS__ADVECT_BLOCK, error + i, block->before + i);
     for (; i < count; i++)
-        springls__displace_by(&ctx->model, &motion->rule, first + i, x + i, at + i, count, block->error + i, block->before + i);
+        springls__displace_by(model, rule, first + i, x + 3 * i, d + 3 * i, SPRINGLS__ADVECT_BLOCK, error + i, block->before + i);
 }
 
 /* Returns how many blocks the springls of a motion are. */
@@ -14581,20 +14324,33 @@ SPRINGLS__FN int springls__advect_blocks(const springls__motion *motion)
     return (motion->count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK;
 }
 
+enum { SPRINGLS__BLOCK_ALIGNMENT = 64 }; /* bytes: of a cache line, and of the widest vector */
+
+/* Returns how many floats a lane needs to hold a block, wherever it begins. */
+SPRINGLS__FN size_t springls__block_floats(void)
+{
+    return (sizeof(springls__force_block) + 2 * SPRINGLS__BLOCK_ALIGNMENT) / SPRINGLS__BLOCK_ALIGNMENT
+         * (SPRINGLS__BLOCK_ALIGNMENT / sizeof(float));
+}
+
 /* Displaces some blocks: callbacks see the same batches for any division of the loop. */
 SPRINGLS__FN void springls__advect_work(void *arg, int begin, int end, float *memory)
 {
     const springls__motion *motion = (const springls__motion *)arg;
+    const size_t beyond = (size_t)(uintptr_t)memory % SPRINGLS__BLOCK_ALIGNMENT;
+    char *aligned = (char *)(void *)memory + (beyond ? SPRINGLS__BLOCK_ALIGNMENT - beyond : 0);
     for (; begin < end; begin++) {
         int first = begin * SPRINGLS__ADVECT_BLOCK;
         springls__advect_block(motion, first, springls__imin(SPRINGLS__ADVECT_BLOCK, motion->count - first),
-                               (springls__force_block *)(void *)memory);
+                               (springls__force_block *)(void *)aligned);
     }
 }
 
+#undef SPRINGLS__GROUPS
+
 /* ======== >>advect  (src/stages/advect.h) ====================================================================== */
-/* advect.h - moves springls by the forces (section 4.2, eq. 1 and 2): by a kernel where it can evaluate them, else block by block
-   (forces.h). */
+/* advect.h - moves springls by the forces (section 4.2, eq. 1 and 2): by a kernel where a device can evaluate them, else block by
+   block (forces.h). */
 
 /* Voxels, the largest motion of one advect in a window that follows: further out a float does not resolve a 16th of a voxel. */
 enum { SPRINGLS__FURTHEST_MOTION = 1000000 };
@@ -14623,6 +14379,7 @@ SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const
     SPRINGLS__TRY(springls__check_forces(ctx, forces));
     motion->forces = *forces;
     motion->rule.pressure_weight = forces->pressure_weight != 0.0f ? forces->pressure_weight : 1.0f;
+    motion->rule.has_velocity = forces->velocity || forces->velocity_batch;
     motion->rule.velocity_weight = forces->velocity_weight != 0.0f ? forces->velocity_weight : 1.0f;
     motion->affine_weight = forces->affine_weight != 0.0f ? forces->affine_weight : 1.0f;
     motion->rule.euler = forces->integrator == SPRINGLS_INTEGRATOR_EULER;
@@ -14637,11 +14394,10 @@ SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const
     return SPRINGLS_OK;
 }
 
-/* Writes into the rule the times of the Runge-Kutta stages, and what follows from them. */
+/* Writes the times of the Runge-Kutta stages into the rule. */
 SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
 {
-    int k;
-    float spread = motion->ctx->model.params.half_time_sampling ? 0.5f * motion->dt : motion->dt;
+    const float spread = motion->ctx->model.params.half_time_sampling ? 0.5f * motion->dt : motion->dt;
     if (!springls__finite_float(motion->dt))
         return springls__fail(motion->ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is %g, not finite", (double)motion->dt);
     motion->rule.dt = motion->dt;
@@ -14649,9 +14405,6 @@ SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
     motion->rule.stage_time[1] = motion->rule.stage_time[2] = motion->time + 0.5f * spread;
     motion->rule.stage_time[3] = motion->time + spread;
     motion->rule.stop_at_topology = motion->stop_at_topology;
-    for (k = 0; k < 4 && motion->rule.flow == SPRINGLS__FLOW_DEFORMATION; k++)
-        motion->rule.flow_amplitude[k] = springls__deformation_amplitude(
-            motion->rule.flow_numbers[0], motion->rule.flow_numbers[1], motion->rule.stage_time[k]);
     return SPRINGLS_OK;
 }
 
@@ -14688,7 +14441,7 @@ SPRINGLS__FN springls_status springls__displace_in_blocks(springls__motion *moti
     springls_context *ctx = motion->ctx;
     bool reads_phi = motion->rule.curvature_weight != 0.0f || motion->rule.smoothing != 0.0f || motion->rule.stop_at_topology;
     uint64_t grid = reads_phi ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP) : 0;
-    const size_t floats = (sizeof(springls__force_block) + 63) / 64 * 16; /* lanes begin on cache lines */
+    const size_t floats = springls__block_floats();
     if (motion->has_region) SPRINGLS__TRY(springls__list_region(motion));
     if (motion->count == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(ERROR) | grid,
@@ -14714,35 +14467,14 @@ SPRINGLS__FN void springls__displaced(springls__motion *motion)
         && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(motion_class), motion->count, SPRINGLS__MOTION_NONE) == motion->count;
 }
 
-/* Returns true when the kernel can evaluate the forces, and completes the rule for it. On the host it has no samples, and does
-   not skip springls outside of a region. */
-SPRINGLS__FN bool springls__kernel_can_displace(springls__motion *motion)
+/* Returns true when the device can evaluate the forces: samples, motion by curvature, and a velocity of which it has the text. */
+SPRINGLS__FN bool springls__device_can_displace(const springls__motion *motion)
 {
     const springls_forces *forces = &motion->forces;
-    float *n = motion->rule.flow_numbers;
-    if (forces->world_units) return false;
-    if (!motion->ctx->on_device && (forces->pressure_grid.data || forces->velocity_grid.data || motion->has_region)) return false;
+    const springls_backend *backend = motion->ctx->backend;
+    if (!motion->ctx->on_device || forces->world_units) return false;
     if (forces->pressure || forces->pressure_batch || forces->velocity_batch || springls__has_affine(forces)) return false;
-    motion->rule.flow = SPRINGLS__FLOW_NONE;
-    if (forces->velocity == springls_velocity_deformation) {
-        const springls_deformation_flow *flow = (const springls_deformation_flow *)forces->user;
-        motion->rule.flow = SPRINGLS__FLOW_DEFORMATION;
-        n[0] = flow->grid_size;
-        n[1] = flow->period;
-    } else if (forces->velocity == springls_velocity_rotation) {
-        const springls_rotation_flow *flow = (const springls_rotation_flow *)forces->user;
-        springls__v3 axis = springls__normalize(springls__load3(flow->axis));
-        motion->rule.flow = SPRINGLS__FLOW_ROTATION;
-        memcpy(n, flow->center, 3 * sizeof *n);
-        n[3] = axis.x; n[4] = axis.y; n[5] = axis.z;
-        n[6] = flow->angular_velocity;
-    } else if (forces->velocity) {
-        const springls_backend *backend = motion->ctx->backend;
-        if (!motion->ctx->on_device) return false;
-        if (forces->velocity != backend->user_velocity || (backend->user_bytes > 0 && !forces->user)) return false;
-        motion->rule.flow = SPRINGLS__FLOW_USER;
-    }
-    return true;
+    return !forces->velocity || (forces->velocity == backend->user_velocity && (backend->user_bytes == 0 || forces->user));
 }
 
 /* Sends a sampled field to the device, unless the same version of it is there. */
@@ -14768,7 +14500,7 @@ SPRINGLS__FN springls_status springls__forces_to_device(springls__motion *motion
         springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_PRESSURE, &motion->forces.pressure_grid, &motion->rule.pressure));
     SPRINGLS__TRY(
         springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_VELOCITY, &motion->forces.velocity_grid, &motion->rule.velocity));
-    if (motion->rule.flow == SPRINGLS__FLOW_USER && ctx->backend->user_bytes > 0)
+    if (motion->rule.has_velocity && ctx->backend->user_bytes > 0)
         SPRINGLS__TRY(
             (ctx->backend->upload)(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], motion->forces.user, ctx->backend->user_bytes));
     return (ctx->backend->upload)(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &motion->rule, sizeof motion->rule);
@@ -14787,7 +14519,6 @@ SPRINGLS__FN springls_status springls__displace_all(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
     int count = ctx->model.set.count;
-    bool by_kernel = springls__kernel_can_displace(motion);
     SPRINGLS__TRY(springls__motion_times(motion));
     motion->listed = NULL;
     motion->count = springls__has_no_force(motion) ? 0 : count;
@@ -14798,17 +14529,12 @@ SPRINGLS__FN springls_status springls__displace_all(springls__motion *motion)
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, turning2, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, motion_class, count));
     if (ctx->on_device) SPRINGLS__TRY(springls__reserve_counts(ctx));
-    if (by_kernel && ctx->on_device) {
+    if (springls__device_can_displace(motion)) {
         springls_status status = springls__forces_to_device(motion);
         if (status == SPRINGLS_OK) status = springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, NULL);
         if (!springls__repeat_on_host(ctx, &status)) return status;
-        by_kernel = springls__kernel_can_displace(motion);
     }
-    if (!by_kernel) return springls__displace_in_blocks(motion);
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_FORCE_RULE, 1, 0));
-    *ctx->model.force.rule = motion->rule;
-    springls__loop(ctx, SPRINGLS__KERNEL_displace, count, NULL);
-    return SPRINGLS_OK;
+    return springls__displace_in_blocks(motion);
 }
 
 /* Makes moved_springls and moved_error the springls and their errors. Where only some are listed these are copied to their places,
@@ -27502,7 +27228,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1033 \"springls.h\"\n",
+    "#line 1032 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -27610,7 +27336,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2133 \"springls.h\"\n",
+    "#line 2123 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -27633,7 +27359,7 @@ static const char *const springls__kernel_lines[] = {
     "  /* Writes a number where other work items may write the same one meanwhile. */\n",
     "  #define SPRINGLS__MARK(pointer, number) (*(pointer) = (number))\n",
     "  #define SPRINGLS__CONST   static __constant  /* a read-only table                     */\n",
-    "  /* Calls springls_cl_desc.velocity_source for advect.h. */\n",
+    "  /* Calls springls_cl_desc.velocity_source for displace.cl. */\n",
     "  #define SPRINGLS__USER_VELOCITY                                                                                         \\\n",
     "      float3 springls_velocity(float3 x, float time, __global const float *user);                                         \\\n",
     "      static inline springls__v3 springls__user_velocity(springls__v3 x, float time, __global const float *user)          \\\n",
@@ -27679,14 +27405,6 @@ static const char *const springls__kernel_lines[] = {
     "  #else\n",
     "    #define SPRINGLS__MARK(pointer, number) (*(pointer) = (number))\n",
     "  #endif\n",
-    "  /* Defines a function that is never called: on the host the velocity is a callback. */\n",
-    "  #define SPRINGLS__USER_VELOCITY                                                                                         \\\n",
-    "      SPRINGLS__MATHS springls__v3 springls__user_velocity(springls__v3 x, float time, const float *user)                  \\\n",
-    "      {                                                                                                                   \\\n",
-    "          (void)time;                                                                                                     \\\n",
-    "          (void)user;                                                                                                     \\\n",
-    "          return x;                                                                                                       \\\n",
-    "      }\n",
     "  #define SPRINGLS__CONST static const\n",
     "  #define springls__sqrt(x)   sqrtf(x)\n",
     "  #define springls__fabs(x)   fabsf(x)\n",
@@ -27715,7 +27433,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2239 \"springls.h\"\n",
+    "#line 2221 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -27737,7 +27455,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2262 \"springls.h\"\n",
+    "#line 2244 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27752,7 +27470,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2278 \"springls.h\"\n",
+    "#line 2260 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -27876,7 +27594,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2402 \"springls.h\"\n",
+    "#line 2384 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -27946,7 +27664,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2473 \"springls.h\"\n",
+    "#line 2455 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -28166,7 +27884,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2694 \"springls.h\"\n",
+    "#line 2676 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28181,7 +27899,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2709 \"springls.h\"\n",
+    "#line 2691 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -28305,14 +28023,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2833 \"springls.h\"\n",
+    "#line 2815 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2841 \"springls.h\"\n",
+    "#line 2823 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -28411,7 +28129,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 2941 \"springls.h\"\n",
+    "#line 2923 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -28466,7 +28184,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 2997 \"springls.h\"\n",
+    "#line 2979 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -28562,7 +28280,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 3094 \"springls.h\"\n",
+    "#line 3076 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -28574,7 +28292,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3106 \"springls.h\"\n",
+    "#line 3088 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28589,7 +28307,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3122 \"springls.h\"\n",
+    "#line 3104 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -28633,7 +28351,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3166 \"springls.h\"\n",
+    "#line 3148 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28648,7 +28366,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3181 \"springls.h\"\n",
+    "#line 3163 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -28692,7 +28410,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3225 \"springls.h\"\n",
+    "#line 3207 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -28771,7 +28489,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3304 \"springls.h\"\n",
+    "#line 3286 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28786,7 +28504,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3320 \"springls.h\"\n",
+    "#line 3302 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -28853,7 +28571,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3387 \"springls.h\"\n",
+    "#line 3369 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28868,7 +28586,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3402 \"springls.h\"\n",
+    "#line 3384 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -28935,7 +28653,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3470 \"springls.h\"\n",
+    "#line 3452 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -29316,7 +29034,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3852 \"springls.h\"\n",
+    "#line 3834 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -30015,7 +29733,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4552 \"springls.h\"\n",
+    "#line 4534 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -30275,7 +29993,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4813 \"springls.h\"\n",
+    "#line 4795 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -30477,7 +30195,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5016 \"springls.h\"\n",
+    "#line 4998 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -30594,14 +30312,8 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5134 \"springls.h\"\n",
-    "/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */\n",
-    "\n",
-    "/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */\n",
-    "SPRINGLS__MATHS float springls__deformation_amplitude(float n, float period, float time)\n",
-    "{\n",
-    "    return n * springls__cospi(time / period);\n",
-    "}\n",
+    "#line 5116 \"springls.h\"\n",
+    "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
     "   displacement. phi must grow when the springl moves along its normal, and fall when it moves against it; else it has run into\n",
@@ -30721,39 +30433,46 @@ static const char *const springls__kernel_lines[] = {
     "    return springls__scale(n, springls__clamp(sum * (-4.0f / 6.0f), -2.0f, 2.0f));\n",
     "}\n",
     "\n",
-    "/* Names the flows that kernels compute without a callback (eq. 1). */\n",
-    "#define SPRINGLS__FLOW_NONE 0\n",
-    "#define SPRINGLS__FLOW_DEFORMATION 1\n",
-    "#define SPRINGLS__FLOW_ROTATION 2\n",
-    "#define SPRINGLS__FLOW_USER 3\n",
-    "\n",
     "typedef struct springls__force_rule {\n",
     "    springls__field pressure, velocity; /* channels 0: none */\n",
     "    float pressure_weight, velocity_weight, curvature_weight, curvature_span;\n",
-    "    int flow;\n",
-    "    float flow_numbers[8]; /* of the deformation: n, period; of the rotation: center, axis, angular velocity */\n",
-    "    float dt, stage_time[4], flow_amplitude[4]; /* of the Runge-Kutta stages; amplitude: n s(t) of the deformation */\n",
+    "    int has_velocity;        /* 1: callbacks or the user's text give a velocity */\n",
+    "    float dt, stage_time[4]; /* of the Runge-Kutta stages */\n",
     "    float smoothing;         /* voxel^2: motion by curvature in addition, whatever dt is (eq. 22) */\n",
     "    int euler, stop_at_topology;\n",
     "    springls__v3 region_lower, region_upper; /* voxels: particles outside do not move */\n",
-    "    springls__v3 window;     /* voxels: from the window to the lattice, where flows are given */\n",
+    "    springls__v3 window;     /* voxels: from the window to the lattice, where velocities are given */\n",
     "} springls__force_rule;\n",
     "\n",
-    "SPRINGLS__USER_VELOCITY\n",
+    "/* Returns the velocity at x, linear between the samples of the rule's field. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__sampled_velocity(const springls__force_rule *rule, SPRINGLS__GLOBAL const float *samples,\n",
+    "                                                        springls__v3 x)\n",
+    "{\n",
+    "    float v[3];\n",
+    "    springls__field_sample(&rule->velocity, samples, x, v);\n",
+    "    return springls__v3_make(v[0], v[1], v[2]);\n",
+    "}\n",
     "\n",
-    "/* Returns `out` plus rho of eq. 1 and motion by curvature, both along the unit normal n. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__pushed_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x,\n",
-    "                                                 springls__v3 n, springls__v3 out)\n",
+    "SPRINGLS__MATHS float springls__sampled_pressure(const springls__force_rule *rule, SPRINGLS__GLOBAL const float *samples,\n",
+    "                                                 springls__v3 x)\n",
     "{\n",
     "    float rho;\n",
-    "    if (rule->pressure.channels != 0) {\n",
-    "        springls__field_sample(&rule->pressure, model->force.pressure, x, &rho);\n",
-    "        out = springls__mad(out, n, rule->pressure_weight * rho);\n",
-    "    }\n",
-    "    if (rule->curvature_weight != 0.0f)\n",
-    "        out = springls__mad(out, springls__curvature_velocity(&model->grid, x, n, rule->curvature_span),\n",
-    "                            rule->curvature_weight);\n",
-    "    return out;\n",
+    "    springls__field_sample(&rule->pressure, samples, x, &rho);\n",
+    "    return rho;\n",
+    "}\n",
+    "\n",
+    "/* Returns `out` plus rho of eq. 1 along the unit normal n. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__pressed(const springls__force_rule *rule, float rho, springls__v3 n, springls__v3 out)\n",
+    "{\n",
+    "    return springls__mad(out, n, rule->pressure_weight * rho);\n",
+    "}\n",
+    "\n",
+    "/* Returns `out` plus motion by curvature at x along the unit normal n. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__curved(const springls__grid *g, const springls__force_rule *rule, springls__v3 x,\n",
+    "                                              springls__v3 n, springls__v3 out)\n",
+    "{\n",
+    "    if (rule->curvature_weight == 0.0f) return out;\n",
+    "    return springls__mad(out, springls__curvature_velocity(g, x, n, rule->curvature_span), rule->curvature_weight);\n",
     "}\n",
     "\n",
     "/* Returns the displacement by eq. 22's curvature term at x, facing n. */\n",
@@ -30767,7 +30486,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Returns true where there is a sigma of eq. 1. */\n",
     "SPRINGLS__MATHS bool springls__has_flow(const springls__force_rule *rule)\n",
     "{\n",
-    "    return rule->flow != SPRINGLS__FLOW_NONE || rule->velocity.channels != 0;\n",
+    "    return rule->has_velocity || rule->velocity.channels != 0;\n",
     "}\n",
     "\n",
     "/* The points of a springl that move: its particle, and its vertices. */\n",
@@ -30790,7 +30509,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5330 \"springls.h\"\n",
+    "#line 5313 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30805,27 +30524,8 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5346 \"springls.h\"\n",
-    "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
-    "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
-    "\n",
-    "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float amplitude)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));\n",
-    "    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);\n",
-    "    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);\n",
-    "    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);\n",
-    "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
-    "                                -s2x * s2y * sz * sz * amplitude);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotation_velocity)(SPRINGLS__NUM3 x, springls__v3 center, springls__v3 axis,\n",
-    "                                                                float omega)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 arm = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(center));\n",
-    "    return SPRINGLS__W(scale)(SPRINGLS__W(cross)(SPRINGLS__W(broadcast3)(axis), arm), SPRINGLS__W(broadcast)(omega));\n",
-    "}\n",
+    "#line 5329 \"springls.h\"\n",
+    "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rk4)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,\n",
@@ -30896,127 +30596,10 @@ static const char *const springls__kernel_lines[] = {
     "    lanes->z[lane] = v.z;\n",
     "}\n",
     "\n",
-    "/* Returns the normal of a springl with these points; one without area has none. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(normal_of_movers)(SPRINGLS__W(movers) at)\n",
+    "/* Returns the normal of a triangle; one without area has none. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(normal_of)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b, SPRINGLS__NUM3 c)\n",
     "{\n",
-    "    return SPRINGLS__W(normalize)(\n",
-    "        SPRINGLS__W(cross)(SPRINGLS__W(sub)(at.x[2], at.x[1]), SPRINGLS__W(sub)(at.x[3], at.x[1])));\n",
-    "}\n",
-    "\n",
-    "/* Returns the velocity at x of the user's flow, or of the samples. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(given_velocity)(const springls__model *model, const springls__force_rule *rule,\n",
-    "                                                             SPRINGLS__NUM3 x, int k, bool sampled)\n",
-    "{\n",
-    "    SPRINGLS__W(lanes) at, velocity;\n",
-    "    int lane;\n",
-    "    SPRINGLS__W(lanes_store)(&at, x);\n",
-    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
-    "        springls__v3 one = SPRINGLS__W(lane_get)(&at, lane), v;\n",
-    "        float sample[3];\n",
-    "        if (sampled) {\n",
-    "            springls__field_sample(&rule->velocity, model->force.velocity, one, sample);\n",
-    "            v = springls__v3_make(sample[0], sample[1], sample[2]);\n",
-    "        } else v = springls__user_velocity(one, rule->stage_time[k], model->force.user);\n",
-    "        SPRINGLS__W(lane_set)(&velocity, lane, v);\n",
-    "    }\n",
-    "    return SPRINGLS__W(load_v3)(velocity.x, velocity.y, velocity.z);\n",
-    "}\n",
-    "\n",
-    "/* Returns sigma of eq. 1 at x in Runge-Kutta stage k. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(flow_at)(const springls__model *model, const springls__force_rule *rule,\n",
-    "                                                      SPRINGLS__NUM3 x, int k)\n",
-    "{\n",
-    "    const SPRINGLS__NUM weight = SPRINGLS__W(broadcast)(rule->velocity_weight);\n",
-    "    const float *n = rule->flow_numbers;\n",
-    "    SPRINGLS__NUM3 out = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
-    "    SPRINGLS__NUM3 at = SPRINGLS__W(add)(x, SPRINGLS__W(broadcast3)(rule->window));\n",
-    "    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = SPRINGLS__W(deformation_velocity)(at, n[0], rule->flow_amplitude[k]);\n",
-    "    if (rule->flow == SPRINGLS__FLOW_ROTATION)\n",
-    "        out = SPRINGLS__W(rotation_velocity)(at, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);\n",
-    "    if (rule->flow == SPRINGLS__FLOW_USER) out = SPRINGLS__W(given_velocity)(model, rule, at, k, false);\n",
-    "    if (rule->flow != SPRINGLS__FLOW_NONE) out = SPRINGLS__W(scale)(out, weight);\n",
-    "    if (rule->velocity.channels == 0) return out;\n",
-    "    return SPRINGLS__W(mad)(out, SPRINGLS__W(given_velocity)(model, rule, x, k, true), weight);\n",
-    "}\n",
-    "\n",
-    "/* Returns `out` plus rho of eq. 1 and motion by curvature at the particle of a springl, both along its normal. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(pushed)(const springls__model *model, const springls__force_rule *rule,\n",
-    "                                                     SPRINGLS__W(movers) at, SPRINGLS__NUM3 out)\n",
-    "{\n",
-    "    SPRINGLS__W(lanes) p, n, sum;\n",
-    "    int lane;\n",
-    "    if (rule->pressure.channels == 0 && rule->curvature_weight == 0.0f) return out;\n",
-    "    SPRINGLS__W(lanes_store)(&p, at.x[0]);\n",
-    "    SPRINGLS__W(lanes_store)(&n, SPRINGLS__W(normal_of_movers)(at));\n",
-    "    SPRINGLS__W(lanes_store)(&sum, out);\n",
-    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)\n",
-    "        SPRINGLS__W(lane_set)(&sum, lane,\n",
-    "                              springls__pushed_at(model, rule, SPRINGLS__W(lane_get)(&p, lane), SPRINGLS__W(lane_get)(&n, lane),\n",
-    "                                                  SPRINGLS__W(lane_get)(&sum, lane)));\n",
-    "    return SPRINGLS__W(load_v3)(sum.x, sum.y, sum.z);\n",
-    "}\n",
-    "\n",
-    "/* Returns the slopes of all points of a springl (eq. 2) in Runge-Kutta stage k: all are the particle's or, with vertex_velocity,\n",
-    "   each is the flow at the point plus the push at the particle. *flow: the flow at the particle, without the push. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(slopes_of)(const springls__model *model, const springls__force_rule *rule,\n",
-    "                                                             SPRINGLS__W(movers) at, int k, SPRINGLS__NUM3 *flow)\n",
-    "{\n",
-    "    const int own = model->params.vertex_velocity ? SPRINGLS__MOVERS : 1;\n",
-    "    SPRINGLS__NUM3 push;\n",
-    "    SPRINGLS__W(movers) slope;\n",
-    "    int m;\n",
-    "    slope.error = SPRINGLS__W(broadcast)(0.0f);\n",
-    "    for (m = 0; m < own; m++) slope.x[m] = SPRINGLS__W(flow_at)(model, rule, at.x[m], k);\n",
-    "    *flow = slope.x[0];\n",
-    "    if (own == 1) {\n",
-    "        slope.x[0] = SPRINGLS__W(pushed)(model, rule, at, slope.x[0]);\n",
-    "        for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = slope.x[0];\n",
-    "        return slope;\n",
-    "    }\n",
-    "    push = SPRINGLS__W(pushed)(model, rule, at, SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f)));\n",
-    "    for (m = 0; m < SPRINGLS__MOVERS; m++) slope.x[m] = SPRINGLS__W(add)(slope.x[m], push);\n",
-    "    return slope;\n",
-    "}\n",
-    "\n",
-    "/* Returns all points, moved by s times their slopes. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(moved_by)(SPRINGLS__W(movers) at, SPRINGLS__W(movers) slope, float s)\n",
-    "{\n",
-    "    int m;\n",
-    "    for (m = 0; m < SPRINGLS__MOVERS; m++)\n",
-    "        at.x[m] = SPRINGLS__W(mad)(at.x[m], slope.x[m], SPRINGLS__W(broadcast)(s));\n",
-    "    return at;\n",
-    "}\n",
-    "\n",
-    "/* Returns simpson_residual at a particle that moves from x by d. flow: of the four stages. Pushes are not evaluated again: those\n",
-    "   of the stages stand for them. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(path_residual)(const springls__model *model, const springls__force_rule *rule,\n",
-    "                                                            SPRINGLS__NUM3 x, SPRINGLS__NUM3 d, SPRINGLS__NUM3 k1,\n",
-    "                                                            SPRINGLS__NUM3 k4, const SPRINGLS__NUM3 *flow)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 end = SPRINGLS__W(sub)(SPRINGLS__W(flow_at)(model, rule, SPRINGLS__W(add)(x, d), 3), flow[3]);\n",
-    "    SPRINGLS__NUM3 middle = SPRINGLS__W(cubic_middle)(x, d, k1, SPRINGLS__W(add)(k4, end), rule->dt);\n",
-    "    return SPRINGLS__W(simpson_residual)(flow[1], flow[2], SPRINGLS__W(flow_at)(model, rule, middle, 1), end);\n",
-    "}\n",
-    "\n",
-    "/* Returns the displacements of points at `at`. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(displacement_of)(const springls__model *model, const springls__force_rule *rule,\n",
-    "                                                                   SPRINGLS__W(movers) at)\n",
-    "{\n",
-    "    SPRINGLS__W(movers) slope[4], stage = at;\n",
-    "    SPRINGLS__NUM3 flow[4], residual = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
-    "    int k, m;\n",
-    "    for (k = 0; k < (rule->euler ? 1 : 4); k++) {\n",
-    "        if (k > 0) stage = SPRINGLS__W(moved_by)(at, slope[k - 1], k == 3 ? rule->dt : 0.5f * rule->dt);\n",
-    "        slope[k] = SPRINGLS__W(slopes_of)(model, rule, stage, k, &flow[k]);\n",
-    "    }\n",
-    "    for (m = 0; m < SPRINGLS__MOVERS; m++)\n",
-    "        stage.x[m] = rule->euler ? SPRINGLS__W(scale)(slope[0].x[m], SPRINGLS__W(broadcast)(rule->dt))\n",
-    "                                 : SPRINGLS__W(rk4)(slope[0].x[m], slope[1].x[m], slope[2].x[m], slope[3].x[m], rule->dt);\n",
-    "    if (rule->euler) return stage;\n",
-    "    if (springls__has_flow(rule))\n",
-    "        residual = SPRINGLS__W(path_residual)(model, rule, at.x[0], stage.x[0], slope[0].x[0], slope[3].x[0], flow);\n",
-    "    stage.error = SPRINGLS__W(rk4_error)(slope[0].x[0], slope[1].x[0], slope[2].x[0], slope[3].x[0], residual, rule->dt);\n",
-    "    return stage;\n",
+    "    return SPRINGLS__W(normalize)(SPRINGLS__W(cross)(SPRINGLS__W(sub)(b, a), SPRINGLS__W(sub)(c, a)));\n",
     "}\n",
     "\n",
     "/* Returns the displacements with motion by eq. 22's curvature term added, for a level set that springls carry, or zero where the\n",
@@ -31028,7 +30611,7 @@ static const char *const springls__kernel_lines[] = {
     "    int m, lane;\n",
     "    if (rule->smoothing == 0.0f && !rule->stop_at_topology) return d;\n",
     "    SPRINGLS__W(lanes_store)(&p, at.x[0]);\n",
-    "    SPRINGLS__W(lanes_store)(&n, SPRINGLS__W(normal_of_movers)(at));\n",
+    "    SPRINGLS__W(lanes_store)(&n, SPRINGLS__W(normal_of)(at.x[1], at.x[2], at.x[3]));\n",
     "    for (m = 0; m < SPRINGLS__MOVERS; m++) SPRINGLS__W(lanes_store)(&move[m], d.x[m]);\n",
     "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
     "        springls__v3 x = SPRINGLS__W(lane_get)(&p, lane), normal = SPRINGLS__W(lane_get)(&n, lane);\n",
@@ -31110,50 +30693,32 @@ static const char *const springls__kernel_lines[] = {
     "    return (p.x >= lower.x) & (p.y >= lower.y) & (p.z >= lower.z) & (p.x <= upper.x) & (p.y <= upper.y) & (p.z <= upper.z);\n",
     "}\n",
     "\n",
-    "/* Displaces springls first, first + 1, ... by the forces of the rule; those outside of its region do not move. */\n",
-    "SPRINGLS__W_MATHS void SPRINGLS__W(displace)(const springls__model *model, const springls__force_rule *rule, int first)\n",
-    "{\n",
-    "    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f);\n",
-    "    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(model->set.s, first);\n",
-    "    SPRINGLS__COND acts = SPRINGLS__W(in_force_region)(rule->region_lower, rule->region_upper, s.p);\n",
-    "    SPRINGLS__W(movers) at, d;\n",
-    "    int m;\n",
-    "    at.error = zero;\n",
-    "    at.x[0] = s.p;\n",
-    "    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];\n",
-    "    d = SPRINGLS__W(displacement_of)(model, rule, at);\n",
-    "    for (m = 0; m < SPRINGLS__MOVERS; m++)\n",
-    "        d.x[m] = SPRINGLS__W(v3_make)(SPRINGLS__W(select)(acts, d.x[m].x, zero), SPRINGLS__W(select)(acts, d.x[m].y, zero),\n",
-    "                                      SPRINGLS__W(select)(acts, d.x[m].z, zero));\n",
-    "    SPRINGLS__W(displaced_store)(model, rule, first, at, d, SPRINGLS__W(load)(model->set.error + first));\n",
-    "}\n",
-    "\n",
-    "/* Returns x[0], x[1], ..., one a lane. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(gather3)(const springls__v3 *x)\n",
+    "/* Returns points xyz, xyz, ..., one a lane. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(gather3)(const float *xyz)\n",
     "{\n",
     "    SPRINGLS__W(lanes) lanes;\n",
     "    int lane;\n",
-    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) SPRINGLS__W(lane_set)(&lanes, lane, x[lane]);\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)\n",
+    "        SPRINGLS__W(lane_set)(&lanes, lane, springls__v3_make(xyz[3 * lane], xyz[3 * lane + 1], xyz[3 * lane + 2]));\n",
     "    return SPRINGLS__W(load_v3)(lanes.x, lanes.y, lanes.z);\n",
     "}\n",
     "\n",
-    "/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and\n",
-    "   so on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */\n",
+    "/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, xyz each, `stride` points later\n",
+    "   their q0s, and so on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, const springls__force_rule *rule, int first,\n",
-    "                                                const springls__v3 *x, const springls__v3 *d, int stride, const float *step,\n",
-    "                                                const float *error)\n",
+    "                                                const float *x, const float *d, int stride, const float *step, const float *error)\n",
     "{\n",
     "    SPRINGLS__W(movers) at, by;\n",
     "    int m;\n",
     "    for (m = 0; m < SPRINGLS__MOVERS; m++) {\n",
-    "        at.x[m] = SPRINGLS__W(gather3)(x + m * stride);\n",
-    "        by.x[m] = SPRINGLS__W(gather3)(d + m * stride);\n",
+    "        at.x[m] = SPRINGLS__W(gather3)(x + 3 * m * stride);\n",
+    "        by.x[m] = SPRINGLS__W(gather3)(d + 3 * m * stride);\n",
     "    }\n",
     "    at.error = SPRINGLS__W(broadcast)(0.0f);\n",
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5694 \"springls.h\"\n",
+    "#line 5523 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31168,27 +30733,8 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5709 \"springls.h\"\n",
-    "/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,\n",
-    "   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */\n",
-    "\n",
-    "/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float amplitude)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));\n",
-    "    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);\n",
-    "    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);\n",
-    "    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);\n",
-    "    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,\n",
-    "                                -s2x * s2y * sz * sz * amplitude);\n",
-    "}\n",
-    "\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotation_velocity)(SPRINGLS__NUM3 x, springls__v3 center, springls__v3 axis,\n",
-    "                                                                float omega)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 arm = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(center));\n",
-    "    return SPRINGLS__W(scale)(SPRINGLS__W(cross)(SPRINGLS__W(broadcast3)(axis), arm), SPRINGLS__W(broadcast)(omega));\n",
-    "}\n",
+    "#line 5538 \"springls.h\"\n",
+    "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rk4)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,\n",
@@ -31259,127 +30805,10 @@ static const char *const springls__kernel_lines[] = {
     "    lanes->z[lane] = v.z;\n",
     "}\n",
     "\n",
-    "/* Returns the normal of a springl with these points; one without area has none. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(normal_of_movers)(SPRINGLS__W(movers) at)\n",
+    "/* Returns the normal of a triangle; one without area has none. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(normal_of)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b, SPRINGLS__NUM3 c)\n",
     "{\n",
-    "    return SPRINGLS__W(normalize)(\n",
-    "        SPRINGLS__W(cross)(SPRINGLS__W(sub)(at.x[2], at.x[1]), SPRINGLS__W(sub)(at.x[3], at.x[1])));\n",
-    "}\n",
-    "\n",
-    "/* Returns the velocity at x of the user's flow, or of the samples. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(given_velocity)(const springls__model *model, const springls__force_rule *rule,\n",
-    "                                                             SPRINGLS__NUM3 x, int k, bool sampled)\n",
-    "{\n",
-    "    SPRINGLS__W(lanes) at, velocity;\n",
-    "    int lane;\n",
-    "    SPRINGLS__W(lanes_store)(&at, x);\n",
-    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
-    "        springls__v3 one = SPRINGLS__W(lane_get)(&at, lane), v;\n",
-    "        float sample[3];\n",
-    "        if (sampled) {\n",
-    "            springls__field_sample(&rule->velocity, model->force.velocity, one, sample);\n",
-    "            v = springls__v3_make(sample[0], sample[1], sample[2]);\n",
-    "        } else v = springls__user_velocity(one, rule->stage_time[k], model->force.user);\n",
-    "        SPRINGLS__W(lane_set)(&velocity, lane, v);\n",
-    "    }\n",
-    "    return SPRINGLS__W(load_v3)(velocity.x, velocity.y, velocity.z);\n",
-    "}\n",
-    "\n",
-    "/* Returns sigma of eq. 1 at x in Runge-Kutta stage k. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(flow_at)(const springls__model *model, const springls__force_rule *rule,\n",
-    "                                                      SPRINGLS__NUM3 x, int k)\n",
-    "{\n",
-    "    const SPRINGLS__NUM weight = SPRINGLS__W(broadcast)(rule->velocity_weight);\n",
-    "    const float *n = rule->flow_numbers;\n",
-    "    SPRINGLS__NUM3 out = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
-    "    SPRINGLS__NUM3 at = SPRINGLS__W(add)(x, SPRINGLS__W(broadcast3)(rule->window));\n",
-    "    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = SPRINGLS__W(deformation_velocity)(at, n[0], rule->flow_amplitude[k]);\n",
-    "    if (rule->flow == SPRINGLS__FLOW_ROTATION)\n",
-    "        out = SPRINGLS__W(rotation_velocity)(at, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);\n",
-    "    if (rule->flow == SPRINGLS__FLOW_USER) out = SPRINGLS__W(given_velocity)(model, rule, at, k, false);\n",
-    "    if (rule->flow != SPRINGLS__FLOW_NONE) out = SPRINGLS__W(scale)(out, weight);\n",
-    "    if (rule->velocity.channels == 0) return out;\n",
-    "    return SPRINGLS__W(mad)(out, SPRINGLS__W(given_velocity)(model, rule, x, k, true), weight);\n",
-    "}\n",
-    "\n",
-    "/* Returns `out` plus rho of eq. 1 and motion by curvature at the particle of a springl, both along its normal. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(pushed)(const springls__model *model, const springls__force_rule *rule,\n",
-    "                                                     SPRINGLS__W(movers) at, SPRINGLS__NUM3 out)\n",
-    "{\n",
-    "    SPRINGLS__W(lanes) p, n, sum;\n",
-    "    int lane;\n",
-    "    if (rule->pressure.channels == 0 && rule->curvature_weight == 0.0f) return out;\n",
-    "    SPRINGLS__W(lanes_store)(&p, at.x[0]);\n",
-    "    SPRINGLS__W(lanes_store)(&n, SPRINGLS__W(normal_of_movers)(at));\n",
-    "    SPRINGLS__W(lanes_store)(&sum, out);\n",
-    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)\n",
-    "        SPRINGLS__W(lane_set)(&sum, lane,\n",
-    "                              springls__pushed_at(model, rule, SPRINGLS__W(lane_get)(&p, lane), SPRINGLS__W(lane_get)(&n, lane),\n",
-    "                                                  SPRINGLS__W(lane_get)(&sum, lane)));\n",
-    "    return SPRINGLS__W(load_v3)(sum.x, sum.y, sum.z);\n",
-    "}\n",
-    "\n",
-    "/* Returns the slopes of all points of a springl (eq. 2) in Runge-Kutta stage k: all are the particle's or, with vertex_velocity,\n",
-    "   each is the flow at the point plus the push at the particle. *flow: the flow at the particle, without the push. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(slopes_of)(const springls__model *model, const springls__force_rule *rule,\n",
-    "                                                             SPRINGLS__W(movers) at, int k, SPRINGLS__NUM3 *flow)\n",
-    "{\n",
-    "    const int own = model->params.vertex_velocity ? SPRINGLS__MOVERS : 1;\n",
-    "    SPRINGLS__NUM3 push;\n",
-    "    SPRINGLS__W(movers) slope;\n",
-    "    int m;\n",
-    "    slope.error = SPRINGLS__W(broadcast)(0.0f);\n",
-    "    for (m = 0; m < own; m++) slope.x[m] = SPRINGLS__W(flow_at)(model, rule, at.x[m], k);\n",
-    "    *flow = slope.x[0];\n",
-    "    if (own == 1) {\n",
-    "        slope.x[0] = SPRINGLS__W(pushed)(model, rule, at, slope.x[0]);\n",
-    "        for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = slope.x[0];\n",
-    "        return slope;\n",
-    "    }\n",
-    "    push = SPRINGLS__W(pushed)(model, rule, at, SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f)));\n",
-    "    for (m = 0; m < SPRINGLS__MOVERS; m++) slope.x[m] = SPRINGLS__W(add)(slope.x[m], push);\n",
-    "    return slope;\n",
-    "}\n",
-    "\n",
-    "/* Returns all points, moved by s times their slopes. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(moved_by)(SPRINGLS__W(movers) at, SPRINGLS__W(movers) slope, float s)\n",
-    "{\n",
-    "    int m;\n",
-    "    for (m = 0; m < SPRINGLS__MOVERS; m++)\n",
-    "        at.x[m] = SPRINGLS__W(mad)(at.x[m], slope.x[m], SPRINGLS__W(broadcast)(s));\n",
-    "    return at;\n",
-    "}\n",
-    "\n",
-    "/* Returns simpson_residual at a particle that moves from x by d. flow: of the four stages. Pushes are not evaluated again: those\n",
-    "   of the stages stand for them. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(path_residual)(const springls__model *model, const springls__force_rule *rule,\n",
-    "                                                            SPRINGLS__NUM3 x, SPRINGLS__NUM3 d, SPRINGLS__NUM3 k1,\n",
-    "                                                            SPRINGLS__NUM3 k4, const SPRINGLS__NUM3 *flow)\n",
-    "{\n",
-    "    SPRINGLS__NUM3 end = SPRINGLS__W(sub)(SPRINGLS__W(flow_at)(model, rule, SPRINGLS__W(add)(x, d), 3), flow[3]);\n",
-    "    SPRINGLS__NUM3 middle = SPRINGLS__W(cubic_middle)(x, d, k1, SPRINGLS__W(add)(k4, end), rule->dt);\n",
-    "    return SPRINGLS__W(simpson_residual)(flow[1], flow[2], SPRINGLS__W(flow_at)(model, rule, middle, 1), end);\n",
-    "}\n",
-    "\n",
-    "/* Returns the displacements of points at `at`. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(displacement_of)(const springls__model *model, const springls__force_rule *rule,\n",
-    "                                                                   SPRINGLS__W(movers) at)\n",
-    "{\n",
-    "    SPRINGLS__W(movers) slope[4], stage = at;\n",
-    "    SPRINGLS__NUM3 flow[4], residual = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
-    "    int k, m;\n",
-    "    for (k = 0; k < (rule->euler ? 1 : 4); k++) {\n",
-    "        if (k > 0) stage = SPRINGLS__W(moved_by)(at, slope[k - 1], k == 3 ? rule->dt : 0.5f * rule->dt);\n",
-    "        slope[k] = SPRINGLS__W(slopes_of)(model, rule, stage, k, &flow[k]);\n",
-    "    }\n",
-    "    for (m = 0; m < SPRINGLS__MOVERS; m++)\n",
-    "        stage.x[m] = rule->euler ? SPRINGLS__W(scale)(slope[0].x[m], SPRINGLS__W(broadcast)(rule->dt))\n",
-    "                                 : SPRINGLS__W(rk4)(slope[0].x[m], slope[1].x[m], slope[2].x[m], slope[3].x[m], rule->dt);\n",
-    "    if (rule->euler) return stage;\n",
-    "    if (springls__has_flow(rule))\n",
-    "        residual = SPRINGLS__W(path_residual)(model, rule, at.x[0], stage.x[0], slope[0].x[0], slope[3].x[0], flow);\n",
-    "    stage.error = SPRINGLS__W(rk4_error)(slope[0].x[0], slope[1].x[0], slope[2].x[0], slope[3].x[0], residual, rule->dt);\n",
-    "    return stage;\n",
+    "    return SPRINGLS__W(normalize)(SPRINGLS__W(cross)(SPRINGLS__W(sub)(b, a), SPRINGLS__W(sub)(c, a)));\n",
     "}\n",
     "\n",
     "/* Returns the displacements with motion by eq. 22's curvature term added, for a level set that springls carry, or zero where the\n",
@@ -31391,7 +30820,7 @@ static const char *const springls__kernel_lines[] = {
     "    int m, lane;\n",
     "    if (rule->smoothing == 0.0f && !rule->stop_at_topology) return d;\n",
     "    SPRINGLS__W(lanes_store)(&p, at.x[0]);\n",
-    "    SPRINGLS__W(lanes_store)(&n, SPRINGLS__W(normal_of_movers)(at));\n",
+    "    SPRINGLS__W(lanes_store)(&n, SPRINGLS__W(normal_of)(at.x[1], at.x[2], at.x[3]));\n",
     "    for (m = 0; m < SPRINGLS__MOVERS; m++) SPRINGLS__W(lanes_store)(&move[m], d.x[m]);\n",
     "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
     "        springls__v3 x = SPRINGLS__W(lane_get)(&p, lane), normal = SPRINGLS__W(lane_get)(&n, lane);\n",
@@ -31473,67 +30902,32 @@ static const char *const springls__kernel_lines[] = {
     "    return (p.x >= lower.x) & (p.y >= lower.y) & (p.z >= lower.z) & (p.x <= upper.x) & (p.y <= upper.y) & (p.z <= upper.z);\n",
     "}\n",
     "\n",
-    "/* Displaces springls first, first + 1, ... by the forces of the rule; those outside of its region do not move. */\n",
-    "SPRINGLS__W_MATHS void SPRINGLS__W(displace)(const springls__model *model, const springls__force_rule *rule, int first)\n",
-    "{\n",
-    "    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f);\n",
-    "    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(model->set.s, first);\n",
-    "    SPRINGLS__COND acts = SPRINGLS__W(in_force_region)(rule->region_lower, rule->region_upper, s.p);\n",
-    "    SPRINGLS__W(movers) at, d;\n",
-    "    int m;\n",
-    "    at.error = zero;\n",
-    "    at.x[0] = s.p;\n",
-    "    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];\n",
-    "    d = SPRINGLS__W(displacement_of)(model, rule, at);\n",
-    "    for (m = 0; m < SPRINGLS__MOVERS; m++)\n",
-    "        d.x[m] = SPRINGLS__W(v3_make)(SPRINGLS__W(select)(acts, d.x[m].x, zero), SPRINGLS__W(select)(acts, d.x[m].y, zero),\n",
-    "                                      SPRINGLS__W(select)(acts, d.x[m].z, zero));\n",
-    "    SPRINGLS__W(displaced_store)(model, rule, first, at, d, SPRINGLS__W(load)(model->set.error + first));\n",
-    "}\n",
-    "\n",
-    "/* Returns x[0], x[1], ..., one a lane. */\n",
-    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(gather3)(const springls__v3 *x)\n",
+    "/* Returns points xyz, xyz, ..., one a lane. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(gather3)(const float *xyz)\n",
     "{\n",
     "    SPRINGLS__W(lanes) lanes;\n",
     "    int lane;\n",
-    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) SPRINGLS__W(lane_set)(&lanes, lane, x[lane]);\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)\n",
+    "        SPRINGLS__W(lane_set)(&lanes, lane, springls__v3_make(xyz[3 * lane], xyz[3 * lane + 1], xyz[3 * lane + 2]));\n",
     "    return SPRINGLS__W(load_v3)(lanes.x, lanes.y, lanes.z);\n",
     "}\n",
     "\n",
-    "/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and\n",
-    "   so on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */\n",
+    "/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, xyz each, `stride` points later\n",
+    "   their q0s, and so on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */\n",
     "SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, const springls__force_rule *rule, int first,\n",
-    "                                                const springls__v3 *x, const springls__v3 *d, int stride, const float *step,\n",
-    "                                                const float *error)\n",
+    "                                                const float *x, const float *d, int stride, const float *step, const float *error)\n",
     "{\n",
     "    SPRINGLS__W(movers) at, by;\n",
     "    int m;\n",
     "    for (m = 0; m < SPRINGLS__MOVERS; m++) {\n",
-    "        at.x[m] = SPRINGLS__W(gather3)(x + m * stride);\n",
-    "        by.x[m] = SPRINGLS__W(gather3)(d + m * stride);\n",
+    "        at.x[m] = SPRINGLS__W(gather3)(x + 3 * m * stride);\n",
+    "        by.x[m] = SPRINGLS__W(gather3)(d + 3 * m * stride);\n",
     "    }\n",
     "    at.error = SPRINGLS__W(broadcast)(0.0f);\n",
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6057 \"springls.h\"\n",
-    "\n",
-    "/* Displaces springl i by the forces of the rule, into moved_springls. */\n",
-    "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
-    "{\n",
-    "    springls__force_rule rule = *model->force.rule;\n",
-    "    (void)args;\n",
-    "    springls__displace(model, &rule, i);\n",
-    "}\n",
-    "\n",
-    "/* Displaces springls begin, ..., end - 1, several at once. */\n",
-    "SPRINGLS__MATHS void springls__displace_elements(const springls__model *model, springls__arguments args, int begin, int end)\n",
-    "{\n",
-    "    springls__force_rule rule = *model->force.rule;\n",
-    "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
-    "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
-    "}\n",
-    "#line 6683 \"springls.h\"\n",
+    "#line 6341 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -31559,7 +30953,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6710 \"springls.h\"\n",
+    "#line 6368 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -31648,7 +31042,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6800 \"springls.h\"\n",
+    "#line 6458 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -31788,7 +31182,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6941 \"springls.h\"\n",
+    "#line 6599 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -31893,7 +31287,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 7047 \"springls.h\"\n",
+    "#line 6705 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -32125,7 +31519,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7280 \"springls.h\"\n",
+    "#line 6938 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -32155,7 +31549,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7310 \"springls.h\"\n",
+    "#line 6968 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32170,7 +31564,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7326 \"springls.h\"\n",
+    "#line 6984 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -32339,7 +31733,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7495 \"springls.h\"\n",
+    "#line 7153 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32354,7 +31748,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7510 \"springls.h\"\n",
+    "#line 7168 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -32523,7 +31917,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7679 \"springls.h\"\n",
+    "#line 7337 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -32577,7 +31971,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7734 \"springls.h\"\n",
+    "#line 7392 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -32603,7 +31997,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7760 \"springls.h\"\n",
+    "#line 7418 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32618,7 +32012,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7776 \"springls.h\"\n",
+    "#line 7434 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -32701,7 +32095,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7859 \"springls.h\"\n",
+    "#line 7517 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32716,7 +32110,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7874 \"springls.h\"\n",
+    "#line 7532 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -32799,7 +32193,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7957 \"springls.h\"\n",
+    "#line 7615 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -32873,7 +32267,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 8032 \"springls.h\"\n",
+    "#line 7690 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -33426,7 +32820,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8586 \"springls.h\"\n",
+    "#line 8244 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -33522,7 +32916,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8683 \"springls.h\"\n",
+    "#line 8341 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -33643,7 +33037,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8805 \"springls.h\"\n",
+    "#line 8463 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -33913,7 +33307,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 9076 \"springls.h\"\n",
+    "#line 8734 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -33999,7 +33393,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 9163 \"springls.h\"\n",
+    "#line 8821 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -34141,7 +33535,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9306 \"springls.h\"\n",
+    "#line 8964 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -34330,7 +33724,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9496 \"springls.h\"\n",
+    "#line 9154 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -34454,7 +33848,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9621 \"springls.h\"\n",
+    "#line 9279 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -34488,7 +33882,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 9656 \"springls.h\"\n",
+    "#line 9314 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -35030,7 +34424,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 10199 \"springls.h\"\n",
+    "#line 9857 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -35180,7 +34574,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10350 \"springls.h\"\n",
+    "#line 10008 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -35284,7 +34678,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10455 \"springls.h\"\n",
+    "#line 10113 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -35381,7 +34775,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10553 \"springls.h\"\n",
+    "#line 10211 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -35919,7 +35313,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 11092 \"springls.h\"\n",
+    "#line 10750 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -35997,7 +35391,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 11171 \"springls.h\"\n",
+    "#line 10829 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -36246,7 +35640,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11421 \"springls.h\"\n",
+    "#line 11079 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -36279,7 +35673,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11455 \"springls.h\"\n",
+    "#line 11113 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -36304,14 +35698,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11481 \"springls.h\"\n",
+    "#line 11139 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11488 \"springls.h\"\n",
+    "#line 11146 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36326,7 +35720,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11504 \"springls.h\"\n",
+    "#line 11162 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -36452,7 +35846,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11630 \"springls.h\"\n",
+    "#line 11288 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36467,7 +35861,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11645 \"springls.h\"\n",
+    "#line 11303 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -36593,7 +35987,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11772 \"springls.h\"\n",
+    "#line 11430 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -36884,7 +36278,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 12064 \"springls.h\"\n",
+    "#line 11722 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -36969,11 +36363,13 @@ static const char *const springls__kernel_lines[] = {
     "    X(surface, SURFACE, 8, SPRINGLS__ROLE_BIT(surface_positions) | SPRINGLS__ROLE_BIT(surface_corners), SPRINGLS__TILE_VOXELS)\n",
     "\n",
     "/* Lists kernels that have springls__name_elements besides, for several elements at once, which C calls. */\n",
-    "#define SPRINGLS__SIMD_KERNELS(X)                                                                                                \\\n",
+    "#define SPRINGLS__SIMD_KERNELS(X) X(relax, RESAMPLE, 128, SPRINGLS__ROLE_BIT(relaxed_springls))\n",
+    "\n",
+    "/* Lists such kernels of a device whose loop in C is the stage's own (displace.cl). */\n",
+    "#define SPRINGLS__DEVICE_KERNELS(X)                                                                                              \\\n",
     "    X(displace, MOVE, 128,                                                                                                       \\\n",
     "      SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \\\n",
-    "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))                                                  \\\n",
-    "    X(relax, RESAMPLE, 128, SPRINGLS__ROLE_BIT(relaxed_springls))\n",
+    "          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))\n",
     "\n",
     "/* Lists kernels that only a device has, where work items do together what one loop does in C (collectives.cl, regions.cl): name,\n",
     "   program, elements that a core of a processor takes at once. */\n",
@@ -36991,7 +36387,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_scatter, LISTS, 128) X(brick_lists_sort, LISTS, 8)                                                             \\\n",
     "    X(compact_flag, LISTS, 4096) X(compact_out, LISTS, 256) X(compact_in, LISTS, 256)                                            \\\n",
     "    X(region_begin, SIGNS, 64) X(region_join, SIGNS, 64) X(region_vote, SIGNS, 64) X(region_resolve, SIGNS, 64)\n",
-    "#line 36995 \"springls.h\"\n",
+    "#line 36391 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -37370,6 +36766,450 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    springls__record_store(model, i, model->work.spare[i]);\n",
     "}\n",
+    "/* displace.cl - the kernel of advect: a device's forces are samples, motion by curvature and the text of the user's velocity\n",
+    "   (springls_cl_desc.velocity_source). On the host callbacks run in the loop (src/stages/forces.h), which is the stage's own. */\n",
+    "\n",
+    "SPRINGLS__USER_VELOCITY\n",
+    "\n",
+    "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
+    "   because it is included before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH 1\n",
+    "#define SPRINGLS__NUM float\n",
+    "#define SPRINGLS__NUM3 springls__v3\n",
+    "#define SPRINGLS__COND bool\n",
+    "#define SPRINGLS__W(name) springls__##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
+    "/* displace_body.h - evaluates forces on a device, for a springl or for several at once, one a lane; those that are given by samples\n",
+    "   or by the user lane by lane. Callbacks and affine maps are the host's (src/stages/forces.h). */\n",
+    "\n",
+    "struct SPRINGLS__W(path);\n",
+    "\n",
+    "SPRINGLS__W_MATHS int SPRINGLS__W(flow_movers)(const struct SPRINGLS__W(path) *path)\n",
+    "{\n",
+    "    (void)path;\n",
+    "    return 1;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(by_lane)(SPRINGLS__NUM3 points) { return points; }\n",
+    "\n",
+    "/* Returns the velocity at x of the user's flow, or of the samples. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(given_velocity)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                             SPRINGLS__NUM3 x, int k, bool sampled)\n",
+    "{\n",
+    "    SPRINGLS__W(lanes) at, velocity;\n",
+    "    int lane;\n",
+    "    SPRINGLS__W(lanes_store)(&at, x);\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
+    "        const springls__v3 one = SPRINGLS__W(lane_get)(&at, lane);\n",
+    "        SPRINGLS__W(lane_set)(&velocity, lane,\n",
+    "                              sampled ? springls__sampled_velocity(rule, model->force.velocity, one)\n",
+    "                                      : springls__user_velocity(one, rule->stage_time[k], model->force.user));\n",
+    "    }\n",
+    "    return SPRINGLS__W(load_v3)(velocity.x, velocity.y, velocity.z);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(find_flow)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                              const struct SPRINGLS__W(path) *path, SPRINGLS__NUM3 (*x)[1], int m, int k,\n",
+    "                                              SPRINGLS__NUM3 *flow)\n",
+    "{\n",
+    "    const SPRINGLS__NUM weight = SPRINGLS__W(broadcast)(rule->velocity_weight);\n",
+    "    const SPRINGLS__NUM3 on_lattice = SPRINGLS__W(add)(x[m][0], SPRINGLS__W(broadcast3)(rule->window));\n",
+    "    (void)path;\n",
+    "    flow[0] = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    if (rule->has_velocity)\n",
+    "        flow[0] = SPRINGLS__W(scale)(SPRINGLS__W(given_velocity)(model, rule, on_lattice, k, false), weight);\n",
+    "    if (rule->velocity.channels != 0)\n",
+    "        flow[0] = SPRINGLS__W(mad)(flow[0], SPRINGLS__W(given_velocity)(model, rule, x[m][0], k, true), weight);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(add_push)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                             const struct SPRINGLS__W(path) *path, SPRINGLS__NUM3 (*x)[1], SPRINGLS__NUM3 *push)\n",
+    "{\n",
+    "    SPRINGLS__W(lanes) p, n, sum;\n",
+    "    int lane;\n",
+    "    (void)path;\n",
+    "    if (rule->pressure.channels == 0 && rule->curvature_weight == 0.0f) return;\n",
+    "    SPRINGLS__W(lanes_store)(&p, x[0][0]);\n",
+    "    SPRINGLS__W(lanes_store)(&n, SPRINGLS__W(normal_of)(x[1][0], x[2][0], x[3][0]));\n",
+    "    SPRINGLS__W(lanes_store)(&sum, push[0]);\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
+    "        const springls__v3 normal = SPRINGLS__W(lane_get)(&n, lane), at = SPRINGLS__W(lane_get)(&p, lane);\n",
+    "        springls__v3 pushed = SPRINGLS__W(lane_get)(&sum, lane);\n",
+    "        if (rule->pressure.channels != 0)\n",
+    "            pushed = springls__pressed(rule, springls__sampled_pressure(rule, model->force.pressure, at), normal, pushed);\n",
+    "        SPRINGLS__W(lane_set)(&sum, lane, springls__curved(&model->grid, rule, at, normal, pushed));\n",
+    "    }\n",
+    "    push[0] = SPRINGLS__W(load_v3)(sum.x, sum.y, sum.z);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(add_affine)(const springls__force_rule *rule, const struct SPRINGLS__W(path) *path,\n",
+    "                                               SPRINGLS__NUM3 (*x)[1], SPRINGLS__NUM3 (*slope)[1])\n",
+    "{\n",
+    "    (void)rule;\n",
+    "    (void)path;\n",
+    "    (void)x;\n",
+    "    (void)slope;\n",
+    "}\n",
+    "\n",
+    "#define SPRINGLS__GROUPS 1\n",
+    "/* integrate_body.h - the motion of springls over a step by fourth-order Runge-Kutta (eq. 2) or one Euler step. A path is that of\n",
+    "   SPRINGLS__GROUPS times SPRINGLS__WIDTH springls: few on a device, a block of them on the host, where forces are callbacks. How\n",
+    "   the points of a SPRINGLS__NUM3 are laid out is up to those who evaluate the forces, as sums and products are the same in any\n",
+    "   order of its numbers. Before this text they define\n",
+    "\n",
+    "     find_flow    writes sigma of eq. 1 at the points of mover m, in Runge-Kutta stage k\n",
+    "     add_push     adds rho of eq. 1 and motion by curvature at the particles, along the normals of the springls\n",
+    "     add_affine   adds the affine maps of eq. 1 to the slopes of all movers\n",
+    "     flow_movers  how many movers find_flow reads: all where it needs normals, else 1\n",
+    "     by_lane      the points of a SPRINGLS__NUM3, one a lane */\n",
+    "\n",
+    "typedef struct SPRINGLS__W(path) {\n",
+    "    SPRINGLS__NUM3 x[SPRINGLS__MOVERS][SPRINGLS__GROUPS];        /* where the points are before the step                */\n",
+    "    SPRINGLS__NUM3 at[SPRINGLS__MOVERS][SPRINGLS__GROUPS];       /* where they are in a stage; in the end, displacements */\n",
+    "    SPRINGLS__NUM3 along[SPRINGLS__MOVERS][SPRINGLS__GROUPS];    /* on the cubic through the ends of the step           */\n",
+    "    SPRINGLS__NUM3 slope[4][SPRINGLS__MOVERS][SPRINGLS__GROUPS];\n",
+    "    SPRINGLS__NUM3 flow[4][SPRINGLS__GROUPS];                    /* at the particles, in the stages, without pushes     */\n",
+    "    SPRINGLS__NUM3 push[SPRINGLS__GROUPS], residual[SPRINGLS__GROUPS], middle[SPRINGLS__GROUPS];\n",
+    "    SPRINGLS__NUM error[SPRINGLS__GROUPS];                       /* in the end, of the particles' displacements         */\n",
+    "} SPRINGLS__W(path);\n",
+    "\n",
+    "#define SPRINGLS__FOR_GROUPS(g) for (g = 0; g < SPRINGLS__GROUPS; g++)\n",
+    "\n",
+    "/* Finds the slopes of stage k, where the points are at x: those of the particle for all points of a springl or, with\n",
+    "   vertex_velocity, the flow at each of them and the push at the particle, as vertices have no normals of their own. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(find_slopes)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                SPRINGLS__W(path) *path, SPRINGLS__NUM3 (*x)[SPRINGLS__GROUPS], int k)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 (*slope)[SPRINGLS__GROUPS] = path->slope[k];\n",
+    "    int g, m;\n",
+    "    SPRINGLS__W(find_flow)(model, rule, path, x, 0, k, path->flow[k]);\n",
+    "    if (!model->params.vertex_velocity) {\n",
+    "        SPRINGLS__FOR_GROUPS(g) slope[0][g] = path->flow[k][g];\n",
+    "        SPRINGLS__W(add_push)(model, rule, path, x, slope[0]);\n",
+    "        for (m = 1; m < SPRINGLS__MOVERS; m++)\n",
+    "            SPRINGLS__FOR_GROUPS(g) slope[m][g] = slope[0][g];\n",
+    "    } else {\n",
+    "        SPRINGLS__FOR_GROUPS(g) path->push[g] = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "        SPRINGLS__W(add_push)(model, rule, path, x, path->push);\n",
+    "        for (m = 1; m < SPRINGLS__MOVERS; m++) SPRINGLS__W(find_flow)(model, rule, path, x, m, k, slope[m]);\n",
+    "        SPRINGLS__FOR_GROUPS(g) slope[0][g] = SPRINGLS__W(add)(path->flow[k][g], path->push[g]);\n",
+    "        for (m = 1; m < SPRINGLS__MOVERS; m++)\n",
+    "            SPRINGLS__FOR_GROUPS(g) slope[m][g] = SPRINGLS__W(add)(slope[m][g], path->push[g]);\n",
+    "    }\n",
+    "    SPRINGLS__W(add_affine)(rule, path, x, slope);\n",
+    "}\n",
+    "\n",
+    "/* Finds simpson_residual for the particles of a path that is displaced by `at`. Pushes are not evaluated again: those of the stages\n",
+    "   are taken for them. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(find_residual)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                  SPRINGLS__W(path) *path)\n",
+    "{\n",
+    "    const int movers = SPRINGLS__W(flow_movers)(path);\n",
+    "    int g, m;\n",
+    "    SPRINGLS__FOR_GROUPS(g) path->residual[g] = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    if (!springls__has_flow(rule)) return;\n",
+    "    for (m = 0; m < movers; m++)\n",
+    "        SPRINGLS__FOR_GROUPS(g) path->along[m][g] = SPRINGLS__W(add)(path->x[m][g], path->at[m][g]);\n",
+    "    SPRINGLS__W(find_flow)(model, rule, path, path->along, 0, 3, path->residual);\n",
+    "    SPRINGLS__FOR_GROUPS(g) path->residual[g] = SPRINGLS__W(sub)(path->residual[g], path->flow[3][g]);\n",
+    "    for (m = 0; m < movers; m++)\n",
+    "        SPRINGLS__FOR_GROUPS(g) {\n",
+    "            const SPRINGLS__NUM3 last = SPRINGLS__W(add)(path->slope[3][m][g], path->residual[g]);\n",
+    "            path->along[m][g] = SPRINGLS__W(cubic_middle)(path->x[m][g], path->at[m][g], path->slope[0][m][g], last, rule->dt);\n",
+    "        }\n",
+    "    SPRINGLS__W(find_flow)(model, rule, path, path->along, 0, 1, path->middle);\n",
+    "    SPRINGLS__FOR_GROUPS(g)\n",
+    "        path->residual[g] =\n",
+    "            SPRINGLS__W(simpson_residual)(path->flow[1][g], path->flow[2][g], path->middle[g], path->residual[g]);\n",
+    "}\n",
+    "\n",
+    "/* Finds the displacements of a path and their errors from its x. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(integrate)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                              SPRINGLS__W(path) *path)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 (*k1)[SPRINGLS__GROUPS] = path->slope[0], (*k2)[SPRINGLS__GROUPS] = path->slope[1];\n",
+    "    SPRINGLS__NUM3 (*k3)[SPRINGLS__GROUPS] = path->slope[2], (*k4)[SPRINGLS__GROUPS] = path->slope[3];\n",
+    "    int stage, m, g;\n",
+    "    SPRINGLS__W(find_slopes)(model, rule, path, path->x, 0);\n",
+    "    for (stage = 1; stage < 4 && !rule->euler; stage++) {\n",
+    "        const SPRINGLS__NUM span = SPRINGLS__W(broadcast)(stage == 3 ? rule->dt : 0.5f * rule->dt);\n",
+    "        for (m = 0; m < SPRINGLS__MOVERS; m++)\n",
+    "            SPRINGLS__FOR_GROUPS(g)\n",
+    "                path->at[m][g] = SPRINGLS__W(mad)(path->x[m][g], path->slope[stage - 1][m][g], span);\n",
+    "        SPRINGLS__W(find_slopes)(model, rule, path, path->at, stage);\n",
+    "    }\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++)\n",
+    "        SPRINGLS__FOR_GROUPS(g)\n",
+    "            path->at[m][g] = rule->euler ? SPRINGLS__W(scale)(k1[m][g], SPRINGLS__W(broadcast)(rule->dt))\n",
+    "                                         : SPRINGLS__W(rk4)(k1[m][g], k2[m][g], k3[m][g], k4[m][g], rule->dt);\n",
+    "    SPRINGLS__FOR_GROUPS(g) path->error[g] = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    if (rule->euler) return;\n",
+    "    SPRINGLS__W(find_residual)(model, rule, path);\n",
+    "    SPRINGLS__FOR_GROUPS(g)\n",
+    "        path->error[g] = SPRINGLS__W(rk4_error)(SPRINGLS__W(by_lane)(k1[0][g]), SPRINGLS__W(by_lane)(k2[0][g]),\n",
+    "                                                SPRINGLS__W(by_lane)(k3[0][g]), SPRINGLS__W(by_lane)(k4[0][g]),\n",
+    "                                                SPRINGLS__W(by_lane)(path->residual[g]), rule->dt);\n",
+    "}\n",
+    "\n",
+    "#undef SPRINGLS__FOR_GROUPS\n",
+    "#undef SPRINGLS__GROUPS\n",
+    "\n",
+    "/* Displaces springls first, first + 1, ... by the forces of the rule; those outside of its region do not move. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(displace)(const springls__model *model, const springls__force_rule *rule, int first)\n",
+    "{\n",
+    "    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    const SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(model->set.s, first);\n",
+    "    const SPRINGLS__COND acts = SPRINGLS__W(in_force_region)(rule->region_lower, rule->region_upper, s.p);\n",
+    "    SPRINGLS__W(path) path;\n",
+    "    SPRINGLS__W(movers) at, d;\n",
+    "    int m;\n",
+    "    path.x[0][0] = s.p;\n",
+    "    for (m = 0; m < 3; m++) path.x[m + 1][0] = s.q[m];\n",
+    "    SPRINGLS__W(integrate)(model, rule, &path);\n",
+    "    at.error = zero;\n",
+    "    d.error = path.error[0];\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) {\n",
+    "        at.x[m] = path.x[m][0];\n",
+    "        d.x[m] = SPRINGLS__W(v3_make)(SPRINGLS__W(select)(acts, path.at[m][0].x, zero),\n",
+    "                                      SPRINGLS__W(select)(acts, path.at[m][0].y, zero),\n",
+    "                                      SPRINGLS__W(select)(acts, path.at[m][0].z, zero));\n",
+    "    }\n",
+    "    SPRINGLS__W(displaced_store)(model, rule, first, at, d, SPRINGLS__W(load)(model->set.error + first));\n",
+    "}\n",
+    "\n",
+    "/* Displaces springl i by the forces of the rule, into moved_springls. */\n",
+    "SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)\n",
+    "{\n",
+    "    springls__force_rule rule = *model->force.rule;\n",
+    "    (void)args;\n",
+    "    springls__displace(model, &rule, i);\n",
+    "}\n",
+    "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
+    "   It has no guard because it is included before every body. */\n",
+    "#undef SPRINGLS__WIDTH\n",
+    "#undef SPRINGLS__NUM\n",
+    "#undef SPRINGLS__NUM3\n",
+    "#undef SPRINGLS__COND\n",
+    "#undef SPRINGLS__W\n",
+    "#undef SPRINGLS__W_MATHS\n",
+    "#define SPRINGLS__WIDTH SPRINGLS__LANES\n",
+    "#define SPRINGLS__NUM springls__vec\n",
+    "#define SPRINGLS__NUM3 springls__vec3\n",
+    "#define SPRINGLS__COND springls__vmask\n",
+    "#define SPRINGLS__W(name) springls__vec_##name\n",
+    "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
+    "/* displace_body.h - evaluates forces on a device, for a springl or for several at once, one a lane; those that are given by samples\n",
+    "   or by the user lane by lane. Callbacks and affine maps are the host's (src/stages/forces.h). */\n",
+    "\n",
+    "struct SPRINGLS__W(path);\n",
+    "\n",
+    "SPRINGLS__W_MATHS int SPRINGLS__W(flow_movers)(const struct SPRINGLS__W(path) *path)\n",
+    "{\n",
+    "    (void)path;\n",
+    "    return 1;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(by_lane)(SPRINGLS__NUM3 points) { return points; }\n",
+    "\n",
+    "/* Returns the velocity at x of the user's flow, or of the samples. */\n",
+    "SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(given_velocity)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                             SPRINGLS__NUM3 x, int k, bool sampled)\n",
+    "{\n",
+    "    SPRINGLS__W(lanes) at, velocity;\n",
+    "    int lane;\n",
+    "    SPRINGLS__W(lanes_store)(&at, x);\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
+    "        const springls__v3 one = SPRINGLS__W(lane_get)(&at, lane);\n",
+    "        SPRINGLS__W(lane_set)(&velocity, lane,\n",
+    "                              sampled ? springls__sampled_velocity(rule, model->force.velocity, one)\n",
+    "                                      : springls__user_velocity(one, rule->stage_time[k], model->force.user));\n",
+    "    }\n",
+    "    return SPRINGLS__W(load_v3)(velocity.x, velocity.y, velocity.z);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(find_flow)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                              const struct SPRINGLS__W(path) *path, SPRINGLS__NUM3 (*x)[1], int m, int k,\n",
+    "                                              SPRINGLS__NUM3 *flow)\n",
+    "{\n",
+    "    const SPRINGLS__NUM weight = SPRINGLS__W(broadcast)(rule->velocity_weight);\n",
+    "    const SPRINGLS__NUM3 on_lattice = SPRINGLS__W(add)(x[m][0], SPRINGLS__W(broadcast3)(rule->window));\n",
+    "    (void)path;\n",
+    "    flow[0] = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    if (rule->has_velocity)\n",
+    "        flow[0] = SPRINGLS__W(scale)(SPRINGLS__W(given_velocity)(model, rule, on_lattice, k, false), weight);\n",
+    "    if (rule->velocity.channels != 0)\n",
+    "        flow[0] = SPRINGLS__W(mad)(flow[0], SPRINGLS__W(given_velocity)(model, rule, x[m][0], k, true), weight);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(add_push)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                             const struct SPRINGLS__W(path) *path, SPRINGLS__NUM3 (*x)[1], SPRINGLS__NUM3 *push)\n",
+    "{\n",
+    "    SPRINGLS__W(lanes) p, n, sum;\n",
+    "    int lane;\n",
+    "    (void)path;\n",
+    "    if (rule->pressure.channels == 0 && rule->curvature_weight == 0.0f) return;\n",
+    "    SPRINGLS__W(lanes_store)(&p, x[0][0]);\n",
+    "    SPRINGLS__W(lanes_store)(&n, SPRINGLS__W(normal_of)(x[1][0], x[2][0], x[3][0]));\n",
+    "    SPRINGLS__W(lanes_store)(&sum, push[0]);\n",
+    "    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {\n",
+    "        const springls__v3 normal = SPRINGLS__W(lane_get)(&n, lane), at = SPRINGLS__W(lane_get)(&p, lane);\n",
+    "        springls__v3 pushed = SPRINGLS__W(lane_get)(&sum, lane);\n",
+    "        if (rule->pressure.channels != 0)\n",
+    "            pushed = springls__pressed(rule, springls__sampled_pressure(rule, model->force.pressure, at), normal, pushed);\n",
+    "        SPRINGLS__W(lane_set)(&sum, lane, springls__curved(&model->grid, rule, at, normal, pushed));\n",
+    "    }\n",
+    "    push[0] = SPRINGLS__W(load_v3)(sum.x, sum.y, sum.z);\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(add_affine)(const springls__force_rule *rule, const struct SPRINGLS__W(path) *path,\n",
+    "                                               SPRINGLS__NUM3 (*x)[1], SPRINGLS__NUM3 (*slope)[1])\n",
+    "{\n",
+    "    (void)rule;\n",
+    "    (void)path;\n",
+    "    (void)x;\n",
+    "    (void)slope;\n",
+    "}\n",
+    "\n",
+    "#define SPRINGLS__GROUPS 1\n",
+    "/* integrate_body.h - the motion of springls over a step by fourth-order Runge-Kutta (eq. 2) or one Euler step. A path is that of\n",
+    "   SPRINGLS__GROUPS times SPRINGLS__WIDTH springls: few on a device, a block of them on the host, where forces are callbacks. How\n",
+    "   the points of a SPRINGLS__NUM3 are laid out is up to those who evaluate the forces, as sums and products are the same in any\n",
+    "   order of its numbers. Before this text they define\n",
+    "\n",
+    "     find_flow    writes sigma of eq. 1 at the points of mover m, in Runge-Kutta stage k\n",
+    "     add_push     adds rho of eq. 1 and motion by curvature at the particles, along the normals of the springls\n",
+    "     add_affine   adds the affine maps of eq. 1 to the slopes of all movers\n",
+    "     flow_movers  how many movers find_flow reads: all where it needs normals, else 1\n",
+    "     by_lane      the points of a SPRINGLS__NUM3, one a lane */\n",
+    "\n",
+    "typedef struct SPRINGLS__W(path) {\n",
+    "    SPRINGLS__NUM3 x[SPRINGLS__MOVERS][SPRINGLS__GROUPS];        /* where the points are before the step                */\n",
+    "    SPRINGLS__NUM3 at[SPRINGLS__MOVERS][SPRINGLS__GROUPS];       /* where they are in a stage; in the end, displacements */\n",
+    "    SPRINGLS__NUM3 along[SPRINGLS__MOVERS][SPRINGLS__GROUPS];    /* on the cubic through the ends of the step           */\n",
+    "    SPRINGLS__NUM3 slope[4][SPRINGLS__MOVERS][SPRINGLS__GROUPS];\n",
+    "    SPRINGLS__NUM3 flow[4][SPRINGLS__GROUPS];                    /* at the particles, in the stages, without pushes     */\n",
+    "    SPRINGLS__NUM3 push[SPRINGLS__GROUPS], residual[SPRINGLS__GROUPS], middle[SPRINGLS__GROUPS];\n",
+    "    SPRINGLS__NUM error[SPRINGLS__GROUPS];                       /* in the end, of the particles' displacements         */\n",
+    "} SPRINGLS__W(path);\n",
+    "\n",
+    "#define SPRINGLS__FOR_GROUPS(g) for (g = 0; g < SPRINGLS__GROUPS; g++)\n",
+    "\n",
+    "/* Finds the slopes of stage k, where the points are at x: those of the particle for all points of a springl or, with\n",
+    "   vertex_velocity, the flow at each of them and the push at the particle, as vertices have no normals of their own. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(find_slopes)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                SPRINGLS__W(path) *path, SPRINGLS__NUM3 (*x)[SPRINGLS__GROUPS], int k)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 (*slope)[SPRINGLS__GROUPS] = path->slope[k];\n",
+    "    int g, m;\n",
+    "    SPRINGLS__W(find_flow)(model, rule, path, x, 0, k, path->flow[k]);\n",
+    "    if (!model->params.vertex_velocity) {\n",
+    "        SPRINGLS__FOR_GROUPS(g) slope[0][g] = path->flow[k][g];\n",
+    "        SPRINGLS__W(add_push)(model, rule, path, x, slope[0]);\n",
+    "        for (m = 1; m < SPRINGLS__MOVERS; m++)\n",
+    "            SPRINGLS__FOR_GROUPS(g) slope[m][g] = slope[0][g];\n",
+    "    } else {\n",
+    "        SPRINGLS__FOR_GROUPS(g) path->push[g] = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "        SPRINGLS__W(add_push)(model, rule, path, x, path->push);\n",
+    "        for (m = 1; m < SPRINGLS__MOVERS; m++) SPRINGLS__W(find_flow)(model, rule, path, x, m, k, slope[m]);\n",
+    "        SPRINGLS__FOR_GROUPS(g) slope[0][g] = SPRINGLS__W(add)(path->flow[k][g], path->push[g]);\n",
+    "        for (m = 1; m < SPRINGLS__MOVERS; m++)\n",
+    "            SPRINGLS__FOR_GROUPS(g) slope[m][g] = SPRINGLS__W(add)(slope[m][g], path->push[g]);\n",
+    "    }\n",
+    "    SPRINGLS__W(add_affine)(rule, path, x, slope);\n",
+    "}\n",
+    "\n",
+    "/* Finds simpson_residual for the particles of a path that is displaced by `at`. Pushes are not evaluated again: those of the stages\n",
+    "   are taken for them. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(find_residual)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                                  SPRINGLS__W(path) *path)\n",
+    "{\n",
+    "    const int movers = SPRINGLS__W(flow_movers)(path);\n",
+    "    int g, m;\n",
+    "    SPRINGLS__FOR_GROUPS(g) path->residual[g] = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));\n",
+    "    if (!springls__has_flow(rule)) return;\n",
+    "    for (m = 0; m < movers; m++)\n",
+    "        SPRINGLS__FOR_GROUPS(g) path->along[m][g] = SPRINGLS__W(add)(path->x[m][g], path->at[m][g]);\n",
+    "    SPRINGLS__W(find_flow)(model, rule, path, path->along, 0, 3, path->residual);\n",
+    "    SPRINGLS__FOR_GROUPS(g) path->residual[g] = SPRINGLS__W(sub)(path->residual[g], path->flow[3][g]);\n",
+    "    for (m = 0; m < movers; m++)\n",
+    "        SPRINGLS__FOR_GROUPS(g) {\n",
+    "            const SPRINGLS__NUM3 last = SPRINGLS__W(add)(path->slope[3][m][g], path->residual[g]);\n",
+    "            path->along[m][g] = SPRINGLS__W(cubic_middle)(path->x[m][g], path->at[m][g], path->slope[0][m][g], last, rule->dt);\n",
+    "        }\n",
+    "    SPRINGLS__W(find_flow)(model, rule, path, path->along, 0, 1, path->middle);\n",
+    "    SPRINGLS__FOR_GROUPS(g)\n",
+    "        path->residual[g] =\n",
+    "            SPRINGLS__W(simpson_residual)(path->flow[1][g], path->flow[2][g], path->middle[g], path->residual[g]);\n",
+    "}\n",
+    "\n",
+    "/* Finds the displacements of a path and their errors from its x. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(integrate)(const springls__model *model, const springls__force_rule *rule,\n",
+    "                                              SPRINGLS__W(path) *path)\n",
+    "{\n",
+    "    SPRINGLS__NUM3 (*k1)[SPRINGLS__GROUPS] = path->slope[0], (*k2)[SPRINGLS__GROUPS] = path->slope[1];\n",
+    "    SPRINGLS__NUM3 (*k3)[SPRINGLS__GROUPS] = path->slope[2], (*k4)[SPRINGLS__GROUPS] = path->slope[3];\n",
+    "    int stage, m, g;\n",
+    "    SPRINGLS__W(find_slopes)(model, rule, path, path->x, 0);\n",
+    "    for (stage = 1; stage < 4 && !rule->euler; stage++) {\n",
+    "        const SPRINGLS__NUM span = SPRINGLS__W(broadcast)(stage == 3 ? rule->dt : 0.5f * rule->dt);\n",
+    "        for (m = 0; m < SPRINGLS__MOVERS; m++)\n",
+    "            SPRINGLS__FOR_GROUPS(g)\n",
+    "                path->at[m][g] = SPRINGLS__W(mad)(path->x[m][g], path->slope[stage - 1][m][g], span);\n",
+    "        SPRINGLS__W(find_slopes)(model, rule, path, path->at, stage);\n",
+    "    }\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++)\n",
+    "        SPRINGLS__FOR_GROUPS(g)\n",
+    "            path->at[m][g] = rule->euler ? SPRINGLS__W(scale)(k1[m][g], SPRINGLS__W(broadcast)(rule->dt))\n",
+    "                                         : SPRINGLS__W(rk4)(k1[m][g], k2[m][g], k3[m][g], k4[m][g], rule->dt);\n",
+    "    SPRINGLS__FOR_GROUPS(g) path->error[g] = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    if (rule->euler) return;\n",
+    "    SPRINGLS__W(find_residual)(model, rule, path);\n",
+    "    SPRINGLS__FOR_GROUPS(g)\n",
+    "        path->error[g] = SPRINGLS__W(rk4_error)(SPRINGLS__W(by_lane)(k1[0][g]), SPRINGLS__W(by_lane)(k2[0][g]),\n",
+    "                                                SPRINGLS__W(by_lane)(k3[0][g]), SPRINGLS__W(by_lane)(k4[0][g]),\n",
+    "                                                SPRINGLS__W(by_lane)(path->residual[g]), rule->dt);\n",
+    "}\n",
+    "\n",
+    "#undef SPRINGLS__FOR_GROUPS\n",
+    "#undef SPRINGLS__GROUPS\n",
+    "\n",
+    "/* Displaces springls first, first + 1, ... by the forces of the rule; those outside of its region do not move. */\n",
+    "SPRINGLS__W_MATHS void SPRINGLS__W(displace)(const springls__model *model, const springls__force_rule *rule, int first)\n",
+    "{\n",
+    "    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f);\n",
+    "    const SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(model->set.s, first);\n",
+    "    const SPRINGLS__COND acts = SPRINGLS__W(in_force_region)(rule->region_lower, rule->region_upper, s.p);\n",
+    "    SPRINGLS__W(path) path;\n",
+    "    SPRINGLS__W(movers) at, d;\n",
+    "    int m;\n",
+    "    path.x[0][0] = s.p;\n",
+    "    for (m = 0; m < 3; m++) path.x[m + 1][0] = s.q[m];\n",
+    "    SPRINGLS__W(integrate)(model, rule, &path);\n",
+    "    at.error = zero;\n",
+    "    d.error = path.error[0];\n",
+    "    for (m = 0; m < SPRINGLS__MOVERS; m++) {\n",
+    "        at.x[m] = path.x[m][0];\n",
+    "        d.x[m] = SPRINGLS__W(v3_make)(SPRINGLS__W(select)(acts, path.at[m][0].x, zero),\n",
+    "                                      SPRINGLS__W(select)(acts, path.at[m][0].y, zero),\n",
+    "                                      SPRINGLS__W(select)(acts, path.at[m][0].z, zero));\n",
+    "    }\n",
+    "    SPRINGLS__W(displaced_store)(model, rule, first, at, d, SPRINGLS__W(load)(model->set.error + first));\n",
+    "}\n",
+    "/* displace_simd.cl - the kernel of advect for several springls at once, on a device that is a processor. */\n",
+    "\n",
+    "/* Displaces springls begin, ..., end - 1, several at once. */\n",
+    "SPRINGLS__MATHS void springls__displace_elements(const springls__model *model, springls__arguments args, int begin, int end)\n",
+    "{\n",
+    "    springls__force_rule rule = *model->force.rule;\n",
+    "    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);\n",
+    "    for (; begin < end; begin++) springls__displace_element(model, args, begin);\n",
+    "}\n",
     "/* regions.cl - which side regions are on (stages/unsigned_to_signed.h, springls__resolve_regions). The host floods one region\n",
     "   after the other; work items find all at once by union-find, where they meet by atomic operations. Results are the same in any\n",
     "   order: minima and sums of integers.\n",
@@ -37662,6 +37502,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COLLECTIVE_ENTRY(name, program, task) SPRINGLS__IN_##program(SPRINGLS__DEFINE, name, 0)\n",
     "SPRINGLS__KERNELS(SPRINGLS__ENTRY)\n",
     "SPRINGLS__SIMD_KERNELS(SPRINGLS__SIMD_ENTRY)\n",
+    "SPRINGLS__DEVICE_KERNELS(SPRINGLS__SIMD_ENTRY)\n",
     "SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_ENTRY)\n",
     "SPRINGLS__COLLECTIVES(SPRINGLS__COLLECTIVE_ENTRY)\n",
 #endif

@@ -227,6 +227,7 @@ typedef struct springls__cl_kernel { const char *name; springls__program program
 static const springls__cl_kernel springls__cl_kernels[] = {
 #define SPRINGLS__CL_KERNEL(name, program, grain, writes) { #name, SPRINGLS__PROGRAM_##program, grain, false },
     SPRINGLS__KERNELS(SPRINGLS__CL_KERNEL) SPRINGLS__SIMD_KERNELS(SPRINGLS__CL_KERNEL)
+    SPRINGLS__DEVICE_KERNELS(SPRINGLS__CL_KERNEL)
 #undef SPRINGLS__CL_KERNEL
 #define SPRINGLS__CL_BRICK(name, program, grain, writes, floats) { #name, SPRINGLS__PROGRAM_##program, grain, true },
     SPRINGLS__BRICK_KERNELS(SPRINGLS__CL_BRICK)

@@ -7,6 +7,7 @@
 #include "base/progress.h"
 #include "base/threads.h"
 #include "springls/benchmark.h"
+#include "springls/exact_flows.h"
 #include "springls/run_options.h"
 #include "springls_cl.h"
 
@@ -671,9 +672,9 @@ static int run_flow(struct run *run, const springls_params *params, springls_bac
 static int run_all(struct run *options, const springls_params *params, springls_backend *backend, struct json_writer *json)
 {
     const double n = options->common.grid;
-    springls_deformation_flow leveque = {(float)n, (float)options->period};
+    struct exact_flow leveque = EXACT_DEFORMATION((float)n, (float)options->period);
     struct meeting meeting = {0.5 * n, 0.05 * n, 0.08 * n, options->period}; /* a gap of 1.5 voxels becomes one of 0.3 */;
-    const struct flow flows[2] = {{"leveque", "LeVeque's flow", springls_velocity_deformation, &leveque, options->period, 1},
+    const struct flow flows[2] = {{"leveque", "LeVeque's flow", exact_flow_velocity, &leveque, options->period, 1},
                                   {"meeting", "two balls meet and part", meeting_velocity, &meeting, options->period, 2}};
     int status = CLI_CONTINUE;
     for (int i = 0; i < 2 && status == CLI_CONTINUE; ++i) {
@@ -725,7 +726,8 @@ int main(int argc, char **argv)
         cli_write_failed("attributes", options.common.json);
         return CLI_EXIT_FAILURE;
     }
-    springls_backend *backend = run_backend("attributes", &options.common);
+    springls_backend *backend =
+        run_backend_with("attributes", &options.common, exact_flow_velocity, exact_flow_source(), sizeof(struct exact_flow));
     if (options.common.json) {
         json_object_begin(&json, NULL);
         json_string(&json, "params", options.common.params);

@@ -2,6 +2,7 @@
  * being reversed at T/2, back again. Domain [0,1]^3, voxel i at i/N; sphere of radius 0.15 at (0.35, 0.35, 0.35). */
 #include "springls.h"
 #include "springls/benchmark.h"
+#include "springls/exact_flows.h"
 
 #include <math.h>
 #include <string.h>
@@ -10,14 +11,14 @@ static const double pi = 3.14159265358979323846;
 
 static double time_factor(const void *user, double time)
 {
-    const springls_deformation_flow *flow = user;
+    const struct exact_flow *flow = user;
     return cos(pi * time / (double)flow->period);
 }
 
 static void velocity(const void *user, const double x[3], double factor, double v[3])
 {
-    const springls_deformation_flow *flow = user;
-    const double n = (double)flow->grid_size;
+    const struct exact_flow *flow = user;
+    const double n = (double)flow->size;
     double sin_squared[3], sin_double[3]; /* sin^2(pi x), sin(2 pi x) */
     for (int c = 0; c < 3; ++c) {
         const double s = sin(pi * x[c] / n), k = cos(pi * x[c] / n);
@@ -51,7 +52,7 @@ int main(int argc, char **argv)
     const int grid = options.common.grid > 0 ? options.common.grid : 128;
     const float n = (float)grid;
     springls_sphere sphere = {{0.35f * n, 0.35f * n, 0.35f * n}, 0.15f * n};
-    springls_deformation_flow flow = {n, (float)period};
+    struct exact_flow flow = EXACT_DEFORMATION(n, (float)period);
     const double radius = 0.15 * grid;
     const bool papers = strcmp(options.common.params, "paper") == 0;
     const int usual_steps = papers ? (int)fmax(1.0, floor(period * grid / 0.64 + 0.5)) : 0;
@@ -65,8 +66,10 @@ int main(int argc, char **argv)
                                         .shape = springls_implicit_sphere,
                                         .shape_data = &sphere,
                                         .shape_volume = 4.0 / 3.0 * pi * radius * radius * radius,
-                                        .velocity = springls_velocity_deformation,
+                                        .velocity = exact_flow_velocity,
+                                        .velocity_source = exact_flow_source(),
                                         .flow = &flow,
+                                        .flow_bytes = sizeof flow,
                                         .exact_velocity = velocity,
                                         .exact_time_factor = time_factor,
                                         .view = {1.0f, -1.2f, 0.6f},

@@ -3,6 +3,7 @@
  * the body of Enright et al. 2002: radius 0.15 at (0.5, 0.75, 0.5), slot 0.05 wide and 0.125 deep, through all z. */
 #include "springls.h"
 #include "springls/benchmark.h"
+#include "springls/exact_flows.h"
 
 #include <math.h>
 
@@ -18,7 +19,7 @@ static double time_factor(const void *user, double time)
 
 static void velocity(const void *user, const double x[3], double factor, double v[3])
 {
-    const springls_rotation_flow *flow = user;
+    const struct exact_flow *flow = user;
     const double omega = factor * 2.0 * pi / STEPS_A_REVOLUTION;
     v[0] = -omega * (x[1] - (double)flow->center[1]);
     v[1] = omega * (x[0] - (double)flow->center[0]);
@@ -57,7 +58,7 @@ int main(int argc, char **argv)
     const int grid = options.common.grid > 0 ? options.common.grid : 128;
     const float n = (float)grid;
     springls_notched_sphere body = {{0.5f * n, 0.75f * n, 0.5f * n}, 0.15f * n, 0.05f * n, 0.125f * n};
-    springls_rotation_flow flow = {{0.5f * n, 0.5f * n, 0.5f * n}, {0.0f, 0.0f, 1.0f}, (float)(2.0 * pi / STEPS_A_REVOLUTION)};
+    struct exact_flow flow = EXACT_ROTATION(0.5f * n, 0.5f * n, 0.5f * n, 0.0f, 0.0f, 1.0f, (float)(2.0 * pi / STEPS_A_REVOLUTION));
     const struct benchmark benchmark = {.name = "zalesak",
                                         .title = "Zalesak's test",
                                         .grid = grid,
@@ -67,8 +68,10 @@ int main(int argc, char **argv)
                                         .shape = springls_implicit_notched_sphere,
                                         .shape_data = &body,
                                         .shape_volume = body_volume(0.15 * grid, 0.05 * grid, 0.125 * grid),
-                                        .velocity = springls_velocity_rotation,
+                                        .velocity = exact_flow_velocity,
+                                        .velocity_source = exact_flow_source(),
                                         .flow = &flow,
+                                        .flow_bytes = sizeof flow,
                                         .exact_velocity = velocity,
                                         .exact_time_factor = time_factor,
                                         .view = {0.5f, -0.6f, 1.0f},

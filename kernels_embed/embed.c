@@ -388,6 +388,12 @@ static int is_device(const char *path)
     return n > 3 && strcmp(path + n - 3, ".cl") == 0;
 }
 
+/* Returns whether a part is, or is included by, a .cl file. */
+static int in_device(const chain *here)
+{
+    return is_device(here->path) || (here->up && in_device(here->up));
+}
+
 /* Returns whether text of its own follows line i in a file, before another include. */
 static int text_follows(const lines *file, size_t i)
 {
@@ -406,7 +412,7 @@ static void add_text(const lines *file, const chain *here, int maths)
         size_t before = product.count;
         l.maths = maths;
         if (!inner) {
-            add_line(is_device(here->path) ? &device_text : &product, l);
+            add_line(in_device(here) ? &device_text : &product, l);
             continue;
         }
         take(inner, where, here);
@@ -416,21 +422,23 @@ static void add_text(const lines *file, const chain *here, int maths)
     }
 }
 
-/* Takes a part: into the product, or a .cl file into the device's text. That includes only parts which are in the product. */
+/* Takes a part: into the product, or a .cl file into the device's text, with the texts without a guard that it includes; parts with
+   one must be in the product. */
 static void take(const char *path, const char *asked_by, const chain *up)
 {
     chain here;
     const part *known = find_part(path);
-    int device = is_device(path), from_device = up && is_device(up->path);
+    int device;
     char *guard;
     lines file;
     here.path = path;
     here.up = up;
     check_include(path, asked_by, up);
-    if (from_device && !device && !known) die("%s: no part of springls.h includes %s", asked_by, path);
-    if (known && (known->guarded || from_device)) return;
+    device = in_device(&here);
+    if (known && known->guarded) return;
     file = read_lines(path, asked_by);
     guard = guard_of(&file);
+    if (device && guard && !is_device(path)) die("%s: no part of springls.h includes %s", asked_by, path);
     if (guard && strncmp(guard, PRIVATE_GUARD, strlen(PRIVATE_GUARD)) == 0) drop_guard(&file);
     if (!known) add_part(path, guard != 0);
     if (up || device) take_includes_at_top(&file, path, &here);

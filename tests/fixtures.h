@@ -15,6 +15,7 @@
 
 #include "greatest.h"
 #include "parts_under_test.h"
+#include "../examples/common/springls/exact_flows.h"
 
 #include "dirty_memory.h"
 
@@ -293,13 +294,16 @@ FIXTURE void fixture_leave_device(void)
     springls_cl_destroy(fixture_device);
 }
 
-/* Describes the device that is asked for; the default one where none is. */
+/* Describes the device that is asked for, the default one where none is. It has the text of exact_flow_velocity. */
 FIXTURE springls_cl_desc fixture_device_desc(void)
 {
     const char *name = getenv("SPRINGLS_TEST_BACKEND");
     springls_cl_desc desc;
     memset(&desc, 0, sizeof desc);
     desc.library = getenv("SPRINGLS_TEST_LIBRARY");
+    desc.velocity = exact_flow_velocity;
+    desc.velocity_source = exact_flow_source();
+    desc.velocity_user_bytes = sizeof(struct exact_flow);
     if (!name) return desc;
     desc.kind = strcmp(name, "gpu") == 0 ? SPRINGLS_CL_KIND_GPU : SPRINGLS_CL_KIND_CPU;
     desc.brick_items = strcmp(name, "group") == 0 ? 64 : 0;

@@ -163,8 +163,8 @@ FIXTURE uint64_t history_run(int history, const springls_tasks *tasks, springls_
     springls_params p = paper ? springls_paper_params() : springls_default_params();
     springls_desc desc = fixture_desc(32, &p);
     springls_sphere ball = fixture_ball(12.0f, 12.0f, 12.0f, 6.0f);
-    springls_deformation_flow whirl = { 32.0f, 3.0f };
-    springls_forces forces = fixture_forces(springls_velocity_deformation, &whirl);
+    struct exact_flow whirl = EXACT_DEFORMATION(32.0f, 3.0f);
+    springls_forces forces = fixture_forces(exact_flow_velocity, &whirl);
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.03f);
     springls_context *ctx = NULL;
     springls_status status;

@@ -4,6 +4,7 @@
 #define LONG_LIVES_H
 
 #include "springls.h"
+#include "../examples/common/springls/exact_flows.h"
 #include "dirty_memory.h"
 
 #include <math.h>
@@ -69,10 +70,10 @@ static void life_end(life *l)
 /* Takes a step of LeVeque's flow: a period of 1 has a hundred. */
 static springls_status life_flow_step(life *l)
 {
-    springls_deformation_flow flow = { 64.0f, 1.0f };
+    struct exact_flow flow = EXACT_DEFORMATION(64.0f, 1.0f);
     springls_forces forces = springls_default_forces();
     springls_step_desc step = springls_default_step_desc();
-    forces.velocity = springls_velocity_deformation;
+    forces.velocity = exact_flow_velocity;
     forces.user = &flow;
     step.forces = &forces;
     step.dt = 0.01f;

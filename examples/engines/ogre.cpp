@@ -6,6 +6,7 @@
 // Prints the state's hash. --alone: the same without OGRE, by the library's own defaults, which leaves the same bits.
 #define SPRINGLS_STATIC
 #define SPRINGLS_IMPLEMENTATION
+#include "examples/common/springls/exact_flows.h"
 #include "springls.h"
 
 #include <Ogre.h>
@@ -107,14 +108,14 @@ constexpr float ball_center = 0.35f; // of the grid, in all directions
 // LeVeque's ball and flow (section 5.1), of which a picture has `steps` parts of 24.
 class Model {
 public:
-    Model(int grid, springls_desc desc) : flow{static_cast<float>(grid), 2.5f}
+    Model(int grid, springls_desc desc) : flow EXACT_DEFORMATION(static_cast<float>(grid), 2.5f)
     {
         const float n = static_cast<float>(grid);
         const springls_chunks_desc with_correspondences = {0, true};
         springls_sphere ball = {{ball_center * n, ball_center * n, ball_center * n}, 0.15f * n};
         for (int &side : desc.grid.size) side = grid;
         if (springls_create(&desc, &model) != SPRINGLS_OK) throw std::string(springls_create_error(&desc));
-        forces.velocity = springls_velocity_deformation;
+        forces.velocity = exact_flow_velocity;
         forces.user = &flow;
         step.forces = &forces;
         step.dt = flow.period / 24;
@@ -158,7 +159,7 @@ private:
     }
     springls_context *model = nullptr;
     springls_chunks *chunks = nullptr;
-    springls_deformation_flow flow;
+    struct exact_flow flow;
     springls_forces forces = springls_default_forces();
     springls_step_desc step = springls_default_step_desc();
 };

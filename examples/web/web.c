@@ -2,6 +2,7 @@
  * made of the same sources without the drawing, prints the hashes with which the page compares its own. */
 #define SPRINGLS_IMPLEMENTATION
 #include "springls.h"
+#include "springls/exact_flows.h"
 #include "surface/gltf_write.h"
 #include "viewer/script.h"
 
@@ -55,8 +56,8 @@ static bool begin_flow(void)
 /* Takes the next part of the flow. */
 static void flow_on(void)
 {
-    springls_deformation_flow flow = {(float)FLOW_GRID, (float)FLOW_PERIOD};
-    const springls_forces forces = {.velocity = springls_velocity_deformation, .user = &flow};
+    struct exact_flow flow = EXACT_DEFORMATION((float)FLOW_GRID, (float)FLOW_PERIOD);
+    const springls_forces forces = {.velocity = exact_flow_velocity, .user = &flow};
     const springls_step_desc step = {.forces = &forces, .dt = (float)(FLOW_PERIOD / FLOW_PARTS), .max_displacement = 2.0f};
     springls_set_time(app.model.ctx, FLOW_PERIOD * flow_part / FLOW_PARTS);
     if (!viewer_model_check(&app.model, springls_step(app.model.ctx, &step))) {

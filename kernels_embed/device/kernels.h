@@ -109,11 +109,13 @@
     X(surface, SURFACE, 8, SPRINGLS__ROLE_BIT(surface_positions) | SPRINGLS__ROLE_BIT(surface_corners), SPRINGLS__TILE_VOXELS)
 
 /* Lists kernels that have springls__name_elements besides, for several elements at once, which C calls. */
-#define SPRINGLS__SIMD_KERNELS(X)                                                                                                \
+#define SPRINGLS__SIMD_KERNELS(X) X(relax, RESAMPLE, 128, SPRINGLS__ROLE_BIT(relaxed_springls))
+
+/* Lists such kernels of a device whose loop in C is the stage's own (displace.cl). */
+#define SPRINGLS__DEVICE_KERNELS(X)                                                                                              \
     X(displace, MOVE, 128,                                                                                                       \
       SPRINGLS__ROLE_BIT(moved_springls) | SPRINGLS__ROLE_BIT(displacement2) | SPRINGLS__ROLE_BIT(turning2)                      \
-          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))                                                  \
-    X(relax, RESAMPLE, 128, SPRINGLS__ROLE_BIT(relaxed_springls))
+          | SPRINGLS__ROLE_BIT(moved_error) | SPRINGLS__ROLE_BIT(motion_class))
 
 /* Lists kernels that only a device has, where work items do together what one loop does in C (collectives.cl, regions.cl): name,
    program, elements that a core of a processor takes at once. */

@@ -22,7 +22,7 @@
   /* Writes a number where other work items may write the same one meanwhile. */
   #define SPRINGLS__MARK(pointer, number) (*(pointer) = (number))
   #define SPRINGLS__CONST   static __constant  /* a read-only table                     */
-  /* Calls springls_cl_desc.velocity_source for advect.h. */
+  /* Calls springls_cl_desc.velocity_source for displace.cl. */
   #define SPRINGLS__USER_VELOCITY                                                                                         \
       float3 springls_velocity(float3 x, float time, __global const float *user);                                         \
       static inline springls__v3 springls__user_velocity(springls__v3 x, float time, __global const float *user)          \
@@ -68,14 +68,6 @@
   #else
     #define SPRINGLS__MARK(pointer, number) (*(pointer) = (number))
   #endif
-  /* Defines a function that is never called: on the host the velocity is a callback. */
-  #define SPRINGLS__USER_VELOCITY                                                                                         \
-      SPRINGLS__MATHS springls__v3 springls__user_velocity(springls__v3 x, float time, const float *user)                  \
-      {                                                                                                                   \
-          (void)time;                                                                                                     \
-          (void)user;                                                                                                     \
-          return x;                                                                                                       \
-      }
   #define SPRINGLS__CONST static const
   #define springls__sqrt(x)   sqrtf(x)
   #define springls__fabs(x)   fabsf(x)

@@ -1,16 +1,10 @@
-/* advect.h - moving points (section 4.2) and the two flows with exact answers (section 5.2). */
+/* advect.h - moving points (section 4.2). */
 #ifndef SPRINGLS__KERNEL_STAGES_ADVECT_H
 #define SPRINGLS__KERNEL_STAGES_ADVECT_H
 
 #include "../model/error_estimates.h"
 #include "../model/grid.h"
 #include "../model/model.h"
-
-/* Returns n s(t) of the deformation, s(t) = cos(pi t / T). */
-SPRINGLS__MATHS float springls__deformation_amplitude(float n, float period, float time)
-{
-    return n * springls__cospi(time / period);
-}
 
 /* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the
    displacement. phi must grow when the springl moves along its normal, and fall when it moves against it; else it has run into
@@ -130,39 +124,46 @@ SPRINGLS__MATHS springls__v3 springls__curvature_velocity(const springls__grid *
     return springls__scale(n, springls__clamp(sum * (-4.0f / 6.0f), -2.0f, 2.0f));
 }
 
-/* Names the flows that kernels compute without a callback (eq. 1). */
-#define SPRINGLS__FLOW_NONE 0
-#define SPRINGLS__FLOW_DEFORMATION 1
-#define SPRINGLS__FLOW_ROTATION 2
-#define SPRINGLS__FLOW_USER 3
-
 typedef struct springls__force_rule {
     springls__field pressure, velocity; /* channels 0: none */
     float pressure_weight, velocity_weight, curvature_weight, curvature_span;
-    int flow;
-    float flow_numbers[8]; /* of the deformation: n, period; of the rotation: center, axis, angular velocity */
-    float dt, stage_time[4], flow_amplitude[4]; /* of the Runge-Kutta stages; amplitude: n s(t) of the deformation */
+    int has_velocity;        /* 1: callbacks or the user's text give a velocity */
+    float dt, stage_time[4]; /* of the Runge-Kutta stages */
     float smoothing;         /* voxel^2: motion by curvature in addition, whatever dt is (eq. 22) */
     int euler, stop_at_topology;
     springls__v3 region_lower, region_upper; /* voxels: particles outside do not move */
-    springls__v3 window;     /* voxels: from the window to the lattice, where flows are given */
+    springls__v3 window;     /* voxels: from the window to the lattice, where velocities are given */
 } springls__force_rule;
 
-SPRINGLS__USER_VELOCITY
+/* Returns the velocity at x, linear between the samples of the rule's field. */
+SPRINGLS__MATHS springls__v3 springls__sampled_velocity(const springls__force_rule *rule, SPRINGLS__GLOBAL const float *samples,
+                                                        springls__v3 x)
+{
+    float v[3];
+    springls__field_sample(&rule->velocity, samples, x, v);
+    return springls__v3_make(v[0], v[1], v[2]);
+}
 
-/* Returns `out` plus rho of eq. 1 and motion by curvature, both along the unit normal n. */
-SPRINGLS__MATHS springls__v3 springls__pushed_at(const springls__model *model, const springls__force_rule *rule, springls__v3 x,
-                                                 springls__v3 n, springls__v3 out)
+SPRINGLS__MATHS float springls__sampled_pressure(const springls__force_rule *rule, SPRINGLS__GLOBAL const float *samples,
+                                                 springls__v3 x)
 {
     float rho;
-    if (rule->pressure.channels != 0) {
-        springls__field_sample(&rule->pressure, model->force.pressure, x, &rho);
-        out = springls__mad(out, n, rule->pressure_weight * rho);
-    }
-    if (rule->curvature_weight != 0.0f)
-        out = springls__mad(out, springls__curvature_velocity(&model->grid, x, n, rule->curvature_span),
-                            rule->curvature_weight);
-    return out;
+    springls__field_sample(&rule->pressure, samples, x, &rho);
+    return rho;
+}
+
+/* Returns `out` plus rho of eq. 1 along the unit normal n. */
+SPRINGLS__MATHS springls__v3 springls__pressed(const springls__force_rule *rule, float rho, springls__v3 n, springls__v3 out)
+{
+    return springls__mad(out, n, rule->pressure_weight * rho);
+}
+
+/* Returns `out` plus motion by curvature at x along the unit normal n. */
+SPRINGLS__MATHS springls__v3 springls__curved(const springls__grid *g, const springls__force_rule *rule, springls__v3 x,
+                                              springls__v3 n, springls__v3 out)
+{
+    if (rule->curvature_weight == 0.0f) return out;
+    return springls__mad(out, springls__curvature_velocity(g, x, n, rule->curvature_span), rule->curvature_weight);
 }
 
 /* Returns the displacement by eq. 22's curvature term at x, facing n. */
@@ -176,7 +177,7 @@ SPRINGLS__MATHS springls__v3 springls__smoothing_at(const springls__grid *g, con
 /* Returns true where there is a sigma of eq. 1. */
 SPRINGLS__MATHS bool springls__has_flow(const springls__force_rule *rule)
 {
-    return rule->flow != SPRINGLS__FLOW_NONE || rule->velocity.channels != 0;
+    return rule->has_velocity || rule->velocity.channels != 0;
 }
 
 /* The points of a springl that move: its particle, and its vertices. */
@@ -203,21 +204,5 @@ SPRINGLS__MATHS uint8_t springls__motion_class_of(float particle2, float largest
 #include "advect_body.h"
 #include "../language/width_simd.h"
 #include "advect_body.h"
-
-/* Displaces springl i by the forces of the rule, into moved_springls. */
-SPRINGLS__MATHS void springls__displace_element(const springls__model *model, springls__arguments args, int i)
-{
-    springls__force_rule rule = *model->force.rule;
-    (void)args;
-    springls__displace(model, &rule, i);
-}
-
-/* Displaces springls begin, ..., end - 1, several at once. */
-SPRINGLS__MATHS void springls__displace_elements(const springls__model *model, springls__arguments args, int begin, int end)
-{
-    springls__force_rule rule = *model->force.rule;
-    for (; begin + SPRINGLS__LANES <= end; begin += SPRINGLS__LANES) springls__vec_displace(model, &rule, begin);
-    for (; begin < end; begin++) springls__displace_element(model, args, begin);
-}
 
 #endif

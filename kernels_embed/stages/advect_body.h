@@ -1,23 +1,4 @@
-/* advect_body.h - the motion of a springl's points (eq. 2) and the flows of section 5.2, for one springl and for several at once,
-   one a lane. Forces that are given by samples or by the user are evaluated lane by lane. */
-
-/* Returns u of LeVeque's deformation in the unit cube, x = voxel / n, in voxels a unit of time; amplitude: n s(t). */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(deformation_velocity)(SPRINGLS__NUM3 voxel, float n, float amplitude)
-{
-    SPRINGLS__NUM3 x = SPRINGLS__W(scale)(voxel, SPRINGLS__W(broadcast)(1.0f / n));
-    SPRINGLS__NUM sx = SPRINGLS__W(sinpi)(x.x), sy = SPRINGLS__W(sinpi)(x.y), sz = SPRINGLS__W(sinpi)(x.z);
-    SPRINGLS__NUM s2x = SPRINGLS__W(sinpi)(2.0f * x.x), s2y = SPRINGLS__W(sinpi)(2.0f * x.y);
-    SPRINGLS__NUM s2z = SPRINGLS__W(sinpi)(2.0f * x.z);
-    return SPRINGLS__W(v3_make)(2.0f * sx * sx * s2y * s2z * amplitude, -s2x * sy * sy * s2z * amplitude,
-                                -s2x * s2y * sz * sz * amplitude);
-}
-
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rotation_velocity)(SPRINGLS__NUM3 x, springls__v3 center, springls__v3 axis,
-                                                                float omega)
-{
-    SPRINGLS__NUM3 arm = SPRINGLS__W(sub)(x, SPRINGLS__W(broadcast3)(center));
-    return SPRINGLS__W(scale)(SPRINGLS__W(cross)(SPRINGLS__W(broadcast3)(axis), arm), SPRINGLS__W(broadcast)(omega));
-}
+/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */
 
 /* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */
 SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(rk4)(SPRINGLS__NUM3 k1, SPRINGLS__NUM3 k2, SPRINGLS__NUM3 k3, SPRINGLS__NUM3 k4,
@@ -88,127 +69,10 @@ SPRINGLS__W_MATHS void SPRINGLS__W(lane_set)(SPRINGLS__W(lanes) *lanes, int lane
     lanes->z[lane] = v.z;
 }
 
-/* Returns the normal of a springl with these points; one without area has none. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(normal_of_movers)(SPRINGLS__W(movers) at)
+/* Returns the normal of a triangle; one without area has none. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(normal_of)(SPRINGLS__NUM3 a, SPRINGLS__NUM3 b, SPRINGLS__NUM3 c)
 {
-    return SPRINGLS__W(normalize)(
-        SPRINGLS__W(cross)(SPRINGLS__W(sub)(at.x[2], at.x[1]), SPRINGLS__W(sub)(at.x[3], at.x[1])));
-}
-
-/* Returns the velocity at x of the user's flow, or of the samples. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(given_velocity)(const springls__model *model, const springls__force_rule *rule,
-                                                             SPRINGLS__NUM3 x, int k, bool sampled)
-{
-    SPRINGLS__W(lanes) at, velocity;
-    int lane;
-    SPRINGLS__W(lanes_store)(&at, x);
-    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
-        springls__v3 one = SPRINGLS__W(lane_get)(&at, lane), v;
-        float sample[3];
-        if (sampled) {
-            springls__field_sample(&rule->velocity, model->force.velocity, one, sample);
-            v = springls__v3_make(sample[0], sample[1], sample[2]);
-        } else v = springls__user_velocity(one, rule->stage_time[k], model->force.user);
-        SPRINGLS__W(lane_set)(&velocity, lane, v);
-    }
-    return SPRINGLS__W(load_v3)(velocity.x, velocity.y, velocity.z);
-}
-
-/* Returns sigma of eq. 1 at x in Runge-Kutta stage k. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(flow_at)(const springls__model *model, const springls__force_rule *rule,
-                                                      SPRINGLS__NUM3 x, int k)
-{
-    const SPRINGLS__NUM weight = SPRINGLS__W(broadcast)(rule->velocity_weight);
-    const float *n = rule->flow_numbers;
-    SPRINGLS__NUM3 out = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
-    SPRINGLS__NUM3 at = SPRINGLS__W(add)(x, SPRINGLS__W(broadcast3)(rule->window));
-    if (rule->flow == SPRINGLS__FLOW_DEFORMATION) out = SPRINGLS__W(deformation_velocity)(at, n[0], rule->flow_amplitude[k]);
-    if (rule->flow == SPRINGLS__FLOW_ROTATION)
-        out = SPRINGLS__W(rotation_velocity)(at, springls__v3_make(n[0], n[1], n[2]), springls__v3_make(n[3], n[4], n[5]), n[6]);
-    if (rule->flow == SPRINGLS__FLOW_USER) out = SPRINGLS__W(given_velocity)(model, rule, at, k, false);
-    if (rule->flow != SPRINGLS__FLOW_NONE) out = SPRINGLS__W(scale)(out, weight);
-    if (rule->velocity.channels == 0) return out;
-    return SPRINGLS__W(mad)(out, SPRINGLS__W(given_velocity)(model, rule, x, k, true), weight);
-}
-
-/* Returns `out` plus rho of eq. 1 and motion by curvature at the particle of a springl, both along its normal. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(pushed)(const springls__model *model, const springls__force_rule *rule,
-                                                     SPRINGLS__W(movers) at, SPRINGLS__NUM3 out)
-{
-    SPRINGLS__W(lanes) p, n, sum;
-    int lane;
-    if (rule->pressure.channels == 0 && rule->curvature_weight == 0.0f) return out;
-    SPRINGLS__W(lanes_store)(&p, at.x[0]);
-    SPRINGLS__W(lanes_store)(&n, SPRINGLS__W(normal_of_movers)(at));
-    SPRINGLS__W(lanes_store)(&sum, out);
-    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
-        SPRINGLS__W(lane_set)(&sum, lane,
-                              springls__pushed_at(model, rule, SPRINGLS__W(lane_get)(&p, lane), SPRINGLS__W(lane_get)(&n, lane),
-                                                  SPRINGLS__W(lane_get)(&sum, lane)));
-    return SPRINGLS__W(load_v3)(sum.x, sum.y, sum.z);
-}
-
-/* Returns the slopes of all points of a springl (eq. 2) in Runge-Kutta stage k: all are the particle's or, with vertex_velocity,
-   each is the flow at the point plus the push at the particle. *flow: the flow at the particle, without the push. */
-SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(slopes_of)(const springls__model *model, const springls__force_rule *rule,
-                                                             SPRINGLS__W(movers) at, int k, SPRINGLS__NUM3 *flow)
-{
-    const int own = model->params.vertex_velocity ? SPRINGLS__MOVERS : 1;
-    SPRINGLS__NUM3 push;
-    SPRINGLS__W(movers) slope;
-    int m;
-    slope.error = SPRINGLS__W(broadcast)(0.0f);
-    for (m = 0; m < own; m++) slope.x[m] = SPRINGLS__W(flow_at)(model, rule, at.x[m], k);
-    *flow = slope.x[0];
-    if (own == 1) {
-        slope.x[0] = SPRINGLS__W(pushed)(model, rule, at, slope.x[0]);
-        for (m = 1; m < SPRINGLS__MOVERS; m++) slope.x[m] = slope.x[0];
-        return slope;
-    }
-    push = SPRINGLS__W(pushed)(model, rule, at, SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f)));
-    for (m = 0; m < SPRINGLS__MOVERS; m++) slope.x[m] = SPRINGLS__W(add)(slope.x[m], push);
-    return slope;
-}
-
-/* Returns all points, moved by s times their slopes. */
-SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(moved_by)(SPRINGLS__W(movers) at, SPRINGLS__W(movers) slope, float s)
-{
-    int m;
-    for (m = 0; m < SPRINGLS__MOVERS; m++)
-        at.x[m] = SPRINGLS__W(mad)(at.x[m], slope.x[m], SPRINGLS__W(broadcast)(s));
-    return at;
-}
-
-/* Returns simpson_residual at a particle that moves from x by d. flow: of the four stages. Pushes are not evaluated again: those
-   of the stages stand for them. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(path_residual)(const springls__model *model, const springls__force_rule *rule,
-                                                            SPRINGLS__NUM3 x, SPRINGLS__NUM3 d, SPRINGLS__NUM3 k1,
-                                                            SPRINGLS__NUM3 k4, const SPRINGLS__NUM3 *flow)
-{
-    SPRINGLS__NUM3 end = SPRINGLS__W(sub)(SPRINGLS__W(flow_at)(model, rule, SPRINGLS__W(add)(x, d), 3), flow[3]);
-    SPRINGLS__NUM3 middle = SPRINGLS__W(cubic_middle)(x, d, k1, SPRINGLS__W(add)(k4, end), rule->dt);
-    return SPRINGLS__W(simpson_residual)(flow[1], flow[2], SPRINGLS__W(flow_at)(model, rule, middle, 1), end);
-}
-
-/* Returns the displacements of points at `at`. */
-SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(displacement_of)(const springls__model *model, const springls__force_rule *rule,
-                                                                   SPRINGLS__W(movers) at)
-{
-    SPRINGLS__W(movers) slope[4], stage = at;
-    SPRINGLS__NUM3 flow[4], residual = SPRINGLS__W(broadcast3)(springls__v3_make(0.0f, 0.0f, 0.0f));
-    int k, m;
-    for (k = 0; k < (rule->euler ? 1 : 4); k++) {
-        if (k > 0) stage = SPRINGLS__W(moved_by)(at, slope[k - 1], k == 3 ? rule->dt : 0.5f * rule->dt);
-        slope[k] = SPRINGLS__W(slopes_of)(model, rule, stage, k, &flow[k]);
-    }
-    for (m = 0; m < SPRINGLS__MOVERS; m++)
-        stage.x[m] = rule->euler ? SPRINGLS__W(scale)(slope[0].x[m], SPRINGLS__W(broadcast)(rule->dt))
-                                 : SPRINGLS__W(rk4)(slope[0].x[m], slope[1].x[m], slope[2].x[m], slope[3].x[m], rule->dt);
-    if (rule->euler) return stage;
-    if (springls__has_flow(rule))
-        residual = SPRINGLS__W(path_residual)(model, rule, at.x[0], stage.x[0], slope[0].x[0], slope[3].x[0], flow);
-    stage.error = SPRINGLS__W(rk4_error)(slope[0].x[0], slope[1].x[0], slope[2].x[0], slope[3].x[0], residual, rule->dt);
-    return stage;
+    return SPRINGLS__W(normalize)(SPRINGLS__W(cross)(SPRINGLS__W(sub)(b, a), SPRINGLS__W(sub)(c, a)));
 }
 
 /* Returns the displacements with motion by eq. 22's curvature term added, for a level set that springls carry, or zero where the
@@ -220,7 +84,7 @@ SPRINGLS__W_MATHS SPRINGLS__W(movers) SPRINGLS__W(corrected)(const springls__gri
     int m, lane;
     if (rule->smoothing == 0.0f && !rule->stop_at_topology) return d;
     SPRINGLS__W(lanes_store)(&p, at.x[0]);
-    SPRINGLS__W(lanes_store)(&n, SPRINGLS__W(normal_of_movers)(at));
+    SPRINGLS__W(lanes_store)(&n, SPRINGLS__W(normal_of)(at.x[1], at.x[2], at.x[3]));
     for (m = 0; m < SPRINGLS__MOVERS; m++) SPRINGLS__W(lanes_store)(&move[m], d.x[m]);
     for (lane = 0; lane < SPRINGLS__WIDTH; lane++) {
         springls__v3 x = SPRINGLS__W(lane_get)(&p, lane), normal = SPRINGLS__W(lane_get)(&n, lane);
@@ -302,44 +166,26 @@ SPRINGLS__W_MATHS SPRINGLS__COND SPRINGLS__W(in_force_region)(springls__v3 lower
     return (p.x >= lower.x) & (p.y >= lower.y) & (p.z >= lower.z) & (p.x <= upper.x) & (p.y <= upper.y) & (p.z <= upper.z);
 }
 
-/* Displaces springls first, first + 1, ... by the forces of the rule; those outside of its region do not move. */
-SPRINGLS__W_MATHS void SPRINGLS__W(displace)(const springls__model *model, const springls__force_rule *rule, int first)
-{
-    const SPRINGLS__NUM zero = SPRINGLS__W(broadcast)(0.0f);
-    SPRINGLS__W(springl) s = SPRINGLS__W(springl_load)(model->set.s, first);
-    SPRINGLS__COND acts = SPRINGLS__W(in_force_region)(rule->region_lower, rule->region_upper, s.p);
-    SPRINGLS__W(movers) at, d;
-    int m;
-    at.error = zero;
-    at.x[0] = s.p;
-    for (m = 0; m < 3; m++) at.x[m + 1] = s.q[m];
-    d = SPRINGLS__W(displacement_of)(model, rule, at);
-    for (m = 0; m < SPRINGLS__MOVERS; m++)
-        d.x[m] = SPRINGLS__W(v3_make)(SPRINGLS__W(select)(acts, d.x[m].x, zero), SPRINGLS__W(select)(acts, d.x[m].y, zero),
-                                      SPRINGLS__W(select)(acts, d.x[m].z, zero));
-    SPRINGLS__W(displaced_store)(model, rule, first, at, d, SPRINGLS__W(load)(model->set.error + first));
-}
-
-/* Returns x[0], x[1], ..., one a lane. */
-SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(gather3)(const springls__v3 *x)
+/* Returns points xyz, xyz, ..., one a lane. */
+SPRINGLS__W_MATHS SPRINGLS__NUM3 SPRINGLS__W(gather3)(const float *xyz)
 {
     SPRINGLS__W(lanes) lanes;
     int lane;
-    for (lane = 0; lane < SPRINGLS__WIDTH; lane++) SPRINGLS__W(lane_set)(&lanes, lane, x[lane]);
+    for (lane = 0; lane < SPRINGLS__WIDTH; lane++)
+        SPRINGLS__W(lane_set)(&lanes, lane, springls__v3_make(xyz[3 * lane], xyz[3 * lane + 1], xyz[3 * lane + 2]));
     return SPRINGLS__W(load_v3)(lanes.x, lanes.y, lanes.z);
 }
 
-/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, from x[stride] on their q0s, and
-   so on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */
+/* Displaces springls to the places first, first + 1, ... of what is moved. x: their particles, xyz each, `stride` points later
+   their q0s, and so on; d: displacements in the same order; step: their estimated errors; error: of the correspondences so far. */
 SPRINGLS__W_MATHS void SPRINGLS__W(displace_by)(const springls__model *model, const springls__force_rule *rule, int first,
-                                                const springls__v3 *x, const springls__v3 *d, int stride, const float *step,
-                                                const float *error)
+                                                const float *x, const float *d, int stride, const float *step, const float *error)
 {
     SPRINGLS__W(movers) at, by;
     int m;
     for (m = 0; m < SPRINGLS__MOVERS; m++) {
-        at.x[m] = SPRINGLS__W(gather3)(x + m * stride);
-        by.x[m] = SPRINGLS__W(gather3)(d + m * stride);
+        at.x[m] = SPRINGLS__W(gather3)(x + 3 * m * stride);
+        by.x[m] = SPRINGLS__W(gather3)(d + 3 * m * stride);
     }
     at.error = SPRINGLS__W(broadcast)(0.0f);
     by.error = SPRINGLS__W(load)(step);

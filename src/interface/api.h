@@ -442,15 +442,6 @@ typedef struct springls_forces {
 /* Returns forces that add nothing, with all weights 1. Zeroed ones mean the same. */
 SPRINGLS_API springls_forces springls_default_forces(void);
 
-/* Describe two flows with exact answers, for tests and benchmarks (section 5.2): LeVeque's, with x = voxel / grid_size, and
-   a rotation in radians a unit of time. */
-typedef struct springls_deformation_flow { float grid_size, period; } springls_deformation_flow;
-typedef struct springls_rotation_flow { float center[3], axis[3], angular_velocity; } springls_rotation_flow;
-
-/* Evaluate these flows: velocity callbacks, with a pointer to the structure as `user`. */
-SPRINGLS_API void springls_velocity_deformation(void *deformation_flow, const float *points, int count, float time, float *out);
-SPRINGLS_API void springls_velocity_rotation(void *rotation_flow, const float *points, int count, float time, float *out);
-
 /* Finds the largest speed of any particle at `time`, voxels a unit of time: f_max of section 4.8. NON_FINITE: from a
    force. */
 SPRINGLS_API springls_status springls_max_speed(springls_context *ctx, const springls_forces *forces, float time, float *speed);

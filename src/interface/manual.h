@@ -623,7 +623,7 @@
      section 4.6        springls_contract, springls_resample
      section 4.7        springls_track, springls_hit.material
      section 4.8        springls_max_speed (CFL), one_to_one, springls_set_keep_mask
-     section 5.2        springls_velocity_deformation, springls_velocity_rotation, springls_implicit_notched_sphere
+     section 5.2        springls_implicit_notched_sphere
      Table 2            springls_advect ... springls_rebuild, one function a row
      Algorithm 2, 3     springls_step, springls_run with SPRINGLS_MODE_FLUID, SPRINGLS_MODE_ELASTIC
 */

@@ -8,6 +8,7 @@
 typedef enum springls__kernel {
 #define SPRINGLS__KERNEL_NUMBER(name, program, grain, writes) SPRINGLS__KERNEL_##name,
     SPRINGLS__KERNELS(SPRINGLS__KERNEL_NUMBER) SPRINGLS__SIMD_KERNELS(SPRINGLS__KERNEL_NUMBER)
+    SPRINGLS__DEVICE_KERNELS(SPRINGLS__KERNEL_NUMBER)
 #define SPRINGLS__BRICK_NUMBER(name, program, grain, writes, floats) SPRINGLS__KERNEL_##name,
     SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_NUMBER)
 #undef SPRINGLS__BRICK_NUMBER
@@ -17,6 +18,7 @@ typedef enum springls__kernel {
 
 typedef struct springls__kernel_info {
     const char *name;
+    /* Runs it on the host; NULL: a stage has a loop of its own. */
     void (*range)(const springls__model *model, springls__arguments args, int begin, int end, float *memory);
     int grain;
     uint64_t writes;

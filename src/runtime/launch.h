@@ -16,6 +16,9 @@ static const springls__kernel_info springls__kernels[] = {
 #define SPRINGLS__FACTS(name, program, grain, writes) { #name, springls__##name##_range, grain, writes, false, 0 },
     SPRINGLS__KERNELS(SPRINGLS__FACTS) SPRINGLS__SIMD_KERNELS(SPRINGLS__FACTS)
 #undef SPRINGLS__FACTS
+#define SPRINGLS__DEVICE_FACTS(name, program, grain, writes) { #name, NULL, grain, writes, false, 0 },
+    SPRINGLS__DEVICE_KERNELS(SPRINGLS__DEVICE_FACTS)
+#undef SPRINGLS__DEVICE_FACTS
 #define SPRINGLS__BRICK_FACTS(name, program, grain, writes, floats)                                                              \
     { #name, springls__##name##_range, grain, writes, true, (floats) <= SPRINGLS__STACK_FLOATS ? 0 : (floats) },
     SPRINGLS__BRICK_KERNELS(SPRINGLS__BRICK_FACTS)

@@ -1,5 +1,5 @@
-/* advect.h - moves springls by the forces (section 4.2, eq. 1 and 2): by a kernel where it can evaluate them, else block by block
-   (forces.h). */
+/* advect.h - moves springls by the forces (section 4.2, eq. 1 and 2): by a kernel where a device can evaluate them, else block by
+   block (forces.h). */
 #ifndef SPRINGLS__STAGES_ADVECT_H
 #define SPRINGLS__STAGES_ADVECT_H
 
@@ -15,7 +15,6 @@
 #include "../model/constellation.h"
 #include "../model/host_access.h"
 #include "../model/transform.h"
-#include "exact_flows.h"
 #include "forces.h"
 
 /* Voxels, the largest motion of one advect in a window that follows: further out a float does not resolve a 16th of a voxel. */
@@ -45,6 +44,7 @@ SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const
     SPRINGLS__TRY(springls__check_forces(ctx, forces));
     motion->forces = *forces;
     motion->rule.pressure_weight = forces->pressure_weight != 0.0f ? forces->pressure_weight : 1.0f;
+    motion->rule.has_velocity = forces->velocity || forces->velocity_batch;
     motion->rule.velocity_weight = forces->velocity_weight != 0.0f ? forces->velocity_weight : 1.0f;
     motion->affine_weight = forces->affine_weight != 0.0f ? forces->affine_weight : 1.0f;
     motion->rule.euler = forces->integrator == SPRINGLS_INTEGRATOR_EULER;
@@ -59,11 +59,10 @@ SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const
     return SPRINGLS_OK;
 }
 
-/* Writes into the rule the times of the Runge-Kutta stages, and what follows from them. */
+/* Writes the times of the Runge-Kutta stages into the rule. */
 SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
 {
-    int k;
-    float spread = motion->ctx->model.params.half_time_sampling ? 0.5f * motion->dt : motion->dt;
+    const float spread = motion->ctx->model.params.half_time_sampling ? 0.5f * motion->dt : motion->dt;
     if (!springls__finite_float(motion->dt))
         return springls__fail(motion->ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is %g, not finite", (double)motion->dt);
     motion->rule.dt = motion->dt;
@@ -71,9 +70,6 @@ SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
     motion->rule.stage_time[1] = motion->rule.stage_time[2] = motion->time + 0.5f * spread;
     motion->rule.stage_time[3] = motion->time + spread;
     motion->rule.stop_at_topology = motion->stop_at_topology;
-    for (k = 0; k < 4 && motion->rule.flow == SPRINGLS__FLOW_DEFORMATION; k++)
-        motion->rule.flow_amplitude[k] = springls__deformation_amplitude(
-            motion->rule.flow_numbers[0], motion->rule.flow_numbers[1], motion->rule.stage_time[k]);
     return SPRINGLS_OK;
 }
 
@@ -110,7 +106,7 @@ SPRINGLS__FN springls_status springls__displace_in_blocks(springls__motion *moti
     springls_context *ctx = motion->ctx;
     bool reads_phi = motion->rule.curvature_weight != 0.0f || motion->rule.smoothing != 0.0f || motion->rule.stop_at_topology;
     uint64_t grid = reads_phi ? SPRINGLS__BIT(PHI) | SPRINGLS__BIT(TOP) : 0;
-    const size_t floats = (sizeof(springls__force_block) + 63) / 64 * 16; /* lanes begin on cache lines */
+    const size_t floats = springls__block_floats();
     if (motion->has_region) SPRINGLS__TRY(springls__list_region(motion));
     if (motion->count == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(springls__to_host(ctx, SPRINGLS__BIT(S) | SPRINGLS__BIT(A) | SPRINGLS__BIT(ID) | SPRINGLS__BIT(ERROR) | grid,
@@ -136,35 +132,14 @@ SPRINGLS__FN void springls__displaced(springls__motion *motion)
         && springls__count_of(ctx, SPRINGLS__ROLE_ARRAY(motion_class), motion->count, SPRINGLS__MOTION_NONE) == motion->count;
 }
 
-/* Returns true when the kernel can evaluate the forces, and completes the rule for it. On the host it has no samples, and does
-   not skip springls outside of a region. */
-SPRINGLS__FN bool springls__kernel_can_displace(springls__motion *motion)
+/* Returns true when the device can evaluate the forces: samples, motion by curvature, and a velocity of which it has the text. */
+SPRINGLS__FN bool springls__device_can_displace(const springls__motion *motion)
 {
     const springls_forces *forces = &motion->forces;
-    float *n = motion->rule.flow_numbers;
-    if (forces->world_units) return false;
-    if (!motion->ctx->on_device && (forces->pressure_grid.data || forces->velocity_grid.data || motion->has_region)) return false;
+    const springls_backend *backend = motion->ctx->backend;
+    if (!motion->ctx->on_device || forces->world_units) return false;
     if (forces->pressure || forces->pressure_batch || forces->velocity_batch || springls__has_affine(forces)) return false;
-    motion->rule.flow = SPRINGLS__FLOW_NONE;
-    if (forces->velocity == springls_velocity_deformation) {
-        const springls_deformation_flow *flow = (const springls_deformation_flow *)forces->user;
-        motion->rule.flow = SPRINGLS__FLOW_DEFORMATION;
-        n[0] = flow->grid_size;
-        n[1] = flow->period;
-    } else if (forces->velocity == springls_velocity_rotation) {
-        const springls_rotation_flow *flow = (const springls_rotation_flow *)forces->user;
-        springls__v3 axis = springls__normalize(springls__load3(flow->axis));
-        motion->rule.flow = SPRINGLS__FLOW_ROTATION;
-        memcpy(n, flow->center, 3 * sizeof *n);
-        n[3] = axis.x; n[4] = axis.y; n[5] = axis.z;
-        n[6] = flow->angular_velocity;
-    } else if (forces->velocity) {
-        const springls_backend *backend = motion->ctx->backend;
-        if (!motion->ctx->on_device) return false;
-        if (forces->velocity != backend->user_velocity || (backend->user_bytes > 0 && !forces->user)) return false;
-        motion->rule.flow = SPRINGLS__FLOW_USER;
-    }
-    return true;
+    return !forces->velocity || (forces->velocity == backend->user_velocity && (backend->user_bytes == 0 || forces->user));
 }
 
 /* Sends a sampled field to the device, unless the same version of it is there. */
@@ -190,7 +165,7 @@ SPRINGLS__FN springls_status springls__forces_to_device(springls__motion *motion
         springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_PRESSURE, &motion->forces.pressure_grid, &motion->rule.pressure));
     SPRINGLS__TRY(
         springls__field_to_device(ctx, SPRINGLS__ARRAY_FORCE_VELOCITY, &motion->forces.velocity_grid, &motion->rule.velocity));
-    if (motion->rule.flow == SPRINGLS__FLOW_USER && ctx->backend->user_bytes > 0)
+    if (motion->rule.has_velocity && ctx->backend->user_bytes > 0)
         SPRINGLS__TRY(
             (ctx->backend->upload)(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_USER], motion->forces.user, ctx->backend->user_bytes));
     return (ctx->backend->upload)(ctx, &ctx->memory[SPRINGLS__ARRAY_FORCE_RULE], &motion->rule, sizeof motion->rule);
@@ -209,7 +184,6 @@ SPRINGLS__FN springls_status springls__displace_all(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
     int count = ctx->model.set.count;
-    bool by_kernel = springls__kernel_can_displace(motion);
     SPRINGLS__TRY(springls__motion_times(motion));
     motion->listed = NULL;
     motion->count = springls__has_no_force(motion) ? 0 : count;
@@ -220,17 +194,12 @@ SPRINGLS__FN springls_status springls__displace_all(springls__motion *motion)
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, turning2, count));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, motion_class, count));
     if (ctx->on_device) SPRINGLS__TRY(springls__reserve_counts(ctx));
-    if (by_kernel && ctx->on_device) {
+    if (springls__device_can_displace(motion)) {
         springls_status status = springls__forces_to_device(motion);
         if (status == SPRINGLS_OK) status = springls__run_on_device(ctx, SPRINGLS__KERNEL_displace, count, NULL);
         if (!springls__repeat_on_host(ctx, &status)) return status;
-        by_kernel = springls__kernel_can_displace(motion);
     }
-    if (!by_kernel) return springls__displace_in_blocks(motion);
-    SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_FORCE_RULE, 1, 0));
-    *ctx->model.force.rule = motion->rule;
-    springls__loop(ctx, SPRINGLS__KERNEL_displace, count, NULL);
-    return SPRINGLS_OK;
+    return springls__displace_in_blocks(motion);
 }
 
 /* Makes moved_springls and moved_error the springls and their errors. Where only some are listed these are copied to their places,

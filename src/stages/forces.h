@@ -1,5 +1,5 @@
-/* forces.h - evaluates the caller's callbacks and sampled fields (eq. 1 and 2) for blocks of springls, on the host. The flows that
-   need no callback are those of a kernel: kernels_embed/stages/advect.h. */
+/* forces.h - evaluates the caller's callbacks and sampled fields (eq. 1 and 2) for blocks of springls, on the host. What a device
+   evaluates is in kernels_embed/device/displace_body.h; both integrate by kernels_embed/stages/integrate_body.h. */
 #ifndef SPRINGLS__STAGES_FORCES_H
 #define SPRINGLS__STAGES_FORCES_H
 
@@ -91,22 +91,48 @@ SPRINGLS__FN void springls__field_prepare(const springls_context *ctx, const spr
     }
 }
 
-enum {
-    SPRINGLS__ADVECT_BLOCK = 128,                                        /* springls in one call of a callback */
-    SPRINGLS__ADVECT_POINTS = SPRINGLS__MOVERS * SPRINGLS__ADVECT_BLOCK  /* their particles, then their q0s, q1s and q2s */
-};
+/* ---- blocks: springls whose paths are integrated together ----
 
-/* The working memory of a block of springls, which is too large for a stack. */
+   A callback gets a block of points at once, as it wants them: xyz, xyz, ... Between its calls the sums and products of the
+   Runge-Kutta scheme go over the same memory several numbers at a time, whichever coordinate they are. A block is small enough for
+   its path to stay in a processor's nearest caches. */
+
+enum { SPRINGLS__ADVECT_BLOCK = 128 }; /* springls */
+
+#define SPRINGLS__GROUPS (SPRINGLS__ADVECT_BLOCK / SPRINGLS__LANES)
+
+struct springls__vec_path;
+typedef springls__vec3 springls__points[SPRINGLS__GROUPS]; /* one a springl */
+
+SPRINGLS__FN int springls__vec_flow_movers(const struct springls__vec_path *path);
+SPRINGLS__FN void springls__vec_find_flow(const springls__model *model, const springls__force_rule *rule,
+                                          struct springls__vec_path *path, springls__points *x, int m, int k, springls__vec3 *flow);
+SPRINGLS__FN void springls__vec_add_push(const springls__model *model, const springls__force_rule *rule,
+                                         struct springls__vec_path *path, springls__points *x, springls__vec3 *push);
+SPRINGLS__FN void springls__vec_add_affine(const springls__force_rule *rule, struct springls__vec_path *path, springls__points *x,
+                                           springls__points *slope);
+
+/* Returns the points of a group, one a lane. */
+SPRINGLS__VEC_MATHS springls__vec3 springls__vec_by_lane(springls__vec3 points)
+{
+    float xyz[3 * SPRINGLS__LANES];
+    springls__vec_store(xyz, points.x);
+    springls__vec_store(xyz + SPRINGLS__LANES, points.y);
+    springls__vec_store(xyz + 2 * SPRINGLS__LANES, points.z);
+    return springls__vec_gather3(xyz);
+}
+
+#include "../../kernels_embed/language/width_simd.h"
+#include "../../kernels_embed/stages/integrate_body.h"
+
+/* The working memory of a block, which is too large for a stack. */
 typedef struct springls__force_block {
-    springls__v3 x[SPRINGLS__ADVECT_POINTS];     /* where the points are before the step */
-    springls__v3 at[SPRINGLS__ADVECT_POINTS];    /* where they are in a stage; in the end, their displacements */
-    springls__v3 along[SPRINGLS__ADVECT_POINTS]; /* on the cubic through the ends of the step */
-    springls__v3 slope[4][SPRINGLS__ADVECT_POINTS];
-    springls__v3 flow[4][SPRINGLS__ADVECT_BLOCK]; /* at the particles, in the stages */
-    springls__v3 flow_along[SPRINGLS__ADVECT_BLOCK], residual[SPRINGLS__ADVECT_BLOCK];
-    springls__v3 a[SPRINGLS__ADVECT_BLOCK], normals[SPRINGLS__ADVECT_BLOCK], push[SPRINGLS__ADVECT_BLOCK];
-    float answer[12 * SPRINGLS__ADVECT_BLOCK];    /* of a callback */
-    float error[SPRINGLS__ADVECT_BLOCK], before[SPRINGLS__ADVECT_BLOCK];
+    springls__vec_path path; /* the first member: see springls__block_of */
+    springls__points answer; /* of a callback that gives velocities */
+    const springls__motion *motion;
+    float a[3 * SPRINGLS__ADVECT_BLOCK], normals[3 * SPRINGLS__ADVECT_BLOCK];
+    float affine[12 * SPRINGLS__ADVECT_BLOCK], rho[SPRINGLS__ADVECT_BLOCK]; /* of other callbacks */
+    float before[SPRINGLS__ADVECT_BLOCK]; /* errors of the correspondences so far */
     int springls[SPRINGLS__ADVECT_BLOCK];
     uint32_t ids[SPRINGLS__ADVECT_BLOCK];
     springls_batch batch;
@@ -114,6 +140,14 @@ typedef struct springls__force_block {
     float given_points[3 * SPRINGLS__ADVECT_BLOCK], given_normals[3 * SPRINGLS__ADVECT_BLOCK];
     float given_correspondences[3 * SPRINGLS__ADVECT_BLOCK];
 } springls__force_block;
+
+SPRINGLS__FN springls__force_block *springls__block_of(struct springls__vec_path *path)
+{
+    return (springls__force_block *)(void *)path;
+}
+
+/* Returns the coordinates of points: xyz, xyz, ... */
+SPRINGLS__FN float *springls__coordinates(springls__vec3 *points) { return (float *)(void *)points; }
 
 /* Writes a place of a window as callbacks get it. */
 SPRINGLS__FN void springls__callback_place(const springls__motion *motion, const springls__window *window, springls__v3 x,
@@ -137,7 +171,8 @@ SPRINGLS__FN const springls_batch *springls__callback_batch(const springls__moti
     block->given.correspondences = block->given_correspondences;
     for (i = 0; i < batch->count; i++) {
         springls__callback_place(motion, &ctx->window, springls__load3(batch->points + 3 * i), block->given_points + 3 * i);
-        springls__callback_place(motion, &ctx->original_window, block->a[i], block->given_correspondences + 3 * i);
+        springls__callback_place(motion, &ctx->original_window, springls__load3(block->a + 3 * i),
+                                 block->given_correspondences + 3 * i);
     }
     if (!motion->forces.world_units) return &block->given;
     block->given.normals = block->given_normals;
@@ -157,95 +192,14 @@ SPRINGLS__FN springls__v3 springls__velocity_to_voxel(const springls__motion *mo
                              (float)(m[8] * x + m[9] * y + m[10] * z));
 }
 
-/* Writes sigma of eq. 1 at the points of the batch. */
-SPRINGLS__FN void springls__flow(const springls__motion *motion, springls__force_block *block, springls__v3 *out)
-{
-    const springls_forces *forces = &motion->forces;
-    const springls_batch *batch = &block->batch, *given = springls__callback_batch(motion, block);
-    const springls__v3 *points = (const springls__v3 *)(const void *)batch->points;
-    float *buffer = block->answer;
-    int i, count = batch->count;
-    for (i = 0; i < count; i++) out[i] = springls__v3_make(0.0f, 0.0f, 0.0f);
-    if (forces->velocity) {
-        (forces->velocity)(forces->user, given->points, count, batch->time, buffer);
-        for (i = 0; i < count; i++)
-            out[i] = springls__scale(springls__velocity_to_voxel(motion, buffer + 3 * i), motion->rule.velocity_weight);
-    }
-    if (forces->velocity_batch) {
-        (forces->velocity_batch)(forces->user, given, buffer);
-        for (i = 0; i < count; i++)
-            out[i] = springls__mad(out[i], springls__velocity_to_voxel(motion, buffer + 3 * i), motion->rule.velocity_weight);
-    }
-    if (!forces->velocity_grid.data) return;
-    for (i = 0; i < count; i++) {
-        springls__field_sample(&motion->rule.velocity, forces->velocity_grid.data, points[i], buffer);
-        out[i] = springls__mad(out[i], springls__velocity_to_voxel(motion, buffer), motion->rule.velocity_weight);
-    }
-}
-
-/* Adds pressures, one a point of a batch, along its normals. */
-SPRINGLS__FN void springls__add_pressure(const springls__motion *motion, const springls_batch *given, const float *rho,
-                                         springls__v3 *out)
+/* Makes velocities of a callback or a sampled field velocities in voxels, in place. */
+SPRINGLS__FN void springls__velocities_to_voxel(const springls__motion *motion, float *v, int count)
 {
     int i;
-    for (i = 0; i < given->count; i++) {
-        const springls__v3 unit_speed = springls__velocity_to_voxel(motion, given->normals + 3 * i);
-        out[i] = springls__mad(out[i], unit_speed, motion->rule.pressure_weight * rho[i]);
+    for (i = 0; i < count && motion->forces.world_units; i++) {
+        const springls__v3 in_voxels = springls__velocity_to_voxel(motion, v + 3 * i);
+        memcpy(v + 3 * i, &in_voxels.x, 3 * sizeof *v);
     }
-}
-
-/* Adds rho of eq. 1 and motion by curvature at the particles of the batch, along the normals. */
-SPRINGLS__FN void springls__push(const springls__motion *motion, springls__force_block *block, springls__v3 *out)
-{
-    const springls_forces *forces = &motion->forces;
-    const springls_batch *batch = &block->batch, *given = springls__callback_batch(motion, block);
-    const springls__v3 *points = (const springls__v3 *)(const void *)batch->points;
-    float *buffer = block->answer;
-    int i, count = batch->count;
-    if (forces->pressure) {
-        (forces->pressure)(forces->user, given->points, given->normals, count, batch->time, buffer);
-        springls__add_pressure(motion, given, buffer, out);
-    }
-    if (forces->pressure_batch) {
-        (forces->pressure_batch)(forces->user, given, buffer);
-        springls__add_pressure(motion, given, buffer, out);
-    }
-    if (forces->pressure_grid.data) {
-        for (i = 0; i < count; i++)
-            springls__field_sample(&motion->rule.pressure, forces->pressure_grid.data, points[i], buffer + i);
-        springls__add_pressure(motion, given, buffer, out);
-    }
-    if (forces->curvature_weight != 0.0f) {
-        for (i = 0; i < count; i++) {
-            springls__v3 n = springls__load3(batch->normals + 3 * i);
-            springls__v3 velocity =
-                springls__curvature_velocity(&motion->ctx->model.grid, points[i], n, motion->rule.curvature_span);
-            out[i] = springls__mad(out[i], velocity, motion->rule.curvature_weight);
-        }
-    }
-}
-
-/* Adds to the slopes of all points of a block the affine maps of their springls, 12 floats each. */
-SPRINGLS__FN void springls__add_affine(const springls__motion *motion, const float *affine, const springls__v3 *x, int count,
-                                       springls__v3 *slope)
-{
-    int i, k, m;
-    for (m = 0; m < SPRINGLS__MOVERS; m++)
-        for (i = 0; i < count; i++) {
-            const float *A = affine + 12 * i;
-            float q[3], v[3];
-            springls__callback_place(motion, &motion->ctx->window, x[m * count + i], q);
-            for (k = 0; k < 3; k++) v[k] = A[4 * k] * q[0] + A[4 * k + 1] * q[1] + A[4 * k + 2] * q[2] + A[4 * k + 3];
-            slope[m * count + i] = springls__mad(slope[m * count + i], springls__velocity_to_voxel(motion, v),
-                                                 motion->affine_weight);
-        }
-}
-
-/* Sets the points of a batch to those of mover m of a block: particles for 0, vertices m - 1 for 1, 2, 3. */
-SPRINGLS__FN void springls__batch_points(springls_batch *batch, const springls__v3 *x, int m)
-{
-    batch->points = &x[m * batch->count].x;
-    batch->vertex = m - 1;
 }
 
 /* Returns whether any force reads the springls' normals. Where none does, they are not computed. */
@@ -255,145 +209,204 @@ SPRINGLS__FN bool springls__reads_normals(const springls_forces *forces)
            || forces->world_units;
 }
 
-/* Finds the flow at the particles of a block, where its points are at x. */
-SPRINGLS__FN void springls__particle_flow(const springls__motion *motion, springls__force_block *block, const springls__v3 *x,
-                                          float time, springls__v3 *flow)
+SPRINGLS__FN int springls__vec_flow_movers(const struct springls__vec_path *path)
 {
-    springls_batch *batch = &block->batch;
-    springls__v3 *normals = block->normals;
-    springls__tri t;
-    int i, count = batch->count;
-    for (i = 0; i < count && springls__reads_normals(&motion->forces); i++) {
-        t.a = x[count + i];
-        t.b = x[2 * count + i];
-        t.c = x[3 * count + i];
-        normals[i] = springls__tri_normal(t);
-    }
-    batch->normals = &normals[0].x;
-    batch->time = time;
-    springls__batch_points(batch, x, 0);
-    springls__flow(motion, block, flow);
+    const springls__force_block *block = (const springls__force_block *)(const void *)path;
+    return springls__reads_normals(&block->motion->forces) ? SPRINGLS__MOVERS : 1;
 }
 
-/* Adds the affine maps of the callbacks to the slopes of all points of a block, where they are at x. */
-SPRINGLS__FN void springls__add_affine_maps(const springls__motion *motion, springls__force_block *block, const springls__v3 *x,
-                                            springls__v3 *slope)
+/* Finds the normals of a block of springls whose vertices are at x[1], x[2] and x[3]. */
+SPRINGLS__FN void springls__find_normals(springls__force_block *block, springls__points *x)
 {
+    float n[3][SPRINGLS__LANES], *out = block->normals;
+    int g, lane, k;
+    for (g = 0; g < SPRINGLS__GROUPS; g++) {
+        const springls__vec3 normal = springls__vec_normal_of(
+            springls__vec_by_lane(x[1][g]), springls__vec_by_lane(x[2][g]), springls__vec_by_lane(x[3][g]));
+        springls__vec_store(n[0], normal.x);
+        springls__vec_store(n[1], normal.y);
+        springls__vec_store(n[2], normal.z);
+        for (lane = 0; lane < SPRINGLS__LANES; lane++)
+            for (k = 0; k < 3; k++) *out++ = n[k][lane];
+    }
+}
+
+/* Sets the points of a block's batch to those of mover m: particles for 0, vertices m - 1 for 1, 2, 3. */
+SPRINGLS__FN void springls__batch_points(springls__force_block *block, springls__points *x, int m)
+{
+    block->batch.points = springls__coordinates(x[m]);
+    block->batch.vertex = m - 1;
+}
+
+/* Adds what the last callback has answered to sigma. */
+SPRINGLS__FN void springls__add_answer(springls__force_block *block, springls__vec3 *flow)
+{
+    const springls__vec weight = springls__vec_broadcast(block->motion->rule.velocity_weight);
+    int g;
+    springls__velocities_to_voxel(block->motion, springls__coordinates(block->answer), block->batch.count);
+    for (g = 0; g < SPRINGLS__GROUPS; g++) flow[g] = springls__vec_mad(flow[g], block->answer[g], weight);
+}
+
+SPRINGLS__FN void springls__vec_find_flow(const springls__model *model, const springls__force_rule *rule,
+                                          struct springls__vec_path *path, springls__points *x, int m, int k, springls__vec3 *flow)
+{
+    springls__force_block *block = springls__block_of(path);
+    const springls__motion *motion = block->motion;
     const springls_forces *forces = &motion->forces;
-    springls_batch *batch = &block->batch;
+    const springls__vec weight = springls__vec_broadcast(rule->velocity_weight);
     const springls_batch *given;
-    if (!springls__has_affine(forces)) return;
-    springls__batch_points(batch, x, 0);
+    float *v = springls__coordinates(flow), *answer = springls__coordinates(block->answer);
+    const int count = block->batch.count;
+    int i;
+    (void)model;
+    block->batch.time = rule->stage_time[k];
+    if (m == 0 && springls__reads_normals(forces)) springls__find_normals(block, x);
+    springls__batch_points(block, x, m);
     given = springls__callback_batch(motion, block);
+    memset(v, 0, sizeof(springls__points));
+    if (forces->velocity) {
+        (forces->velocity)(forces->user, given->points, count, given->time, v);
+        springls__velocities_to_voxel(motion, v, count);
+        for (i = 0; i < SPRINGLS__GROUPS; i++) flow[i] = springls__vec_scale(flow[i], weight);
+    }
+    if (forces->velocity_batch) {
+        (forces->velocity_batch)(forces->user, given, answer);
+        springls__add_answer(block, flow);
+    }
+    if (!forces->velocity_grid.data) return;
+    for (i = 0; i < count; i++) {
+        const springls__v3 at = springls__load3(block->batch.points + 3 * i);
+        const springls__v3 sampled = springls__sampled_velocity(rule, forces->velocity_grid.data, at);
+        memcpy(answer + 3 * i, &sampled.x, 3 * sizeof *answer);
+    }
+    springls__add_answer(block, flow);
+}
+
+/* Adds pressures, one a particle of a batch, along its normals. */
+SPRINGLS__FN void springls__add_pressure(const springls__motion *motion, const springls_batch *given, const float *rho, float *push)
+{
+    int i;
+    for (i = 0; i < given->count; i++) {
+        const springls__v3 unit_speed = springls__velocity_to_voxel(motion, given->normals + 3 * i);
+        const springls__v3 pressed = springls__pressed(&motion->rule, rho[i], unit_speed, springls__load3(push + 3 * i));
+        memcpy(push + 3 * i, &pressed.x, 3 * sizeof *push);
+    }
+}
+
+/* Adds the pressures of callbacks and samples at the particles of a block. */
+SPRINGLS__FN void springls__add_pressures(springls__force_block *block, float *push)
+{
+    const springls__motion *motion = block->motion;
+    const springls_forces *forces = &motion->forces;
+    const springls_batch *given = springls__callback_batch(motion, block);
+    int i;
+    if (forces->pressure) {
+        (forces->pressure)(forces->user, given->points, given->normals, given->count, given->time, block->rho);
+        springls__add_pressure(motion, given, block->rho, push);
+    }
+    if (forces->pressure_batch) {
+        (forces->pressure_batch)(forces->user, given, block->rho);
+        springls__add_pressure(motion, given, block->rho, push);
+    }
+    if (!forces->pressure_grid.data) return;
+    for (i = 0; i < given->count; i++)
+        block->rho[i] = springls__sampled_pressure(&motion->rule, forces->pressure_grid.data,
+                                                   springls__load3(block->batch.points + 3 * i));
+    springls__add_pressure(motion, given, block->rho, push);
+}
+
+SPRINGLS__FN void springls__vec_add_push(const springls__model *model, const springls__force_rule *rule,
+                                         struct springls__vec_path *path, springls__points *x, springls__vec3 *push)
+{
+    springls__force_block *block = springls__block_of(path);
+    float *out = springls__coordinates(push);
+    int i;
+    springls__batch_points(block, x, 0);
+    if (springls__has_pressure(&block->motion->forces)) springls__add_pressures(block, out);
+    for (i = 0; i < block->batch.count && rule->curvature_weight != 0.0f; i++) {
+        const springls__v3 at = springls__load3(block->batch.points + 3 * i), n = springls__load3(block->normals + 3 * i);
+        const springls__v3 curved = springls__curved(&model->grid, rule, at, n, springls__load3(out + 3 * i));
+        memcpy(out + 3 * i, &curved.x, 3 * sizeof *out);
+    }
+}
+
+/* Adds the velocities of affine maps, one a springl, to the slopes of all points of a block. */
+SPRINGLS__FN void springls__add_maps(const springls__force_block *block, springls__points *x, springls__points *slope)
+{
+    const springls__motion *motion = block->motion;
+    int i, k, m;
+    for (m = 0; m < SPRINGLS__MOVERS; m++)
+        for (i = 0; i < block->batch.count; i++) {
+            const float *A = block->affine + 12 * i;
+            float q[3], v[3], *out = springls__coordinates(slope[m]) + 3 * i;
+            springls__v3 sum;
+            springls__callback_place(motion, &motion->ctx->window, springls__load3(springls__coordinates(x[m]) + 3 * i), q);
+            for (k = 0; k < 3; k++) v[k] = A[4 * k] * q[0] + A[4 * k + 1] * q[1] + A[4 * k + 2] * q[2] + A[4 * k + 3];
+            sum = springls__mad(springls__load3(out), springls__velocity_to_voxel(motion, v), motion->affine_weight);
+            memcpy(out, &sum.x, 3 * sizeof *out);
+        }
+}
+
+SPRINGLS__FN void springls__vec_add_affine(const springls__force_rule *rule, struct springls__vec_path *path, springls__points *x,
+                                           springls__points *slope)
+{
+    springls__force_block *block = springls__block_of(path);
+    const springls_forces *forces = &block->motion->forces;
+    const springls_batch *given;
+    (void)rule;
+    if (!springls__has_affine(forces)) return;
+    springls__batch_points(block, x, 0);
+    given = springls__callback_batch(block->motion, block);
     if (forces->affine) {
-        (forces->affine)(forces->user, given->points, given->correspondences, batch->count, batch->time, block->answer);
-        springls__add_affine(motion, block->answer, x, batch->count, slope);
+        (forces->affine)(forces->user, given->points, given->correspondences, given->count, given->time, block->affine);
+        springls__add_maps(block, x, slope);
     }
     if (forces->affine_batch) {
-        (forces->affine_batch)(forces->user, given, block->answer);
-        springls__add_affine(motion, block->answer, x, batch->count, slope);
+        (forces->affine_batch)(forces->user, given, block->affine);
+        springls__add_maps(block, x, slope);
     }
 }
 
-/* Finds the slopes of all points of a block, where they are at x, and the flow at its particles. */
-SPRINGLS__FN void springls__slopes(const springls__motion *motion, springls__force_block *block, const springls__v3 *x,
-                                   float time, springls__v3 *slope, springls__v3 *flow)
-{
-    springls_batch *batch = &block->batch;
-    springls__v3 *push = block->push;
-    int i, m, count = batch->count;
-    springls__particle_flow(motion, block, x, time, flow);
-    memcpy(slope, flow, (size_t)count * sizeof *slope);
-    if (!motion->ctx->model.params.vertex_velocity) {
-        springls__push(motion, block, slope);
-        for (m = 1; m < SPRINGLS__MOVERS; m++) memcpy(slope + m * count, slope, (size_t)count * sizeof *slope); /* eq. 2 */
-    } else { /* a push moves the springl as a whole: its vertices have no normals of their own */
-        memset(push, 0, (size_t)count * sizeof *push);
-        springls__push(motion, block, push);
-        for (m = 1; m < SPRINGLS__MOVERS; m++) {
-            springls__batch_points(batch, x, m);
-            springls__flow(motion, block, slope + m * count);
-        }
-        for (m = 0; m < SPRINGLS__MOVERS; m++)
-            for (i = 0; i < count; i++) slope[m * count + i] = springls__add(slope[m * count + i], push[i]);
-    }
-    springls__add_affine_maps(motion, block, x, slope);
-}
-
-/* Finds springls__simpson_residual for the particles of a block, which a step displaces by `at`. */
-SPRINGLS__FN void springls__path_residuals(const springls__motion *motion, springls__force_block *block)
-{
-    const springls__force_rule *rule = &motion->rule;
-    springls__v3 *along = block->along, *flow = block->flow_along, *residual = block->residual;
-    int i, count = block->batch.count, n = SPRINGLS__MOVERS * count;
-    memset(residual, 0, (size_t)count * sizeof *residual);
-    if (!springls__has_velocity(&motion->forces)) return;
-    for (i = 0; i < n; i++) along[i] = springls__add(block->x[i], block->at[i]);
-    springls__particle_flow(motion, block, along, rule->stage_time[3], flow);
-    for (i = 0; i < count; i++) residual[i] = springls__sub(flow[i], block->flow[3][i]);
-    for (i = 0; i < n; i++) {
-        springls__v3 end = springls__add(block->slope[3][i], residual[i % count]);
-        along[i] = springls__cubic_middle(block->x[i], block->at[i], block->slope[0][i], end, rule->dt);
-    }
-    springls__particle_flow(motion, block, along, rule->stage_time[1], flow);
-    for (i = 0; i < count; i++)
-        residual[i] = springls__simpson_residual(block->flow[1][i], block->flow[2][i], flow[i], residual[i]);
-}
-
-/* Reads the springls of a block. */
+/* Reads the springls of a block. Groups are whole: what is beyond the last springl lies at 0. */
 SPRINGLS__FN void springls__advect_read(const springls__motion *motion, int first, int count, springls__force_block *block)
 {
     const springls__constellation *set = &motion->ctx->model.set;
+    float *x = springls__coordinates(block->path.x[0]);
     int i, m;
     memset(&block->batch, 0, sizeof block->batch);
-    block->batch.correspondences = &block->a[0].x;
+    if (count < SPRINGLS__ADVECT_BLOCK) memset(x, 0, sizeof block->path.x);
+    memset(block->answer, 0, sizeof block->answer);
+    block->motion = motion;
+    block->batch.correspondences = block->a;
+    block->batch.normals = block->normals;
     block->batch.springls = block->springls;
     block->batch.ids = block->ids;
     block->batch.count = count;
     for (i = 0; i < count; i++) {
-        int springl = block->springls[i] = motion->listed ? motion->listed[first + i] : first + i;
-        block->a[i] = set->a[springl];
+        const int springl = block->springls[i] = motion->listed ? motion->listed[first + i] : first + i;
+        memcpy(block->a + 3 * i, &set->a[springl].x, 3 * sizeof *x);
         block->ids[i] = set->id[springl];
         block->before[i] = set->error[springl];
-        block->x[i] = set->s[springl].p;
-        for (m = 0; m < 3; m++) block->x[(m + 1) * count + i] = set->s[springl].q[m];
+        memcpy(x + 3 * i, &set->s[springl].p.x, 3 * sizeof *x);
+        for (m = 0; m < 3; m++)
+            memcpy(x + 3 * ((m + 1) * SPRINGLS__ADVECT_BLOCK + i), &set->s[springl].q[m].x, 3 * sizeof *x);
     }
 }
 
-/* Displaces the points of a block by fourth-order Runge-Kutta (eq. 2), whose first slopes are known, and estimates the errors. */
-SPRINGLS__FN void springls__runge_kutta(const springls__motion *motion, springls__force_block *block)
-{
-    springls__v3 *x = block->x, *at = block->at, (*k)[SPRINGLS__ADVECT_POINTS] = block->slope;
-    const float *time = motion->rule.stage_time, dt = motion->rule.dt;
-    int i, stage, count = block->batch.count, n = SPRINGLS__MOVERS * count;
-    for (stage = 1; stage < 4; stage++) {
-        const float span = stage == 3 ? dt : 0.5f * dt;
-        for (i = 0; i < n; i++) at[i] = springls__mad(x[i], k[stage - 1][i], span);
-        springls__slopes(motion, block, at, time[stage], k[stage], block->flow[stage]);
-    }
-    for (i = 0; i < n; i++) at[i] = springls__rk4(k[0][i], k[1][i], k[2][i], k[3][i], dt);
-    springls__path_residuals(motion, block);
-    for (i = 0; i < count; i++)
-        block->error[i] = springls__rk4_error(k[0][i], k[1][i], k[2][i], k[3][i], block->residual[i], dt);
-}
-
-/* Displaces the springls first, ..., first + count - 1 of a motion by Runge-Kutta or one Euler step. */
+/* Displaces the springls first, ..., first + count - 1 of a motion. */
 SPRINGLS__FN void springls__advect_block(const springls__motion *motion, int first, int count, springls__force_block *block)
 {
-    springls__v3 *x = block->x, *at = block->at;
-    springls_context *ctx = motion->ctx;
+    const springls__model *model = &motion->ctx->model;
+    const springls__force_rule *rule = &motion->rule;
+    const float *x = springls__coordinates(block->path.x[0]), *d = springls__coordinates(block->path.at[0]);
+    const float *error = (const float *)(const void *)block->path.error;
     int i;
     springls__advect_read(motion, first, count, block);
-    springls__slopes(motion, block, x, motion->rule.stage_time[0], block->slope[0], block->flow[0]);
-    if (motion->forces.integrator == SPRINGLS_INTEGRATOR_EULER) {
-        for (i = 0; i < SPRINGLS__MOVERS * count; i++) at[i] = springls__scale(block->slope[0][i], motion->rule.dt);
-        memset(block->error, 0, sizeof block->error);
-    } else springls__runge_kutta(motion, block);
+    springls__vec_integrate(model, rule, &block->path);
     for (i = 0; i + SPRINGLS__LANES <= count; i += SPRINGLS__LANES)
-        springls__vec_displace_by(&ctx->model, &motion->rule, first + i, x + i, at + i, count, block->error + i,
-                                  block->before + i);
+        springls__vec_displace_by(model, rule, first + i, x + 3 * i, d + 3 * i, SPRINGLS__ADVECT_BLOCK, error + i, block->before + i);
     for (; i < count; i++)
-        springls__displace_by(&ctx->model, &motion->rule, first + i, x + i, at + i, count, block->error + i, block->before + i);
+        springls__displace_by(model, rule, first + i, x + 3 * i, d + 3 * i, SPRINGLS__ADVECT_BLOCK, error + i, block->before + i);
 }
 
 /* Returns how many blocks the springls of a motion are. */
@@ -402,15 +415,28 @@ SPRINGLS__FN int springls__advect_blocks(const springls__motion *motion)
     return (motion->count + SPRINGLS__ADVECT_BLOCK - 1) / SPRINGLS__ADVECT_BLOCK;
 }
 
+enum { SPRINGLS__BLOCK_ALIGNMENT = 64 }; /* bytes: of a cache line, and of the widest vector */
+
+/* Returns how many floats a lane needs to hold a block, wherever it begins. */
+SPRINGLS__FN size_t springls__block_floats(void)
+{
+    return (sizeof(springls__force_block) + 2 * SPRINGLS__BLOCK_ALIGNMENT) / SPRINGLS__BLOCK_ALIGNMENT
+         * (SPRINGLS__BLOCK_ALIGNMENT / sizeof(float));
+}
+
 /* Displaces some blocks: callbacks see the same batches for any division of the loop. */
 SPRINGLS__FN void springls__advect_work(void *arg, int begin, int end, float *memory)
 {
     const springls__motion *motion = (const springls__motion *)arg;
+    const size_t beyond = (size_t)(uintptr_t)memory % SPRINGLS__BLOCK_ALIGNMENT;
+    char *aligned = (char *)(void *)memory + (beyond ? SPRINGLS__BLOCK_ALIGNMENT - beyond : 0);
     for (; begin < end; begin++) {
         int first = begin * SPRINGLS__ADVECT_BLOCK;
         springls__advect_block(motion, first, springls__imin(SPRINGLS__ADVECT_BLOCK, motion->count - first),
-                               (springls__force_block *)(void *)memory);
+                               (springls__force_block *)(void *)aligned);
     }
 }
+
+#undef SPRINGLS__GROUPS
 
 #endif

@@ -37,6 +37,7 @@ static uint atomic_max(volatile uint *pointer, uint n)
 #include "opencl_kernels.h"
 
 #include "kernels_embed/device/kernels.h"
+#include "device_velocity.h"
 #include "kernels_embed/device/collectives.cl"
 #include "kernels_embed/device/regions.cl"
 
@@ -48,12 +49,14 @@ static uint atomic_max(volatile uint *pointer, uint n)
     }
 SPRINGLS__KERNELS(KERNEL_ELEMENT)
 SPRINGLS__SIMD_KERNELS(KERNEL_ELEMENT)
+SPRINGLS__DEVICE_KERNELS(KERNEL_ELEMENT)
 SPRINGLS__COLLECTIVES(KERNEL_ELEMENT)
 
 #define KERNEL_ALONE(name, ...) { #name, name##_element, 0 },
 #define KERNEL_BRICK(name, program, grain, writes, floats) { #name, springls__##name##_element, floats },
 const device_kernel device_kernels[] = {
-    SPRINGLS__KERNELS(KERNEL_ALONE) SPRINGLS__SIMD_KERNELS(KERNEL_ALONE) SPRINGLS__COLLECTIVES(KERNEL_ALONE)
+    SPRINGLS__KERNELS(KERNEL_ALONE) SPRINGLS__SIMD_KERNELS(KERNEL_ALONE) SPRINGLS__DEVICE_KERNELS(KERNEL_ALONE)
+    SPRINGLS__COLLECTIVES(KERNEL_ALONE)
     SPRINGLS__BRICK_KERNELS(KERNEL_BRICK) { NULL, NULL, 0 }
 };
 

@@ -19,8 +19,8 @@ FIXTURE uint64_t small_run(springls_backend *backend, bool paper)
 {
     springls_params p = paper ? springls_paper_params() : springls_default_params();
     springls_desc desc = fixture_desc(SMALL_SIZE, &p);
-    springls_deformation_flow flow = { (float)SMALL_SIZE, 2.0f };
-    springls_forces forces = fixture_forces(springls_velocity_deformation, &flow);
+    struct exact_flow flow = EXACT_DEFORMATION((float)SMALL_SIZE, 2.0f);
+    springls_forces forces = fixture_forces(exact_flow_velocity, &flow);
     springls_step_desc fluid = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.05f),
                        elastic = fixture_step(&forces, SPRINGLS_MODE_ELASTIC, 0.05f);
     springls_sphere ball = fixture_ball(5.3f, 5.4f, 5.6f, 2.6f);

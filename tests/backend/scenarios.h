@@ -36,8 +36,8 @@ typedef struct scenario {
     springls_params params;
     springls_forces forces;
     springls_step_desc step;
-    springls_deformation_flow deformation;
-    springls_rotation_flow rotation;
+    struct exact_flow deformation;
+    struct exact_flow rotation;
 } scenario;
 
 FIXTURE const char *scenario_name(int which)
@@ -81,13 +81,13 @@ FIXTURE void scenario_make(scenario *s, int which)
     memset(s, 0, sizeof *s);
     s->which = which;
     s->params = paper ? springls_paper_params() : springls_default_params();
-    s->deformation.grid_size = (float)SCENARIO_SIZE;
+    s->deformation.size = (float)SCENARIO_SIZE;
     s->deformation.period = 2.5f;
     for (axis = 0; axis < 3; axis++) s->rotation.center[axis] = middle;
     s->rotation.axis[0] = 0.3f;
     s->rotation.axis[2] = 1.0f;
     s->rotation.angular_velocity = 0.1f;
-    s->forces = fixture_forces(springls_velocity_deformation, &s->deformation);
+    s->forces = fixture_forces(exact_flow_velocity, &s->deformation);
     s->step = fixture_step(&s->forces, SPRINGLS_MODE_FLUID, 0.03f);
     s->steps = paper ? 11 : 7;
     switch (which) {
@@ -118,7 +118,7 @@ FIXTURE void scenario_make(scenario *s, int which)
         s->step.dt = 1.0f;
         break;
     case SCENARIO_BOX:
-        s->forces = fixture_forces(springls_velocity_rotation, &s->rotation);
+        s->forces = fixture_forces(exact_flow_velocity, &s->rotation);
         s->step.dt = 1.0f;
         s->steps = 4;
         break;
@@ -135,7 +135,7 @@ FIXTURE void scenario_make(scenario *s, int which)
         s->steps = 3;
         break;
     case SCENARIO_ASLEEP: /* at rest, then turned at one end */
-        s->forces = fixture_forces(springls_velocity_rotation, &s->rotation);
+        s->forces = fixture_forces(exact_flow_velocity, &s->rotation);
         s->forces.region_upper[0] = 6.0f;
         s->forces.region_upper[1] = s->forces.region_upper[2] = (float)SCENARIO_SIZE;
         s->params.resample_period = 2;
@@ -144,7 +144,7 @@ FIXTURE void scenario_make(scenario *s, int which)
         s->steps = 32;
         break;
     case SCENARIO_CARRIED: /* round a far place, in a window that follows */
-        s->forces = fixture_forces(springls_velocity_rotation, &s->rotation);
+        s->forces = fixture_forces(exact_flow_velocity, &s->rotation);
         s->rotation.center[1] = 150.0f;
         s->rotation.angular_velocity = 0.02f;
         s->step.dt = 1.0f;

@@ -385,7 +385,7 @@ TEST keys_differ(void)
     count_calls(TEXT_FOR_CODE);
     ASSERT_OK(make_all(&desc));
     ASSERT_EQ(PROGRAMS, memory.count);
-    desc.velocity = springls_velocity_rotation; /* part of two programs */
+    desc.velocity = exact_flow_velocity; /* part of two programs */
     desc.velocity_source = "float3 springls_velocity(float3 x, float t, __global const float *u) { return x * t; }\n";
     ASSERT_OK(springls_cl_create(&desc, &backend));
     ASSERT_EQ(CL_SUCCESS, springls__cl_need((springls__cl *)(void *)backend, SPRINGLS__PROGRAM_MOVE));

@@ -36,6 +36,9 @@ FIXTURE springls_status fault_create(const char *library, fault_log *log, spring
     memset(&desc, 0, sizeof desc);
     memset(log, 0, sizeof *log);
     desc.library = library;
+    desc.velocity = exact_flow_velocity;
+    desc.velocity_source = exact_flow_source();
+    desc.velocity_user_bytes = sizeof(struct exact_flow);
     desc.logger.log = fault_logger;
     desc.logger.user = log;
     return springls_cl_create(&desc, backend);
@@ -185,7 +188,7 @@ TEST kernels_are_compiled_before_the_first_step(void)
     springls_desc desc;
     springls_step_desc step;
     springls_forces forces;
-    springls_deformation_flow flow = { 20.0f, 2.0f };
+    struct exact_flow flow = EXACT_DEFORMATION(20.0f, 2.0f);
     springls_backend *backend;
     springls_context *ctx;
     fault_log log;
@@ -213,7 +216,7 @@ TEST kernels_are_compiled_before_the_first_step(void)
     memset(&step, 0, sizeof step);
     desc.grid.size[0] = desc.grid.size[1] = desc.grid.size[2] = 20;
     desc.backend = backend;
-    forces.velocity = springls_velocity_deformation;
+    forces.velocity = exact_flow_velocity;
     forces.user = &flow;
     step.forces = &forces;
     ASSERT_OK(springls_create(&desc, &ctx));
@@ -380,14 +383,14 @@ FIXTURE fault_outcome fault_run(springls_backend *backend, const char *function)
     static fault_bench bench;
     springls_params p = springls_default_params();
     springls_desc desc = fixture_desc(FAULT_SIZE, &p);
-    springls_deformation_flow flow = { (float)FAULT_SIZE, 2.0f };
+    struct exact_flow flow = EXACT_DEFORMATION((float)FAULT_SIZE, 2.0f);
     fixture_heap heap;
     fault_outcome out;
     int i;
     memset(&out, 0, sizeof out);
     memset(&bench, 0, sizeof bench);
     desc.allocator = fixture_allocator(&heap);
-    bench.forces = fixture_forces(springls_velocity_deformation, &flow);
+    bench.forces = fixture_forces(exact_flow_velocity, &flow);
     bench.forces.velocity_grid.data = bench.field;
     for (i = 0; i < 3 * FAULT_SIZE * FAULT_SIZE * FAULT_SIZE; i++) bench.field[i] = 0.01f * (float)(i % 7);
     bench.fluid = fixture_step(&bench.forces, SPRINGLS_MODE_FLUID, 0.08f);

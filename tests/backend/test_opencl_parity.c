@@ -2,6 +2,7 @@
    scenarios on the device against the same ones without it. Skipped where there is no OpenCL device that rounds as C does. */
 #include "springls_under_test.h"
 #include "scenarios.h"
+#include "device_velocity.h"
 
 /* ---- one run of one kernel ---- */
 
@@ -98,11 +99,13 @@ FIXTURE void parity_scalar(const springls_context *ctx, void *copy[SPRINGLS__ARR
 {
     springls__model model = ctx->model;
     float *lane;
+    int i;
 #define PARITY_BIND(name, type, block, owner, member) model.owner.member = (type *)copy[SPRINGLS__ARRAY_##name];
     SPRINGLS__ARRAYS(PARITY_BIND)
 #undef PARITY_BIND
     lane = (float *)malloc((size_t)springls__kernels[kernel].floats * sizeof *lane + 1);
-    springls__kernels[kernel].range(&model, args, 0, count, lane);
+    if (springls__kernels[kernel].range) springls__kernels[kernel].range(&model, args, 0, count, lane);
+    for (i = 0; i < count && kernel == SPRINGLS__KERNEL_displace; i++) springls__displace_element(&model, args, i);
     free(lane);
 }
 

@@ -37,8 +37,8 @@ TEST questions_fetch_once(void)
 /* Advect waits for the device once: one reading finds the largest displacement and how many springls move. */
 TEST advect_reads_once(void)
 {
-    springls_deformation_flow flow = { 32.0f, 1.5f };
-    springls_forces forces = fixture_forces(springls_velocity_deformation, &flow);
+    struct exact_flow flow = EXACT_DEFORMATION(32.0f, 1.5f);
+    springls_forces forces = fixture_forces(exact_flow_velocity, &flow);
     springls_cl_counts before, after;
     springls_context *ctx;
     scenario s;

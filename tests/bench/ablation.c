@@ -10,6 +10,7 @@
 #include "motion.h"
 #include "table.h"
 
+#include "examples/common/springls/exact_flows.h"
 #include "examples/common/springls/run_options.h"
 
 #include <math.h>
@@ -113,10 +114,10 @@ static bool improvements_are_complete(void)
 
 static void exact_velocity(const void *flow, const double x[3], double factor, double v[3])
 {
-    springls_deformation_flow still = *(const springls_deformation_flow *)flow;
+    struct exact_flow still = *(const struct exact_flow *)flow;
     const float at[3] = {(float)x[0], (float)x[1], (float)x[2]};
     float out[3];
-    springls_velocity_deformation(&still, at, 1, 0.0f, out);
+    exact_flow_velocity(&still, at, 1, 0.0f, out);
     for (int c = 0; c < 3; ++c) {
         v[c] = factor * (double)out[c];
     }
@@ -124,7 +125,7 @@ static void exact_velocity(const void *flow, const double x[3], double factor, d
 
 static double time_factor(const void *flow, double time)
 {
-    return cos(3.14159265358979 * time / (double)((const springls_deformation_flow *)flow)->period);
+    return cos(3.14159265358979 * time / (double)((const struct exact_flow *)flow)->period);
 }
 
 /* ---- tables ---- */
@@ -196,7 +197,7 @@ int main(void)
         return 1;
     }
     springls_sphere sphere = {{0.35f * n, 0.35f * n, 0.35f * n}, 0.15f * n};
-    springls_deformation_flow flow = {n, (float)period};
+    struct exact_flow flow = EXACT_DEFORMATION(n, (float)period);
     const struct motion motion = {.problem = {.name = "leveque",
                                               .grid = grid,
                                               .steps = 2 * (int)fmax(1.0, floor(period * grid / 1.28 + 0.5)),
@@ -205,7 +206,9 @@ int main(void)
                                               .reverses = true,
                                               .shape = springls_implicit_sphere,
                                               .shape_data = &sphere,
-                                              .velocity = springls_velocity_deformation,
+                                              .velocity = exact_flow_velocity,
+                                              .velocity_source = exact_flow_source(),
+                                              .flow_bytes = sizeof flow,
                                               .flow = &flow,
                                               .exact_velocity = exact_velocity,
                                               .exact_time_factor = time_factor},

@@ -13,6 +13,7 @@
 
 #include "examples/common/base/json.h"
 #include "examples/common/base/progress.h"
+#include "examples/common/springls/exact_flows.h"
 #include "examples/common/springls/run_options.h"
 
 #include <math.h>
@@ -152,8 +153,8 @@ static springls_status run_calls(springls_context *ctx, int grid, bool material,
 {
     const double seconds = 2e-3;
     const springls_chunks_desc desc = {.correspondences = material};
-    springls_deformation_flow flow = {(float)grid, 2.5f};
-    springls_forces forces = {.velocity = springls_velocity_deformation, .user = &flow};
+    struct exact_flow flow = EXACT_DEFORMATION((float)grid, 2.5f);
+    springls_forces forces = {.velocity = exact_flow_velocity, .user = &flow};
     const springls_step_desc step = {.forces = &forces};
     springls_chunks *chunks;
     springls_status status = springls_chunks_create(ctx, &desc, &chunks);

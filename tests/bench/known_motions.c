@@ -1,6 +1,8 @@
 /* known_motions.c - flows, the bodies in them, and both together. */
 #include "known_motions.h"
 
+#include "examples/common/springls/exact_flows.h"
+
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -55,10 +57,10 @@ static double time_factor(const void *user, double time)
 /* LeVeque's flow as it is at time 0; the middle is the corner of the grid. */
 static void deform(const double x[3], double v[3])
 {
-    springls_deformation_flow unit = {1.0f, 1.0f};
+    struct exact_flow unit = EXACT_DEFORMATION(1.0f, 1.0f);
     const float at[3] = {(float)x[0], (float)x[1], (float)x[2]};
     float out[3];
-    springls_velocity_deformation(&unit, at, 1, 0.0f, out);
+    exact_flow_velocity(&unit, at, 1, 0.0f, out);
     for (int c = 0; c < 3; ++c) {
         v[c] = (double)out[c];
     }

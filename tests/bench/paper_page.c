@@ -3,6 +3,7 @@
 
 #include "springls.h"
 
+#include "examples/common/springls/exact_flows.h"
 #include "examples/common/springls/run_options.h"
 
 #include <stdint.h>
@@ -18,12 +19,12 @@ static uint64_t small_run(const springls_params *params, int steps, float limit)
     springls_forces forces = springls_default_forces();
     springls_step_desc step = springls_default_step_desc();
     springls_sphere ball = {{0.35f * GRID, 0.35f * GRID, 0.35f * GRID}, 0.15f * GRID};
-    springls_deformation_flow flow = {GRID, 1.25f};
+    struct exact_flow flow = EXACT_DEFORMATION(GRID, 1.25f);
     springls_context *ctx;
     uint64_t hash = 0;
     desc.grid.size[0] = desc.grid.size[1] = desc.grid.size[2] = GRID;
     desc.params = params;
-    forces.velocity = springls_velocity_deformation;
+    forces.velocity = exact_flow_velocity;
     forces.user = &flow;
     step.forces = &forces;
     step.dt = flow.period / (float)steps;

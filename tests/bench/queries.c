@@ -5,6 +5,7 @@
 
 #include "examples/common/base/json.h"
 #include "examples/common/base/progress.h"
+#include "examples/common/springls/exact_flows.h"
 #include "examples/common/springls/run_options.h"
 
 #include <math.h>
@@ -145,9 +146,9 @@ int main(int argc, char **argv)
     run_start_threads(1);
     const float size = (float)grid, middle = 0.5f * size;
     springls_sphere ball = {{middle, middle, middle}, 0.25f * size};
-    springls_rotation_flow flow = {{middle, middle, middle}, {1.0f, 2.0f, 3.0f}, 2.0f / size};
+    struct exact_flow flow = EXACT_ROTATION(middle, middle, middle, 1.0f, 2.0f, 3.0f, 2.0f / size);
     springls_desc desc = {.grid = {.size = {grid, grid, grid}}, .tasks = run_tasks()};
-    springls_forces forces = {.velocity = springls_velocity_rotation, .user = &flow};
+    springls_forces forces = {.velocity = exact_flow_velocity, .user = &flow};
     springls_step_desc step = {.forces = &forces, .dt = 1.0f, .max_displacement = 2.0f};
     bool memory = true;
     for (int k = 0; k < KINDS; ++k) {

@@ -4,6 +4,7 @@
 
 #include "examples/common/base/json.h"
 #include "examples/common/base/progress.h"
+#include "examples/common/springls/exact_flows.h"
 #include "examples/common/springls/run_options.h"
 
 #include <math.h>
@@ -44,7 +45,7 @@ int main(int argc, char **argv)
     const float n = (float)grid;
     const springls_params params = argc == 5 && strcmp(argv[3], "paper") == 0 ? springls_paper_params() : springls_default_params();
     springls_notched_sphere body = {{0.5f * n, 0.75f * n, 0.5f * n}, 0.15f * n, 0.05f * n, 0.125f * n};
-    springls_rotation_flow flow = {{0.5f * n, 0.5f * n, 0.5f * n}, {0.0f, 0.0f, 1.0f}, (float)(2.0 * 3.14159265358979 / STEPS)};
+    struct exact_flow flow = EXACT_ROTATION(0.5f * n, 0.5f * n, 0.5f * n, 0.0f, 0.0f, 1.0f, (float)(2.0 * 3.14159265358979 / STEPS));
     springls_desc desc;
     springls_forces forces;
     springls_step_desc step;
@@ -62,7 +63,7 @@ int main(int argc, char **argv)
     desc.params = &params;
     desc.tasks = run_tasks();
     memset(&forces, 0, sizeof forces);
-    forces.velocity = springls_velocity_rotation;
+    forces.velocity = exact_flow_velocity;
     forces.user = &flow;
     memset(&step, 0, sizeof step);
     step.forces = &forces;

@@ -251,8 +251,8 @@ FIXTURE bool report_kernels(int grid)
 {
     enum { STEPS = 60, ROWS = 15 };
     springls_cl_desc desc;
-    springls_deformation_flow flow = { (float)grid, 2.5f };
-    springls_forces forces = fixture_forces(springls_velocity_deformation, &flow);
+    struct exact_flow flow = EXACT_DEFORMATION((float)grid, 2.5f);
+    springls_forces forces = fixture_forces(exact_flow_velocity, &flow);
     springls_step_desc step;
     springls_context *ctx;
     springls__cl *cl;
@@ -261,6 +261,9 @@ FIXTURE bool report_kernels(int grid)
     int i, kernels = 0, steps;
     memset(&desc, 0, sizeof desc);
     memset(&step, 0, sizeof step);
+    desc.velocity = exact_flow_velocity;
+    desc.velocity_source = exact_flow_source();
+    desc.velocity_user_bytes = sizeof flow;
     step.forces = &forces;
     cl = report_open(&desc);
     if (!cl) return false;

@@ -5,6 +5,7 @@
 
 #include "engine_sample.h" /* made of docs/engine.md */
 #include "greatest.h"
+#include "examples/common/springls/exact_flows.h"
 
 static engine::Options small_game(int threads)
 {
@@ -67,13 +68,13 @@ TEST the_page_says_how(void)
     springls_context *model;
     springls_chunks *chunks;
     springls_sphere ball{{16, 16, 16}, 9};
-    springls_rotation_flow turn{{16, 16, 10}, {0, 0, 1}, 0.05f};
+    struct exact_flow turn = EXACT_ROTATION(16, 16, 10, 0, 0, 1, 0.05f);
     springls_forces forces{};
     springls_step_desc step{};
     int frames = 0;
     bool meshing = false;
     for (int &side : desc.grid.size) side = 32;
-    forces.velocity = springls_velocity_rotation;
+    forces.velocity = exact_flow_velocity;
     forces.user = &turn;
     turn.center[0] = 4;
     step.forces = &forces;

@@ -31,6 +31,7 @@ embed_errors() (
     file src/a.h 'int a;'
     file k.cl 'kernel'
     complains 'no part holds the line' $embed src/a.h k.cl || return
+    file x.h '#ifndef X_H' '#define X_H' 'int x;' '#endif'
     file k.cl 'kernel' '#include "x.h"'
     complains 'k.cl:2: no part of springls.h includes x.h' $embed src/a.h k.cl || return
     file src/a.h '/* SPRINGLS__EMBED_KERNELS */' '/* SPRINGLS__EMBED_KERNELS */'

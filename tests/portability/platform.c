@@ -3,6 +3,7 @@
    compiled with no flag that the library's users would not give. */
 #define SPRINGLS_IMPLEMENTATION
 #include "../../springls.h"
+#include "../../examples/common/springls/exact_flows.h"
 #include <stdio.h>
 #include "flush.h"
 
@@ -74,7 +75,7 @@ static int run(const char *name, springls_params params, springls_velocity_fn fl
 
 int main(void)
 {
-    springls_deformation_flow leveque = { 24, 2 };
+    struct exact_flow leveque = EXACT_DEFORMATION(24, 2);
     int failed;
 #ifdef FLUSH_DENORMALS
     if (!flush_denormals(true) || !denormals_are_flushed()) return puts("denormal numbers are not flushed here"), 1;
@@ -82,7 +83,7 @@ int main(void)
     (void)flush_denormals;
     (void)denormals_are_flushed;
 #endif
-    failed = run("default, the library's flow", springls_default_params(), springls_velocity_deformation, &leveque);
+    failed = run("default, LeVeque's flow", springls_default_params(), exact_flow_velocity, &leveque);
     failed |= run("default, a callback", springls_default_params(), stretch, NULL);
     failed |= run("paper, a callback", springls_paper_params(), stretch, NULL);
     if (!springls_fp_contract_detected()) return failed;

@@ -3,19 +3,20 @@
 #define SPRINGLS_THREADS
 #define SPRINGLS_IMPLEMENTATION
 #include "springls.h"
+#include "examples/common/springls/exact_flows.h"
 
 static uint64_t life(springls_tasks tasks)
 {
     springls_desc desc = springls_default_desc();
     springls_forces forces = springls_default_forces();
     springls_step_desc step = springls_default_step_desc();
-    springls_deformation_flow whirl;
+    struct exact_flow whirl;
     springls_sphere ball;
     springls_context *ctx = NULL;
     uint64_t hash = 0;
     int k;
     memset(&whirl, 0, sizeof whirl);
-    whirl.grid_size = 24.0f;
+    whirl.size = 24.0f;
     whirl.period = 2.0f;
     for (k = 0; k < 3; k++) {
         desc.grid.size[k] = 24;
@@ -23,7 +24,7 @@ static uint64_t life(springls_tasks tasks)
     }
     ball.radius = 4.5f;
     desc.tasks = tasks;
-    forces.velocity = springls_velocity_deformation;
+    forces.velocity = exact_flow_velocity;
     forces.user = &whirl;
     step.forces = &forces;
     step.dt = 0.12f;

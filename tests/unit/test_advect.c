@@ -28,8 +28,8 @@ static double rotation_error(int steps, springls_integrator integrator)
 {
     springls_params p = vertices_move(1);
     springls_context *ctx = few(&p, 30);
-    springls_rotation_flow flow = { { 16.0f, 15.0f, 14.0f }, { 1.0f, 2.0f, 2.0f }, 1.0f };
-    springls_forces forces = fixture_forces(springls_velocity_rotation, &flow);
+    struct exact_flow flow = EXACT_ROTATION(16.0f, 15.0f, 14.0f, 1.0f, 2.0f, 2.0f, 1.0f);
+    springls_forces forces = fixture_forces(exact_flow_velocity, &flow);
     fixture_springl *start = fixture_copy(ctx);
     double worst = 0.0;
     int i, m;
@@ -85,8 +85,8 @@ static double deformation_error(int steps)
 {
     springls_params p = vertices_move(1);
     springls_context *ctx = few(&p, 40);
-    springls_deformation_flow flow = { 32.0f, 1.5f };
-    springls_forces forces = fixture_forces(springls_velocity_deformation, &flow);
+    struct exact_flow flow = EXACT_DEFORMATION(32.0f, 1.5f);
+    springls_forces forces = fixture_forces(exact_flow_velocity, &flow);
     fixture_springl *start = fixture_copy(ctx);
     const float from = 0.2f, to = 0.8f;
     double sum = 0.0;
@@ -115,20 +115,20 @@ TEST deformation_has_its_order(void)
     PASS();
 }
 
-/* The library's two flows are the formulas, in double precision. */
+/* The flows with exact answers are the formulas, in double precision. */
 TEST flows_are_the_formulas(void)
 {
-    springls_deformation_flow wave = { 40.0f, 3.0f };
-    springls_rotation_flow turn = { { 3.0f, 4.0f, 5.0f }, { 0.0f, 0.0f, 2.5f }, 0.7f };
+    struct exact_flow wave = EXACT_DEFORMATION(40.0f, 3.0f);
+    struct exact_flow turn = EXACT_ROTATION(3.0f, 4.0f, 5.0f, 0.0f, 0.0f, 2.5f, 0.7f);
     int i;
     fixture_seed(42);
     for (i = 0; i < 2000; i++) {
         springls__v3 x = fixture_point(0.0f, 40.0f);
         float t = fixture_between(0.0f, 3.0f), u[3];
-        springls_velocity_deformation(&wave, &x.x, 1, t, u);
+        exact_flow_velocity(&wave, &x.x, 1, t, u);
         ASSERT_LT(d3_distance(deformation(d3_of(x), 40.0, 3.0, (double)t), d3_make((double)u[0], (double)u[1], (double)u[2])),
                   1e-4);
-        springls_velocity_rotation(&turn, &x.x, 1, t, u); /* the axis needs no length */
+        exact_flow_velocity(&turn, &x.x, 1, t, u); /* the axis needs no length */
         ASSERT_LT(d3_distance(d3_make(-0.7 * ((double)x.y - 4.0), 0.7 * ((double)x.x - 3.0), 0.0),
                               d3_make((double)u[0], (double)u[1], (double)u[2])),
                   1e-5);
@@ -368,13 +368,13 @@ TEST affine_maps_are_given_correspondences(void)
 /* With their own velocities vertices follow a rotation, so triangles turn with the body; without, they only shift. */
 TEST vertex_velocity_turns_triangles(void)
 {
-    springls_rotation_flow flow = { { 16.0f, 15.0f, 14.0f }, { 1.0f, 2.0f, 2.0f }, 0.8f };
+    struct exact_flow flow = EXACT_ROTATION(16.0f, 15.0f, 14.0f, 1.0f, 2.0f, 2.0f, 0.8f);
     int own, i, m;
     for (own = 0; own < 2; own++) {
         springls_params p = vertices_move(own);
         springls_context *ctx = few(&p, 60);
         fixture_springl *before = fixture_copy(ctx);
-        springls_forces forces = fixture_forces(springls_velocity_rotation, &flow);
+        springls_forces forces = fixture_forces(exact_flow_velocity, &flow);
         for (i = 0; i < 10; i++) ASSERT_OK(springls_advect(ctx, &forces, 0.0f, 0.1f));
         for (i = 0; i < 60; i++) {
             fixture_springl now = fixture_get(ctx, i);
@@ -564,8 +564,8 @@ TEST weights_weigh(void)
 TEST max_speed_is_the_largest(void)
 {
     springls_context *ctx = few(NULL, 300);
-    springls_rotation_flow flow = { { 16.0f, 15.0f, 14.0f }, { 0.0f, 0.0f, 1.0f }, 0.3f };
-    springls_forces forces = fixture_forces(springls_velocity_rotation, &flow);
+    struct exact_flow flow = EXACT_ROTATION(16.0f, 15.0f, 14.0f, 0.0f, 0.0f, 1.0f, 0.3f);
+    springls_forces forces = fixture_forces(exact_flow_velocity, &flow);
     uint64_t hash = springls_state_hash(ctx);
     double largest = 0.0;
     float speed;
@@ -675,34 +675,37 @@ TEST advect_only_moves(void)
     PASS();
 }
 
-/* A flow that the library does not know for its own. */
-static void deformation_by_callback(void *user, const float *points, int count, float time, float *out)
+/* The deformation for a batch. */
+static void deformation_of_batch(void *user, const springls_batch *batch, float *out)
 {
-    springls_velocity_deformation(user, points, count, time, out);
+    exact_flow_velocity(user, batch->points, batch->count, batch->time, out);
 }
 
-/* The library's flows, which it evaluates for several springls at once, move them as the same flow in a callback does, bit by bit;
-   the last springls fill no register. */
-TEST flows_need_no_callback(void)
+/* Callbacks for points, for batches, and a region around all springls, whose list fills blocks in another way, move springls in the
+   same way, bit by bit; the last springls fill no register and no block. */
+TEST callbacks_of_any_kind_move_alike(int count)
 {
-    springls_deformation_flow flow = { 32.0f, 1.5f };
+    struct exact_flow flow = EXACT_DEFORMATION(32.0f, 1.5f);
     int own, euler;
     for (own = 0; own < 2; own++)
         for (euler = 0; euler < 2; euler++) {
             springls_params p = vertices_move(own);
-            uint64_t hash[2];
-            int by;
-            for (by = 0; by < 2; by++) {
-                springls_context *ctx = few(&p, 43);
-                springls_forces forces = fixture_forces(by ? deformation_by_callback : springls_velocity_deformation, &flow);
+            uint64_t hash[3];
+            int by, k;
+            for (by = 0; by < 3; by++) {
+                springls_context *ctx = few(&p, count);
+                springls_forces forces = fixture_forces(by == 1 ? NULL : exact_flow_velocity, &flow);
+                if (by == 1) forces.velocity_batch = deformation_of_batch;
+                for (k = 0; k < 3 && by == 2; k++) forces.region_upper[k] = 32.0f;
                 forces.integrator = euler ? SPRINGLS_INTEGRATOR_EULER : SPRINGLS_INTEGRATOR_RK4;
                 forces.velocity_weight = 0.75f;
                 ASSERT_OK(springls_advect(ctx, &forces, 0.3f, 0.05f));
-                ASSERT_EQ(by ? SPRINGLS__FLOW_NONE : SPRINGLS__FLOW_DEFORMATION, ctx->motion.rule.flow);
+                ASSERT_EQ(count, ctx->motion.count);
                 hash[by] = springls_state_hash(ctx);
                 springls_destroy(ctx);
             }
             ASSERT(hash[0] == hash[1]);
+            ASSERT(hash[0] == hash[2]);
         }
     PASS();
 }
@@ -727,7 +730,8 @@ SUITE(advect)
     RUN_TEST(sampled_fields_end);
     RUN_TEST(weights_weigh);
     RUN_TEST(max_speed_is_the_largest);
-    RUN_TEST(flows_need_no_callback);
+    RUN_TESTp(callbacks_of_any_kind_move_alike, 43);
+    RUN_TESTp(callbacks_of_any_kind_move_alike, 201);
     RUN_TEST(bad_forces_move_nothing);
     RUN_TEST(curvature_shrinks_spheres);
     RUN_TEST(advect_only_moves);

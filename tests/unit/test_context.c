@@ -690,7 +690,7 @@ TEST defaults_are_those_of_zeros(void)
     springls_desc desc[2];
     springls_step_desc step = springls_default_step_desc();
     springls_forces forces[2];
-    springls_rotation_flow flow = { { 8.0f, 8.0f, 8.0f }, { 0.0f, 0.0f, 1.0f }, 1.0f };
+    struct exact_flow flow = EXACT_ROTATION(8.0f, 8.0f, 8.0f, 0.0f, 0.0f, 1.0f, 1.0f);
     springls_sphere ball = fixture_ball(9.0f, 8.0f, 8.0f, 4.0f);
     uint64_t hash[2];
     int i, k;
@@ -705,7 +705,7 @@ TEST defaults_are_those_of_zeros(void)
         ASSERT_STR_EQ("", springls_create_error(&desc[i]));
         ASSERT_OK(springls_create(&desc[i], &ctx));
         ASSERT_OK(springls_set_implicit(ctx, springls_implicit_sphere, &ball));
-        forces[i].velocity = springls_velocity_rotation;
+        forces[i].velocity = exact_flow_velocity;
         forces[i].user = &flow;
         step.forces = &forces[i];
         step.dt = 0.1f;

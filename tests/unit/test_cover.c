@@ -8,10 +8,8 @@ typedef struct flow { float size, period; } flow;
 static void deform(void *user, const float *x, int count, float time, float *v)
 {
     const flow *f = (const flow *)user;
-    springls_deformation_flow deformation;
-    deformation.grid_size = f->size;
-    deformation.period = f->period;
-    springls_velocity_deformation(&deformation, x, count, time, v);
+    struct exact_flow deformation = EXACT_DEFORMATION(f->size, f->period);
+    exact_flow_velocity(&deformation, x, count, time, v);
 }
 
 static void turn(void *user, const float *x, int count, float time, float *v)

@@ -262,8 +262,8 @@ TEST landmarks_are_where_the_flow_has_them(bool turned)
     enum { COUNT = 200 };
     static float points[3 * COUNT];
     static springls_material_place places[COUNT];
-    springls_rotation_flow flow = { { 15.5f, 15.5f, 15.5f }, { 1.0f, 2.0f, 2.0f }, 0.5f };
-    springls_forces forces = fixture_forces(turned ? springls_velocity_rotation : shear, &flow);
+    struct exact_flow flow = EXACT_ROTATION(15.5f, 15.5f, 15.5f, 1.0f, 2.0f, 2.0f, 0.5f);
+    springls_forces forces = fixture_forces(turned ? exact_flow_velocity : shear, &flow);
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.2f);
     springls_context *ctx = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 9.0f);
     const d3 middle = d3_make(15.5, 15.5, 15.5);

@@ -243,8 +243,8 @@ TEST ids_last(void)
     springls_params params = tracked();
     springls_context *ctx = fixture_context(32, &params);
     fixture_balls b = apart();
-    springls_rotation_flow turn = { { 16.37f, 16.37f, 16.37f }, { 0.3f, 0.2f, 1.0f }, 0.125664f };
-    springls_forces forces = fixture_forces(springls_velocity_rotation, &turn);
+    struct exact_flow turn = EXACT_ROTATION(16.37f, 16.37f, 16.37f, 0.3f, 0.2f, 1.0f, 0.125664f);
+    springls_forces forces = fixture_forces(exact_flow_velocity, &turn);
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
     const springls_component *parts;
     const springls_event *events;
@@ -498,9 +498,9 @@ static void exact_flow(double size, double period, double time, double x[3])
 TEST errors_are_estimated(void)
 {
     enum { SIZE = 48 };
-    springls_deformation_flow flow = { (float)SIZE, 1.6f };
+    struct exact_flow flow = EXACT_DEFORMATION((float)SIZE, 1.6f);
     springls_context *ctx = fixture_sphere(SIZE, NULL, 0.35f * SIZE, 0.35f * SIZE, 0.35f * SIZE, 0.15f * SIZE);
-    springls_forces forces = fixture_forces(springls_velocity_deformation, &flow);
+    springls_forces forces = fixture_forces(exact_flow_velocity, &flow);
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.2f);
     int part, i, c, count;
     step.max_displacement = 2.0f;

@@ -198,17 +198,15 @@ TEST room_is_respected(void)
 TEST full_models_stay_full(int most)
 {
     springls_desc desc = fixture_desc(48, NULL);
-    springls_deformation_flow flow;
+    struct exact_flow flow = EXACT_DEFORMATION(48.0f, 3.0f);
     springls_sphere ball = fixture_ball(17.0f, 17.0f, 17.0f, 7.0f);
     springls_step_desc step;
     springls_forces forces;
     springls_context *ctx;
     int i;
     desc.max_springls = most;
-    flow.grid_size = 48.0f;
-    flow.period = 3.0f;
     memset(&forces, 0, sizeof forces);
-    forces.velocity = springls_velocity_deformation;
+    forces.velocity = exact_flow_velocity;
     forces.user = &flow;
     memset(&step, 0, sizeof step);
     step.forces = &forces;

@@ -38,8 +38,8 @@ static void odd_parallel_for(void *user, int count, int grain, springls_task tas
 static uint64_t whirled(const springls_tasks *tasks, springls_mode mode)
 {
     springls_desc desc = fixture_desc(24, NULL);
-    springls_deformation_flow whirl = { 24.0f, 2.0f };
-    springls_forces forces = fixture_forces(springls_velocity_deformation, &whirl);
+    struct exact_flow whirl = EXACT_DEFORMATION(24.0f, 2.0f);
+    springls_forces forces = fixture_forces(exact_flow_velocity, &whirl);
     springls_step_desc step = fixture_step(&forces, mode, 0.12f);
     springls_sphere ball = fixture_ball(9.0f, 9.0f, 9.0f, 4.5f);
     springls_context *ctx = NULL;
@@ -333,13 +333,13 @@ TEST memory_is_aligned_as_mallocs(springls_mode mode)
 static void busy_velocity(void *user, const float *points, int count, float time, float *out)
 {
     host_force *force = (host_force *)user;
-    springls_deformation_flow whirl = { 16.0f, 2.0f };
-    springls_forces forces = fixture_forces(springls_velocity_deformation, &whirl);
+    struct exact_flow whirl = EXACT_DEFORMATION(16.0f, 2.0f);
+    springls_forces forces = fixture_forces(exact_flow_velocity, &whirl);
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.02f);
     float distance[1];
     if (springls_step(force->other, &step) != SPRINGLS_OK) force->value = NAN;
     if (springls_sample_distance(force->other, points, 1, distance) != SPRINGLS_OK) force->value = NAN;
-    springls_velocity_deformation(&whirl, points, count, time, out);
+    exact_flow_velocity(&whirl, points, count, time, out);
     if (isnan(force->value)) out[0] = NAN;
 }
 
@@ -348,9 +348,9 @@ TEST a_callback_uses_another_model(void)
     springls_context *alone = fixture_sphere(16, NULL, 7.5f, 7.5f, 7.5f, 3.5f);
     springls_context *busy = fixture_sphere(16, NULL, 7.5f, 7.5f, 7.5f, 3.5f);
     springls_context *other = fixture_sphere(16, NULL, 8.5f, 7.5f, 6.5f, 3.0f);
-    springls_deformation_flow whirl = { 16.0f, 2.0f };
+    struct exact_flow whirl = EXACT_DEFORMATION(16.0f, 2.0f);
     host_force force = { 0.0f, 0, NULL };
-    springls_forces plain = fixture_forces(springls_velocity_deformation, &whirl), forces = fixture_forces(busy_velocity, &force);
+    springls_forces plain = fixture_forces(exact_flow_velocity, &whirl), forces = fixture_forces(busy_velocity, &force);
     springls_step_desc step = fixture_step(&plain, SPRINGLS_MODE_FLUID, 0.1f);
     springls_step_desc busy_step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.1f);
     int i;
@@ -400,8 +400,8 @@ TEST a_call_is_cancelled_anywhere(int call)
 {
     springls_desc desc = fixture_desc(24, NULL);
     springls_context *maker = fixture_sphere(24, NULL, 9.5f, 11.5f, 11.5f, 5.0f), *ctx;
-    springls_deformation_flow whirl = { 24.0f, 2.0f };
-    springls_forces forces = fixture_forces(springls_velocity_deformation, &whirl);
+    struct exact_flow whirl = EXACT_DEFORMATION(24.0f, 2.0f);
+    springls_forces forces = fixture_forces(exact_flow_velocity, &whirl);
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.1f);
     springls_mesh mesh;
     fixture_heap heap;
@@ -452,8 +452,8 @@ TEST steps_of_any_length(springls_mode mode, int paper)
     for (decade = -6; decade <= 6; decade += mode == SPRINGLS_MODE_ELASTIC ? 3 : 1)
         for (divided = 0; divided < 2; divided++) {
             springls_context *ctx = fixture_sphere(16, &params, 7.5f, 7.5f, 7.5f, 3.5f);
-            springls_rotation_flow turn = { { 7.5f, 7.5f, 7.5f }, { 0.0f, 0.6f, 0.8f }, 1e-4f };
-            springls_forces forces = fixture_forces(springls_velocity_rotation, &turn);
+            struct exact_flow turn = EXACT_ROTATION(7.5f, 7.5f, 7.5f, 0.0f, 0.6f, 0.8f, 1e-4f);
+            springls_forces forces = fixture_forces(exact_flow_velocity, &turn);
             springls_step_desc step = fixture_step(&forces, mode, (float)pow(10.0, decade));
             uint64_t before = springls_state_hash(ctx);
             springls_status status;

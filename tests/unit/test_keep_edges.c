@@ -115,16 +115,10 @@ static springls_context *box_model(int keep_edges)
 static springls_status turn(springls_context *ctx, int steps, rigid *motion)
 {
     const double speed = 2.0 * fixture_pi / 150.0;
-    springls_rotation_flow flow;
-    springls_forces forces = fixture_forces(springls_velocity_rotation, &flow);
+    struct exact_flow flow = EXACT_ROTATION((float)the_box.center.x, (float)the_box.center.y, (float)the_box.center.z, 0.48f, 0.6f,
+                                            0.64f, (float)speed);
+    springls_forces forces = fixture_forces(exact_flow_velocity, &flow);
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
-    flow.center[0] = (float)the_box.center.x;
-    flow.center[1] = (float)the_box.center.y;
-    flow.center[2] = (float)the_box.center.z;
-    flow.axis[0] = 0.48f;
-    flow.axis[1] = 0.6f;
-    flow.axis[2] = 0.64f;
-    flow.angular_velocity = (float)speed;
     motion->center = the_box.center;
     motion->shift = d3_make(0.0, 0.0, 0.0);
     motion->turn = d3_scale(d3_make(0.48, 0.6, 0.64), speed * steps);

@@ -2,6 +2,7 @@
    level set, both unite, intersect and subtract the same bodies, and both turn a torus. Skipped where OpenVDB is not installed. */
 #include "greatest.h"
 #include "springls.h"
+#include "examples/common/springls/exact_flows.h"
 
 GREATEST_MAIN_DEFS();
 
@@ -225,13 +226,13 @@ TEST booleans_agree(springls_operation operation)
 struct Turning {
     using ValueType = float;
     using VectorType = openvdb::Vec3s;
-    springls_rotation_flow flow;
+    struct exact_flow flow;
     openvdb::math::Transform transform() const { return openvdb::math::Transform(); }
     openvdb::Vec3s operator()(const openvdb::Vec3d &x, float time) const
     {
         const float at[3] = { float(x[0]), float(x[1]), float(x[2]) };
         openvdb::Vec3s v;
-        springls_velocity_rotation(const_cast<springls_rotation_flow *>(&flow), at, 1, time, v.asPointer());
+        exact_flow_velocity(const_cast<struct exact_flow *>(&flow), at, 1, time, v.asPointer());
         return v;
     }
     openvdb::Vec3s operator()(const openvdb::Coord &ijk, float time) const { return (*this)(ijk.asVec3d(), time); }
@@ -241,14 +242,14 @@ struct Turning {
 TEST advection_agrees(void)
 {
     springls_torus torus = { { 23.6f, 23.3f, 23.9f }, { 0.0f, 0.0f, 1.0f }, 13.0f, 6.0f };
-    Turning turning = { { { 23.6f, 23.3f, 23.9f }, { 0.6f, 0.8f, 0.0f }, float(M_PI / 4.0) } };
+    Turning turning = { EXACT_ROTATION(23.6f, 23.3f, 23.9f, 0.6f, 0.8f, 0.0f, float(M_PI / 4.0)) };
     springls_context *ctx = implicit_model(springls_implicit_torus, &torus);
     springls_forces forces = springls_default_forces();
     springls_step_desc step = springls_default_step_desc();
     const auto theirs = sampled(springls_implicit_torus, &torus);
     openvdb::tools::LevelSetAdvection<openvdb::FloatGrid, Turning> advection(*theirs, turning);
     advection.advect(0.0, 1.0);
-    forces.velocity = springls_velocity_rotation;
+    forces.velocity = exact_flow_velocity;
     forces.user = &turning.flow;
     step.forces = &forces;
     step.dt = 1.0f;

@@ -36,17 +36,17 @@ static springls_status set_body(springls_context *ctx, body which, const float c
     return springls_set_implicit(ctx, springls_implicit_sphere, &ball);
 }
 
-static springls_rotation_flow turning(void)
+static struct exact_flow turning(void)
 {
-    springls_rotation_flow flow = { { 0, 0, 0 }, { 1.0f, -2.0f, 3.0f }, 0.06f };
+    struct exact_flow flow = EXACT_ROTATION(0, 0, 0, 1.0f, -2.0f, 3.0f, 0.06f);
     memcpy(flow.center, middle, sizeof middle);
     return flow;
 }
 
 static springls_status turn(springls_context *ctx, int steps)
 {
-    springls_rotation_flow flow = turning();
-    springls_forces forces = fixture_forces(springls_velocity_rotation, &flow);
+    struct exact_flow flow = turning();
+    springls_forces forces = fixture_forces(exact_flow_velocity, &flow);
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
     return springls_run(ctx, &step, steps);
 }
@@ -274,7 +274,7 @@ TEST hits_are_whole(void)
    the center. */
 TEST material_is_where_it_was(void)
 {
-    const springls_rotation_flow flow = turning();
+    const struct exact_flow flow = turning();
     const d3 center = d3_make((double)middle[0], (double)middle[1], (double)middle[2]);
     const d3 turned = d3_scale(d3_make(1.0, -2.0, 3.0), 6.0 * (double)flow.angular_velocity / sqrt(14.0));
     double worst = 0.0, sum = 0.0, highest = 0.0;

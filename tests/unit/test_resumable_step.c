@@ -17,7 +17,7 @@ static double ticker_now(void *user)
 
 typedef struct scene {
     springls_context *ctx;
-    springls_deformation_flow flow;
+    struct exact_flow flow;
     springls_forces forces;
     springls_step_desc step;
     ticker clock;
@@ -39,9 +39,9 @@ static springls_status scene_begin(scene *s, int which)
     s->clock.tick = 1.0;
     desc.trace.now = ticker_now;
     desc.trace.user = &s->clock;
-    s->flow.grid_size = (float)SIZE;
+    s->flow.size = (float)SIZE;
     s->flow.period = 3.0f;
-    s->forces = fixture_forces(springls_velocity_deformation, &s->flow);
+    s->forces = fixture_forces(exact_flow_velocity, &s->flow);
     s->step = fixture_step(&s->forces,
                            which == ELASTIC || which == ELASTIC_PAPER ? SPRINGLS_MODE_ELASTIC
                                : which == ONLY_ADVECT                 ? SPRINGLS_MODE_ADVECT_ONLY
@@ -341,7 +341,7 @@ TEST failures_end_the_step(void)
     ASSERT(done);
     ASSERT(!springls_step_in_progress(s.ctx));
     ASSERT_EQ(before, springls_state_hash(s.ctx));
-    s.forces.velocity = springls_velocity_deformation;
+    s.forces.velocity = exact_flow_velocity;
     ASSERT_OK(springls_step(s.ctx, &s.step));
     springls_destroy(s.ctx);
     PASS();

@@ -273,9 +273,9 @@ TEST long_triangles_are_divided_as_strips(void)
 /* A turn in 20 steps: without parts the twelve springls lose a third of the volume. */
 TEST twelve_triangles_keep_their_volume(void)
 {
-    springls_rotation_flow turn = { { 19.5f, 19.5f, 19.5f }, { 0.267f, 0.535f, 0.802f }, 1.0f };
+    struct exact_flow turn = EXACT_ROTATION(19.5f, 19.5f, 19.5f, 0.267f, 0.535f, 0.802f, 1.0f);
     springls_desc desc = cube(40);
-    springls_forces forces = fixture_forces(springls_velocity_rotation, &turn);
+    springls_forces forces = fixture_forces(exact_flow_velocity, &turn);
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, (float)(2.0 * fixture_pi / 20.0));
     springls_measures before, after;
     clear_mesh();

@@ -8,7 +8,7 @@ enum { SIZE = 24 };
 
 typedef struct scene {
     springls_context *ctx;
-    springls_deformation_flow flow;
+    struct exact_flow flow;
     springls_forces forces;
     springls_step_desc step;
 } scene;
@@ -50,9 +50,9 @@ static springls_status scene_begin(scene *s, int which, const springls_tasks *ta
     if (which == PRESERVED) p.topology = SPRINGLS_TOPOLOGY_PRESERVED;
     if (tasks) desc.tasks = *tasks;
     desc.backend = backend;
-    s->flow.grid_size = (float)SIZE;
+    s->flow.size = (float)SIZE;
     s->flow.period = 3.0f;
-    s->forces = fixture_forces(springls_velocity_deformation, &s->flow);
+    s->forces = fixture_forces(exact_flow_velocity, &s->flow);
     s->step = fixture_step(&s->forces, which == ELASTIC ? SPRINGLS_MODE_ELASTIC : SPRINGLS_MODE_FLUID, 0.03f);
     SPRINGLS__TRY(springls_create(&desc, &s->ctx));
     if (empty) return SPRINGLS_OK;

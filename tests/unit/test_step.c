@@ -445,8 +445,8 @@ TEST free_springls_are_not_stopped(int which)
 TEST step_is_as_long_as_allowed(float max_displacement)
 {
     springls_context *ctx = fixture_sphere(32, NULL, 15.5f, 15.5f, 15.5f, 8.0f);
-    springls_rotation_flow flow = { { 15.5f, 15.5f, 15.5f }, { 0.0f, 0.0f, 1.0f }, 3.0f };
-    springls_forces forces = fixture_forces(springls_velocity_rotation, &flow);
+    struct exact_flow flow = EXACT_ROTATION(15.5f, 15.5f, 15.5f, 0.0f, 0.0f, 1.0f, 3.0f);
+    springls_forces forces = fixture_forces(exact_flow_velocity, &flow);
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_ADVECT_ONLY, 0.0f);
     double expected = max_displacement > 0.0f ? (double)max_displacement : 0.5;
     float speed;
@@ -507,8 +507,8 @@ TEST plate_turns_in_elastic_steps(float half)
 {
     springls_context *ctx = fixture_context(32, NULL);
     springls_box plate = { { 16.0f, 16.0f, 16.0f }, { 9.0f, 9.0f, 0.0f } };
-    springls_rotation_flow flow = { { 16.0f, 16.0f, 16.0f }, { 0.0f, 0.0f, 1.0f }, 1.0f };
-    springls_forces forces = fixture_forces(springls_velocity_rotation, &flow);
+    struct exact_flow flow = EXACT_ROTATION(16.0f, 16.0f, 16.0f, 0.0f, 0.0f, 1.0f, 1.0f);
+    springls_forces forces = fixture_forces(exact_flow_velocity, &flow);
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_ELASTIC, 1.0f);
     springls_measures before, after;
     plate.half[2] = half;

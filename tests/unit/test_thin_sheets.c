@@ -23,14 +23,12 @@ static springls_status out_and_back(const springls_params *p, outcome *out)
 {
     const float n = (float)GRID;
     springls_context *ctx = fixture_sphere(GRID, p, 0.35f * n, 0.35f * n, 0.35f * n, 0.15f * n);
-    springls_deformation_flow flow;
-    springls_forces forces = fixture_forces(springls_velocity_deformation, &flow);
+    struct exact_flow flow = EXACT_DEFORMATION(n, 2.5f);
+    springls_forces forces = fixture_forces(exact_flow_velocity, &flow);
     springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 2.5f / (float)STEPS);
     springls_status status = SPRINGLS_OK;
     springls_measures first, m;
     int i, count;
-    flow.grid_size = n;
-    flow.period = 2.5f;
     memset(out, 0, sizeof *out);
     memset(&m, 0, sizeof m);
     springls_measure(ctx, &first);

@@ -223,8 +223,8 @@ typedef struct looped_force {
 static void some_points(void *arg, int begin, int end)
 {
     const looped_force *f = (const looped_force *)arg;
-    springls_deformation_flow whirl = { 24.0f, 2.0f };
-    springls_velocity_deformation(&whirl, f->points + 3 * begin, end - begin, f->time, f->out + 3 * begin);
+    struct exact_flow whirl = EXACT_DEFORMATION(24.0f, 2.0f);
+    exact_flow_velocity(&whirl, f->points + 3 * begin, end - begin, f->time, f->out + 3 * begin);
 }
 
 static void looped_velocity(void *user, const float *points, int count, float time, float *out)

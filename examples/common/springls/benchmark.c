@@ -101,7 +101,8 @@ static int make_model(struct run *run)
     memset(&desc, 0, sizeof desc);
     desc.grid.size[0] = desc.grid.size[1] = desc.grid.size[2] = b->grid;
     desc.params = &params;
-    desc.backend = run->backend = run_backend(b->name, &run->options->common);
+    desc.backend = run->backend =
+        run_backend_with(b->name, &run->options->common, b->velocity, b->velocity_source, b->flow_bytes);
     snprintf(run->result.backend, sizeof run->result.backend, "%s", run_backend_name(run->backend));
     desc.trace.now = run->options->processor_time ? processor_clock : NULL;
     const int created = run_create(b->name, &desc, &run->ctx);

@@ -14,6 +14,8 @@
 #include "springls/coverage.h"
 #include "springls/model_pictures.h"
 
+#include <stddef.h>
+
 /* The paper's figures for a setting: texts for the table, NULL where it has none. */
 struct benchmark_published {
     int grid;
@@ -30,7 +32,9 @@ struct benchmark {
     void *shape_data;
     double shape_volume;
     springls_velocity_fn velocity;
-    void *flow;
+    const char *velocity_source; /* the same in OpenCL C */
+    void *flow;                  /* `user` of the velocity */
+    size_t flow_bytes;
     /* Computes the same velocity in double precision; time_factor is the part that depends on time. */
     void (*exact_velocity)(const void *flow, const double x[3], double time_factor, double v[3]);
     double (*exact_time_factor)(const void *flow, double time);

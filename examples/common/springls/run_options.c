@@ -297,6 +297,12 @@ static bool prepare(springls_backend *backend, const char *program, bool quiet)
 
 springls_backend *run_backend(const char *program, const struct cli_common *common)
 {
+    return run_backend_with(program, common, NULL, NULL, 0);
+}
+
+springls_backend *run_backend_with(const char *program, const struct cli_common *common, springls_velocity_fn velocity,
+                                   const char *velocity_source, size_t user_bytes)
+{
     springls_cl_desc desc;
     springls_backend *backend = NULL;
     char folder[1024];
@@ -306,6 +312,9 @@ springls_backend *run_backend(const char *program, const struct cli_common *comm
     memset(&desc, 0, sizeof desc);
     desc.timed = true;
     desc.tasks = run_tasks();
+    desc.velocity = velocity;
+    desc.velocity_source = velocity_source;
+    desc.velocity_user_bytes = user_bytes;
     desc.logger.log = warn;
     desc.logger.user = (void *)(uintptr_t)program;
     desc.cache.folder = run_cache_folder(folder, sizeof folder) && make_folders(folder, 0700) ? folder : NULL;

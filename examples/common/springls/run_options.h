@@ -53,6 +53,10 @@ bool run_cache_folder(char *path, size_t size);
  * Pass it to springls_cl_destroy after its contexts are destroyed. */
 springls_backend *run_backend(const char *program, const struct cli_common *common);
 
+/* Does so with the text in OpenCL C of a velocity callback, and how many bytes of its `user` that reads (springls_cl_desc). */
+springls_backend *run_backend_with(const char *program, const struct cli_common *common, springls_velocity_fn velocity,
+                                   const char *velocity_source, size_t user_bytes);
+
 /* Returns the name for reports: "scalar", or the name of the device. */
 const char *run_backend_name(const springls_backend *backend);
 
