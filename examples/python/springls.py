@@ -22,7 +22,7 @@ from types import SimpleNamespace
 import cffi
 import numpy as np
 
-__all__ = ['Model', 'Error', 'params', 'version']
+__all__ = ['Model', 'Error', 'interpolate_material', 'params', 'version']
 
 _HERE = os.path.dirname(os.path.abspath(__file__))
 _ffi = cffi.FFI()
@@ -117,19 +117,41 @@ def _view(pointer, count, dtype, shape=(), stride=None, writeable=False):
     return rows
 
 
+_MATERIAL = np.dtype([('triangle', 'i4'), ('barycentric', 'f4', 3)])
+_PLACE = np.dtype([('place', 'f4', 3), ('error', 'f4'), ('springl', 'i4'), ('id', 'u4')])
+_PROVENANCE = np.dtype([('kind', 'i4'), ('age', 'i4'), ('generation', 'u4'), ('parent', 'u4')])
+_ERRORS = np.dtype([('place', 'f4'), ('correspondence', 'f4')])
+
+
+def interpolate_material(materials, values, triangles=None):
+    """Interpolates values of the original surface at material coordinates: values (3 corners a triangle, channels), or (vertices,
+    channels) with the triangles (n, 3) of the mesh."""
+    materials = np.require(materials, _MATERIAL, 'C')
+    values = _array(values, 'f4', (-1, -1), name='values')
+    corners = _ffi.NULL if triangles is None else _pointer(_array(triangles, 'i4', (-1, 3), name='triangles'), 'int[]')
+    count = len(values) // 3 if triangles is None else len(triangles)
+    out = np.empty((len(materials), values.shape[1]), 'f4')
+    status = _lib.springls_interpolate_material(_ffi.from_buffer('springls_material[]', materials), len(materials), _pointer(values),
+                                                values.shape[1], corners, count, _pointer(out))
+    if status != _lib.SPRINGLS_OK:
+        raise Error(status, 'interpolate_material: a place lies on no triangle of the values')
+    return out
+
+
 class Model:
     """A deformable surface on a grid of `size` voxels.
 
     size: three numbers of voxels. spacing, origin: world units, one number or three. direction: 3x3, its columns are the axes
     of the grid. affine: 4x4 as nibabel has it, instead of these three. follow: the grid is a window that moves with the model
     (`window_offset`). params: springls.params(...); other keywords change members of it. One thread a processor works on
-    it, all models have the same ones, and they change no bit of the results.
+    it, all models have the same ones, and they change no bit of the results. progress(fraction): called in long calls; what is not
+    false cancels the call.
 
     >>> Model((32, 32, 32), spacing=0.5, keep_edges=0).count
     0
     """
 
-    def __init__(self, size, spacing=1, origin=0, direction=None, affine=None, follow=False, params=None, **members):
+    def __init__(self, size, spacing=1, origin=0, direction=None, affine=None, follow=False, params=None, progress=None, **members):
         if affine is not None:
             affine = _array(affine, float, (4, 4), name='affine')
             spacing = np.linalg.norm(affine[:3, :3], axis=0)
@@ -154,6 +176,9 @@ class Model:
 
         desc.logger.log = log
         self._busy = False
+        if progress:
+            self._report = desc.progress.report = _ffi.callback('int(void *, float)', lambda _, fraction: bool(progress(fraction)),
+                                                                error=1)
         self._log = log   # the library calls `log` as long as the context lives
         out = _ffi.new('springls_context **')
         status = _lib.springls_create(desc, out)
@@ -241,17 +266,78 @@ class Model:
             status = _lib.springls_set_implicit(calls.context, evaluate, _ffi.NULL)
         self._check(status)
 
+    def set_springls(self, vertices, particles=None, correspondences=None):
+        """Sets the model from springls in voxels: vertices (n, 3, 3), and (n, 3) each of particles and correspondences."""
+        vertices = _array(vertices, 'f4', (-1, 3, 3), name='vertices')
+        rest = [_ffi.NULL if a is None else _pointer(_array(a, 'f4', (len(vertices), 3))) for a in (particles, correspondences)]
+        self._check(_lib.springls_set_springls(self._ctx, _pointer(vertices), *rest, len(vertices)))
+
+    def set_reference(self):
+        """Makes the present model the original surface."""
+        self._check(_lib.springls_set_reference(self._ctx))
+
+    def set_reference_mesh(self, positions, triangles):
+        """Makes a mesh the original surface of the present model, and returns what was found in it."""
+        positions = _array(positions, 'f4', (-1, 3), name='positions')
+        triangles = _array(triangles, 'i4', (-1, 3), name='triangles')
+        report = _ffi.new('springls_mesh_report *')
+        self._check(_lib.springls_set_reference_mesh(self._ctx, _pointer(positions), len(positions), 0, _pointer(triangles, 'int[]'),
+                                                     len(triangles), report))
+        return report
+
+    def write(self, first, vertices=None, particles=None):
+        """Moves springls from number `first` on: vertices (n, 3, 3) and particles (n, 3) in voxels, or one of them.
+
+        >>> ball = Model((32, 32, 32))
+        >>> ball.set_implicit(lambda points: np.linalg.norm(points - 16, axis=1) - 8)
+        >>> ball.write(0, ball.vertices() + 0.5, ball.particles() + 0.5)
+        >>> ball.step(max_displacement=0)
+        >>> ball.extract_mesh().positions.mean(axis=0).round(1).tolist()
+        [16.5, 16.5, 16.5]
+        """
+        count = len(vertices if vertices is not None else particles)
+        q = _ffi.NULL if vertices is None else _pointer(_array(vertices, 'f4', (count, 3, 3), name='vertices'))
+        p = _ffi.NULL if particles is None else _pointer(_array(particles, 'f4', (count, 3), name='particles'))
+        self._check(_lib.springls_write(self._ctx, first, count, q, p))
+
+    def set_keep_mask(self, mask=None):
+        """Sets which springls are kept as they are, (n,); None: none."""
+        self._check(_lib.springls_set_keep_mask(self._ctx, _ffi.NULL if mask is None else
+                                                _pointer(_array(mask, 'u1', (self.count,), name='mask'), 'uint8_t[]')))
+
+    def reset(self):
+        """Empties the model."""
+        self._check(_lib.springls_reset(self._ctx))
+
+    # ---- parameters ----
+
+    @property
+    def params(self):
+        """The parameters in use, a springls_params."""
+        return _lib.springls_get_params(self._ctx)
+
+    def set_params(self, params=None, **members):
+        """Replaces the parameters, and changes members of them.
+
+        >>> model = Model((32, 32, 32))
+        >>> model.set_params(split_edge=2.5)
+        >>> model.params.split_edge
+        2.5
+        """
+        chosen = _ffi.new('springls_params *', params or self.params)
+        self._check(_lib.springls_set_params(self._ctx, _fill(chosen, members)))
+
     # ---- motion ----
 
     def step(self, dt=0, max_displacement=2, velocity=None, pressure=None, affine=None, velocity_field=None, pressure_field=None,
-             curvature=0, mode='fluid', one_to_one=False, stop_at_topology=False, integrator='rk4'):
+             curvature=0, mode='fluid', one_to_one=False, stop_at_topology=False, integrator='rk4', world_units=False):
         """Moves the surface for a time `dt` (0: as long as the fastest point takes for `max_displacement` voxels).
 
         velocity(points, time) -> (n, 3), pressure(points, normals, time) -> (n,),
         affine(points, correspondences, time) -> (n, 3, 4):
         functions of places in voxels, voxels a unit of time. velocity_field: array (nx, ny, nz, 3), pressure_field: (nx, ny, nz),
         samples at the voxels. curvature: motion towards the centre of curvature, voxel^2 a unit of time. mode: 'fluid',
-        'elastic' or 'advect_only'. An exception in a function ends the step and is raised again.
+        'elastic' or 'advect_only'. world_units: places, normals and velocities are of the world. An exception in a function ends the step and is raised again.
 
         >>> ball = Model((32, 32, 32))
         >>> ball.set_implicit(lambda points: np.linalg.norm(points - 16, axis=1) - 8)
@@ -263,13 +349,15 @@ class Model:
         self._drive(_lib.springls_step, **_without(locals(), 'self'))
 
     def run(self, steps, stop_at_rest=False, **forces):
-        """Runs `steps` steps; the keywords are those of `step`. stop_at_rest: ends when hardly a springl moves."""
+        """Runs `steps` steps; the keywords are those of `step`, and rest_steps, rest_share, rest_displacement of springls_step_desc.
+        stop_at_rest: ends when hardly a springl moves."""
         self._drive(lambda ctx, desc: _lib.springls_run(ctx, desc, steps), stop_at_rest=stop_at_rest, **forces)
 
     def _drive(self, call, dt=0, max_displacement=2, velocity=None, pressure=None, affine=None, velocity_field=None,
-               pressure_field=None, curvature=0, mode='fluid', integrator='rk4', **members):
+               pressure_field=None, curvature=0, mode='fluid', integrator='rk4', world_units=False, **members):
         forces = _ffi.new('springls_forces *')
         forces.curvature_weight = curvature
+        forces.world_units = world_units
         forces.integrator = _constant('INTEGRATOR', integrator)
         with _Calls(self) as calls:
             if velocity:
@@ -292,7 +380,153 @@ class Model:
             status = call(calls.context, desc)
         self._check(status)
 
+    def settle(self, steps=100):
+        """Runs steps in which no time passes until the model is at rest.
+
+        >>> ball = Model((32, 32, 32))
+        >>> ball.set_implicit(lambda points: np.linalg.norm(points - 16, axis=1) - 8)
+        >>> ball.settle(); ball.at_rest
+        True
+        """
+        self._check(_lib.springls_settle(self._ctx, steps))
+
+    def stage(self, name):
+        """Runs one stage alone: 'relax', 'contract', 'resample', 'evolve', 'rebuild', 'fill_gaps', 'unsigned_to_signed', 'track'."""
+        stages = dict(relax=_lib.springls_relax, contract=_lib.springls_contract, resample=_lib.springls_resample,
+                      evolve=_lib.springls_evolve, rebuild=_lib.springls_rebuild, fill_gaps=_lib.springls_fill_gaps,
+                      unsigned_to_signed=_lib.springls_unsigned_to_signed, track=_lib.springls_track)
+        if name not in stages:
+            raise ValueError(f'stage: there is no {name!r}')
+        self._check(stages[name](self._ctx))
+
     # ---- reading ----
+
+    at_rest = property(lambda self: _lib.springls_at_rest(self._ctx), doc='Whether all of the model sleeps.')
+    stats = property(lambda self: _lib.springls_get_stats(self._ctx), doc='What has happened since the model was set.')
+
+    def _convert(self, call, points):
+        points = _array(points, 'f4', (-1, 3), name='points')
+        out = np.empty_like(points)
+        call(self._ctx, _pointer(points), len(points), _pointer(out))
+        return out
+
+    def to_voxel(self, points):
+        """Converts places of the world, (n, 3), to voxels."""
+        return self._convert(_lib.springls_to_voxel, points)
+
+    def to_world(self, points):
+        """Converts places in voxels, (n, 3), to the world."""
+        return self._convert(_lib.springls_to_world, points)
+
+    def _each(self, call, dtype, kind):
+        """Returns what a call writes for each springl."""
+        out = np.empty(self.count, dtype)
+        self._check(call(self._ctx, _ffi.from_buffer(kind, out)))
+        return out
+
+    def _each_vertex(self, call, dtype, kind):
+        """Returns what a call writes for each vertex of extract_mesh()."""
+        mesh = _ffi.new('springls_mesh *')
+        self._check(_lib.springls_extract_mesh(self._ctx, mesh))
+        out = np.empty(mesh.vertex_count, dtype)
+        status = call(self._ctx, mesh, _ffi.from_buffer(kind, out))
+        _lib.springls_mesh_free(self._ctx, mesh)
+        self._check(status)
+        return out
+
+    def errors(self):
+        """Estimates the errors of place and correspondence of the springls, world units: records (n,)."""
+        return self._each(_lib.springls_springl_errors, _ERRORS, 'springls_error_estimate[]')
+
+    def mesh_errors(self):
+        """Estimates the errors of the vertices of extract_mesh(): records (vertices,)."""
+        return self._each_vertex(_lib.springls_mesh_errors, _ERRORS, 'springls_error_estimate[]')
+
+    def provenance(self):
+        """Returns kind, age, generation and parent of the springls: records (n,)."""
+        return self._each(_lib.springls_get_provenance, _PROVENANCE, 'springls_provenance[]')
+
+    def materials(self):
+        """Returns the material coordinates of the particles: records (n,) of triangle and barycentric."""
+        return self._each(_lib.springls_springl_materials, _MATERIAL, 'springls_material[]')
+
+    def mesh_materials(self):
+        """Returns the material coordinates of the vertices of extract_mesh(): records (vertices,)."""
+        return self._each_vertex(_lib.springls_mesh_materials, _MATERIAL, 'springls_material[]')
+
+    def surfels(self):
+        """Returns surfels of the springls, world units: centre, normal and radius, (n, 7)."""
+        return self._each(_lib.springls_extract_surfels, np.dtype(('f4', 7)), 'float[]')
+
+    def index_of(self, ids):
+        """Returns the indices of springls by their ids, (n,); -1: there is none any more.
+
+        >>> ball = Model((32, 32, 32))
+        >>> ball.set_implicit(lambda points: np.linalg.norm(points - 16, axis=1) - 8)
+        >>> ball.index_of(ball.ids()[[5, 2]]).tolist()
+        [5, 2]
+        """
+        ids = _array(ids, 'u4', (-1,), name='ids')
+        out = np.empty(len(ids), 'i4')
+        self._check(_lib.springls_index_of(self._ctx, _pointer(ids, 'uint32_t[]'), len(ids), _pointer(out, 'int[]')))
+        return out
+
+    def place_now(self, points):
+        """Finds where points of the original surface are now: records (n,) of place, error, springl and id.
+
+        >>> ball = Model((32, 32, 32))
+        >>> ball.set_implicit(lambda points: np.linalg.norm(points - 16, axis=1) - 8)
+        >>> ball.step(dt=4, velocity=lambda points, time: np.full_like(points, 0.5))
+        >>> ball.place_now([(16, 16, 24)])['place'].round(1).tolist()
+        [[18.0, 18.0, 26.0]]
+        """
+        points = _array(points, 'f4', (-1, 3), name='points')
+        out = np.empty(len(points), _PLACE)
+        self._check(_lib.springls_place_now(self._ctx, _pointer(points), len(points), _ffi.from_buffer('springls_material_place[]', out)))
+        return out
+
+    def gradient(self, points):
+        """Samples the gradient of the distance at points of the world, (n, 3)."""
+        points = _array(points, 'f4', (-1, 3), name='points')
+        out = np.empty_like(points)
+        self._check(_lib.springls_sample_gradient(self._ctx, _pointer(points), len(points), _pointer(out)))
+        return out
+
+    # ---- components: with components=1 ----
+
+    def components(self):
+        """Lists the bodies and cavities: objects with id, cavity, volume, area, center, correction.
+
+        >>> ball = Model((32, 32, 32), components=1)
+        >>> ball.set_implicit(lambda points: np.linalg.norm(points - 16, axis=1) - 8)
+        >>> [(c.id, c.cavity, round(c.volume / 100)) for c in ball.components()]
+        [(1, False, 21)]
+        """
+        out, count = _ffi.new('springls_component **'), _ffi.new('int *')
+        self._check(_lib.springls_components(self._ctx, _ffi.cast('const springls_component **', out), count))
+        return [_component(out[0][i]) for i in range(count[0])]
+
+    def component_ids(self):
+        """Returns the bodies that the springls belong to, (n,); 0: none."""
+        pointer = _lib.springls_component_ids(self._ctx)
+        return _view(pointer, self.count if pointer != _ffi.NULL else 0, 'u4').copy()
+
+    def component_of(self, points):
+        """Returns the bodies at points of the world, (n,); 0: none."""
+        points = _array(points, 'f4', (-1, 3), name='points')
+        out = np.empty(len(points), 'u4')
+        self._check(_lib.springls_component_of(self._ctx, _pointer(points), len(points), _pointer(out, 'uint32_t[]')))
+        return out
+
+    def events(self):
+        """Lists what has happened to components: objects with time, place, step, kind, cavity, before, after."""
+        out, count = _ffi.new('springls_event **'), _ffi.new('int *')
+        self._check(_lib.springls_events(self._ctx, _ffi.cast('const springls_event **', out), count))
+        names = ('birth', 'split', 'merge', 'death')
+        return [SimpleNamespace(time=e.time, place=tuple(e.place), step=e.step, kind=names[e.kind], cavity=e.cavity,
+                                before=[_component(e.before[k]) for k in range(e.before_count)],
+                                after=[_component(e.after[k]) for k in range(e.after_count)])
+                for e in (out[0][i] for i in range(count[0]))]
 
     count = property(lambda self: _lib.springls_count(self._ctx), doc='Number of springls.')
     time = property(lambda self: _lib.springls_time(self._ctx), lambda self, t: _lib.springls_set_time(self._ctx, t), doc='Time.')
@@ -405,7 +639,8 @@ class Model:
     # ---- attributes: values that springls carry ----
 
     def add_attribute(self, name, values, policy='blend'):
-        """Adds values that springls carry, (n,) or (n, channels). policy: 'copy', 'blend' or 'share' where springls come and go.
+        """Adds values that springls carry, (n,) or (n, channels). policy: 'copy', 'blend' or 'share' where springls come and go, or
+        three of these: where they are split, filled in and merged.
 
         >>> ball = Model((32, 32, 32))
         >>> ball.set_implicit(lambda points: np.linalg.norm(points - 16, axis=1) - 8)
@@ -417,8 +652,9 @@ class Model:
         values = _array(values[:, None] if values.ndim == 1 else values, 'f4', (self.count, -1), name='values')
         if '\0' in name:
             raise ValueError('name has a null character')
-        text, rule = _ffi.new('char[]', name.encode()), _constant('POLICY', policy)
-        desc = _ffi.new('springls_attribute_desc *', (text, values.shape[1], rule, rule, rule))
+        rules = [_constant('POLICY', rule) for rule in ([policy] * 3 if isinstance(policy, str) else policy)]
+        text = _ffi.new('char[]', name.encode())
+        desc = _ffi.new('springls_attribute_desc *', (text, values.shape[1], *rules))
         self._check(_lib.springls_add_attribute(self._ctx, desc, _pointer(values), _ffi.NULL))
 
     def _index(self, name):
@@ -441,6 +677,26 @@ class Model:
         self._check(_lib.springls_describe_attribute(self._ctx, index, desc))
         return self._rows(_lib.springls_view_attribute(self._ctx, index), (desc.channels,), True)
 
+    def set_attribute(self, name, values):
+        """Replaces the values of an attribute, (n,) or (n, channels)."""
+        index, desc = self._index(name), _ffi.new('springls_attribute_desc *')
+        self._check(_lib.springls_describe_attribute(self._ctx, index, desc))
+        values = np.asarray(values, 'f4')
+        values = _array(values[:, None] if values.ndim == 1 else values, 'f4', (self.count, desc.channels), name='values')
+        self._check(_lib.springls_set_attribute(self._ctx, index, _pointer(values)))
+
+    def remove_attribute(self, name):
+        """Removes an attribute."""
+        self._check(_lib.springls_remove_attribute(self._ctx, self._index(name)))
+
+    def attributes(self):
+        """Lists the names of the attributes."""
+        desc, names = _ffi.new('springls_attribute_desc *'), []
+        for index in range(_lib.springls_attribute_count(self._ctx)):
+            self._check(_lib.springls_describe_attribute(self._ctx, index, desc))
+            names.append(_ffi.string(desc.name).decode())
+        return names
+
     def mesh_attribute(self, name):
         """Returns the values of an attribute at the vertices of extract_mesh(), (vertices, channels)."""
         index, desc, mesh = self._index(name), _ffi.new('springls_attribute_desc *'), _ffi.new('springls_mesh *')
@@ -457,6 +713,14 @@ class Model:
     def combine(self, operation, other):
         """Combines the solid with another model of the same grid: 'union', 'intersection' or 'difference'."""
         self._check(_lib.springls_combine(self._ctx, _constant('OPERATION', operation), other._ctx))
+
+    def combine_implicit(self, operation, distance):
+        """Combines the solid with a function as `set_implicit` takes it."""
+        with _Calls(self) as calls:
+            evaluate = calls.wrap('void(void *, const float *, int, float *)', distance, (),
+                                  lambda u, x, n, out: ((_points(x, n),), n, out))
+            status = _lib.springls_combine_implicit(calls.context, _constant('OPERATION', operation), evaluate, _ffi.NULL)
+        self._check(status)
 
     def offset(self, distance):
         """Grows (distance > 0) or shrinks the solid, world units."""
@@ -494,6 +758,10 @@ class Model:
 
 def _without(names, *left_out):
     return {name: value for name, value in names.items() if name not in left_out}
+
+
+def _component(c):
+    return SimpleNamespace(id=c.id, cavity=c.cavity, volume=c.volume, area=c.area, center=tuple(c.center), correction=c.correction)
 
 
 def _points(pointer, count):

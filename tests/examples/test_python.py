@@ -3,6 +3,7 @@ import contextlib
 import doctest
 import io
 import os
+import re
 import runpy
 import sys
 import tempfile
@@ -112,6 +113,72 @@ class Right(unittest.TestCase):
         self.assertEqual(hit.springl[1], -1)
         self.assertEqual(model.closest(np.zeros((0, 3))).point.shape, (0, 3))
         self.assertEqual(len(set(model.ids())), model.count)
+
+    def test_paint_and_policies(self):
+        model = ball()
+        model.add_attribute('label', np.arange(model.count), policy=('copy', 'copy', 'share'))
+        model.set_attribute('label', np.ones(model.count))
+        self.assertEqual(model.attributes(), ['label'])
+        self.assertEqual(model.attribute('label').min(), 1)
+        model.remove_attribute('label')
+        self.assertEqual(model.attributes(), [])
+        self.assertRaises(ValueError, model.add_attribute, 'x', np.zeros(model.count), policy=('copy', 'mix', 'share'))
+
+    def test_places_and_materials(self):
+        model = ball()
+        self.assertEqual(model.materials()['triangle'].min() >= 0, True)
+        self.assertLess(model.errors()['place'].max(), 0.1)
+        self.assertEqual(len(model.mesh_errors()), len(model.extract_mesh().positions))
+        self.assertEqual(len(model.mesh_materials()), len(model.extract_mesh().positions))
+        self.assertTrue(np.allclose(model.to_world(model.to_voxel([(1, 2, 3)])), [(1, 2, 3)]))
+        self.assertEqual(set(model.provenance()['kind']), {0})
+        self.assertEqual(model.surfels().shape, (model.count, 7))
+        self.assertTrue(np.allclose(model.gradient([(20, 12, 12)]), [(1, 0, 0)], atol=0.02))
+        heights = springls.interpolate_material(model.materials(), model.vertices().reshape(-1, 3))
+        self.assertLess(abs(heights - model.particles()).max(), 0.01)
+
+    def test_components_and_events(self):
+        model = ball(components=1)
+        model.combine_implicit('difference', lambda points: abs(points[:, 0] - 12) - 2)
+        self.assertEqual(len(model.components()), 2)
+        self.assertEqual([event.kind for event in model.events()], ['split'])
+        self.assertLessEqual({body.id for body in model.components()}, set(model.component_ids()))
+        self.assertNotEqual(*model.component_of([(7, 12, 12), (17, 12, 12)]))
+
+    def test_world_units_and_progress(self):
+        fractions = []
+        model = springls.Model((24, 24, 24), spacing=0.5, progress=fractions.append)
+        model.set_implicit(lambda points: np.linalg.norm(points - 6, axis=1) - 3)
+        model.step(dt=1, world_units=True, velocity=lambda points, time: np.full_like(points, (0.5, 0, 0)))
+        self.assertLess(abs(model.extract_mesh().positions.mean(axis=0) - (6.5, 6, 6)).max(), 0.02)
+        self.assertEqual(fractions[-1], 1)
+        stopped = springls.Model((24, 24, 24), progress=lambda fraction: True)
+        with self.assertRaises(springls.Error) as caught:
+            stopped.set_implicit(lambda points: np.linalg.norm(points - 12, axis=1) - 7)
+        self.assertEqual(caught.exception.status, 'SPRINGLS_CANCELLED')
+
+    def test_all_of_the_interface_is_there(self):
+        """What the module leaves out has its reason: a call of the header that is new is wrapped or named here."""
+        left_out = {
+            'for programs that draw frames': 'chunks_begin chunks_continue chunks_create chunks_destroy chunks_update step_begin '
+                                             'step_continue step_in_progress',
+            'Python has functions of its own': 'implicit_box implicit_metasphere implicit_notched_sphere implicit_sphere implicit_torus '
+                                               'velocity_deformation velocity_rotation',
+            'the module does it': 'default_desc default_forces default_step_desc create_error threads_count threads_destroy version '
+                                  'attribute_count',
+            'of the C program': 'kernel_source fp_contract_detected pack_matrix stage_name',
+            'inside step': 'advect max_speed',
+            'read by other calls': 'generations material_triangle_count corner_materials find_seams',
+        }
+        with open(os.path.join(HERE, 'springls.h'), encoding='utf-8') as file:
+            header = file.read().split('#endif /* SPRINGLS_H */')[0]
+        calls = set(re.findall(r'^SPRINGLS_API [^;]*?\bspringls_(\w+)\(', header, re.M))
+        with open(springls.__file__, encoding='utf-8') as file:
+            used = set(re.findall(r'_lib\.springls_(\w+)', file.read())) | {'default_params', 'paper_params'}
+        named = set(' '.join(left_out.values()).split())
+        self.assertGreater(len(calls), 100)
+        self.assertEqual(calls - used - named, set())
+        self.assertEqual(named - calls, set())
 
     def test_tools(self):
         model = ball()
