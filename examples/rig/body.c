@@ -12,6 +12,7 @@
 #include <string.h>
 
 static const double OPEN_SHARE = 0.05; /* of edges: a mesh with more boundary edges is no body */
+static const float UNLIKE = 0.65f;     /* cost of roles from which the limbs may not be what they are taken for */
 static const double BRIDGE = 0.1;      /* of the longest side: the longest bridge between parts */
 
 bool rig_find_template(const char *name, const char *program, char *path, size_t size)
@@ -120,11 +121,22 @@ static bool read_character(const struct rig *rig, const char *path, struct chara
     return true;
 }
 
+/* Notes that the limbs of a body are unlike those of the template. */
+static void note_unlike(const struct rig *rig, const char *path, const struct skeleton_roles *roles)
+{
+    if (roles->cost > UNLIKE && !rig->settings.accept && !rig->settings.common.quiet) {
+        fprintf(stderr, "rig: %s: limbs are unlike those of the template %s (cost %.2f): look at rigged.png; --accept if they are right, "
+                "--pin JOINT=X,Y,Z moves joints\n", path, rig->skeleton.name, (double)roles->cost);
+    }
+}
+
 /* Embeds the template in the body's surface. */
 static bool fit_template(const struct rig *rig, const char *path, const float *up, const float *facing, struct rig_body *body)
 {
-    return (grid_around(rig, &body->character, &body->grid) || rig_fail("%s: the body has no size", path))
+    const bool good = (grid_around(rig, &body->character, &body->grid) || rig_fail("%s: the body has no size", path))
         && set_mesh(rig, path, body) && embed(rig, path, up, facing, body);
+    if (good) { note_unlike(rig, path, &body->embedding.roles); }
+    return good;
 }
 
 bool rig_body_read(const struct rig *rig, const char *path, const float *up, const float *facing,
@@ -132,6 +144,38 @@ bool rig_body_read(const struct rig *rig, const char *path, const float *up, con
 {
     memset(body, 0, sizeof *body);
     return read_character(rig, path, &body->character) && fit_template(rig, path, up, facing, body);
+}
+
+static int find_template_joint(const struct skeleton_template *skeleton, const char *name, size_t length)
+{
+    for (int t = 0; t < skeleton->count; ++t) {
+        if (strlen(skeleton->joints[t].name) == length && strncmp(skeleton->joints[t].name, name, length) == 0) { return t; }
+    }
+    return -1;
+}
+
+bool rig_pin(struct rig *rig)
+{
+    struct skeleton_embedding *e = &rig->body.embedding;
+    for (const char *at = rig->settings.pins; *at;) {
+        const size_t name = strcspn(at, "="), length = strcspn(at, ";");
+        const int joint = find_template_joint(&rig->skeleton, at, name);
+        float place[3];
+        char end = '\0';
+        const int read = name < length ? sscanf(at + name + 1, "%f,%f,%f%c", &place[0], &place[1], &place[2], &end) : 0;
+        if (joint < 0) { return rig_fail("--pin: the template %s has no joint %.*s", rig->skeleton.name, (int)name, at); }
+        if (read < 3 || (read == 4 && end != ';')) { return rig_fail("--pin %.*s: JOINT=X,Y,Z is wanted", (int)length, at); }
+        for (int i = 0; i < 3; ++i) {
+            const double from = (double)place[i] - (double)rig->body.grid.origin[i];
+            if (!(from >= 0.0 && from <= (double)rig->body.grid.spacing * (rig->body.grid.size[i] - 1))) {
+                return rig_fail("--pin %.*s: that is not in the body", (int)length, at);
+            }
+        }
+        memcpy(e->place[joint], place, sizeof place);
+        e->present[joint] = true;
+        at += length + (at[length] == ';');
+    }
+    return true;
 }
 
 void rig_body_free(struct rig_body *body)

@@ -129,6 +129,19 @@ bool rig_write(struct rig *rig)
 
 /* ---- report ---- */
 
+/* Names the limb of a role by the template's joint where it begins, or which ends the trunk; returns false where the body has none. */
+static bool role_name(const struct rig *rig, int role, char name[CHARACTER_NAME])
+{
+    const struct skeleton_template *s = &rig->skeleton;
+    const bool pair = role >= SKELETON_FIRST_PAIR;
+    int joint = pair ? s->limb_root[role - SKELETON_FIRST_PAIR][0] : role < s->trunk_ends ? s->joints[s->trunk_end[role]].parent : -1;
+    while (!pair && joint > 0 && s->joints[s->joints[joint].parent].optional) { joint = s->joints[joint].parent; }
+    if (joint < 0 || (!pair && rig->body.embedding.roles.trunk[role] < 0)) { return false; }
+    const int length = (int)strcspn(s->joints[joint].name, pair ? "." : "");
+    snprintf(name, CHARACTER_NAME, "%.*s", length, s->joints[joint].name);
+    return true;
+}
+
 static void report_vector(struct json_writer *json, const char *key, const float v[3])
 {
     const double values[3] = {(double)v[0], (double)v[1], (double)v[2]};
@@ -149,6 +162,12 @@ bool rig_report(const struct rig *rig, const char *path)
     json_integer(&json, "parts_joined", rig->body.repair.joined);
     json_integer(&json, "boundary_edges", rig->body.boundary_edges);
     json_number(&json, "role_cost", (double)e->roles.cost);
+    json_object_begin(&json, "confidence");
+    for (int role = 0; role < SKELETON_ROLES; ++role) {
+        char name[CHARACTER_NAME];
+        if (role_name(rig, role, name)) { json_number(&json, name, (double)e->roles.confidence[role]); }
+    }
+    json_object_end(&json);
     json_number(&json, "height", (double)e->height);
     json_number(&json, "asymmetry", (double)e->asymmetry);
     json_number(&json, "facing_margin", (double)e->facing);
@@ -184,6 +203,12 @@ void rig_print(const struct rig *rig)
            rig->body.character.joint_count, rig->settings.mesh, (double)e->height, (double)e->forward[0],
            (double)e->forward[1], (double)e->forward[2], (double)e->up[0], (double)e->up[1], (double)e->up[2],
            rig->heat.visible, rig->surface.vertex_count);
+    printf("confidence:");
+    for (int role = 0; role < SKELETON_ROLES; ++role) {
+        char name[CHARACTER_NAME];
+        if (role_name(rig, role, name)) { printf(" %s %.2f", name, (double)e->roles.confidence[role]); }
+    }
+    printf("\n");
     if (rig->pairs > 0) {
         printf("moves as %s: %s, %d joints paired\n", rig->settings.animation, rig->body.character.animations[0].name,
                rig->pairs);

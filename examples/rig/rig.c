@@ -45,6 +45,8 @@ static int read_command_line(struct rig_settings *set, int argc, char **argv)
         {"facing", CLI_FLOAT3, set->facing, "X,Y,Z", "where the body looks (default: where its feet point)", 0, 0,
          NULL},
         {"up", CLI_FLOAT3, set->up, "X,Y,Z", "upwards (default: as the body stands)", 0, 0, NULL},
+        {"accept", CLI_FLAG, &set->accept, NULL, "the limbs are right: no note where they are unlike those of the template", 0, 0, NULL},
+        {"pin", CLI_STRING, &set->pins, "LIST", "joints that are elsewhere: JOINT=X,Y,Z;..., in the unit of MESH", 0, 0, NULL},
         {"animation", CLI_STRING, &set->animation, "FILE", "a rigged character that the body moves like", 0, 0, NULL},
         {"motion", CLI_STRING, &set->motion, "NAME", "name or number of its animation (default: the first)", 0, 0,
          NULL},
@@ -106,7 +108,7 @@ int main(int argc, char **argv)
         && (skeleton_template_read(path, &rig->skeleton, error) || rig_fail("%s", error))
         && (!set->animation || rig_motion_read(rig))
         && rig_body_read(rig, set->mesh, up ? set->up : NULL, facing ? set->facing : NULL, &rig->body)
-        && rig_skin(rig) && (!set->animation || rig_move(rig));
+        && (!set->pins || rig_pin(rig)) && rig_skin(rig) && (!set->animation || rig_move(rig));
     rig->seconds = elapsed_seconds() - start;
     if (good && cli_may_print(&set->common)) { rig_print(rig); }
     good = good && ((!set->common.out && !set->glb) || rig_write(rig))

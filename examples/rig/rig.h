@@ -15,6 +15,8 @@
 struct rig_settings {
     struct cli_common common;
     const char *mesh, *skeleton, *animation, *motion, *overrides;
+    const char *pins;       /* joints that the user has placed; NULL: none */
+    bool accept;            /* the limbs are right, however unlike the template's */
     const char *glb;        /* --out FILE.glb; NULL: rigged.glb in the folder --out */
     float facing[3], up[3]; /* zero: found from the body */
     float view[3];          /* of pictures: from the body's front, left and top */
@@ -62,6 +64,7 @@ bool rig_find_template(const char *name, const char *program, char *path, size_t
 bool rig_body_read(const struct rig *rig, const char *path, const float *up, const float *facing,
                    struct rig_body *body);
 void rig_body_free(struct rig_body *body);
+bool rig_pin(struct rig *rig); /* moves the joints of --pin */
 bool rig_skin(struct rig *rig);
 bool rig_motion_read(struct rig *rig); /* reads the character of --animation and finds its --motion */
 bool rig_move(struct rig *rig);        /* by that motion */

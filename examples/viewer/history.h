@@ -4,7 +4,7 @@
 
 #include "viewer/model.h"
 
-enum { VIEWER_MAX_STATES = 64 };
+enum { VIEWER_MAX_STATES = 256 };
 
 struct viewer_state {
     struct viewer_model like; /* its grid; without a context */

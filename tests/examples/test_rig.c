@@ -634,6 +634,65 @@ TEST templates_are_refused_in_one_line(void)
     PASS();
 }
 
+/* What the limbs are taken for comes with its confidence: high for a man, low for a man as a quadruped, which is noted, not refused,
+ * unless --accept says that it is right. */
+TEST limbs_have_a_confidence(void)
+{
+    static const char *const names[2][3] = {{"head", "upper_arm", "thigh"}, {"head", "front_upper_leg", "hind_upper_leg"}};
+    double least[2] = {1.0, 1.0};
+    const char *errors = scratch("notes");
+    char report[512];
+    snprintf(report, sizeof report, "%s", scratch("confidence.json"));
+    write_capsules(scratch("body.obj"), t_pose, COUNT(t_pose), &turns[0]);
+    ASSERT(freopen(errors, "w", stderr) != NULL);
+    for (int way = 0; way < 3; ++way) {
+        const char *const line[] = {scratch("body.obj"), "--grid", "64", "--json", report, "--template", way ? "quadruped" : "biped",
+                                    way == 2 ? "--accept" : NULL, NULL};
+        ASSERT_EQ(0, run_program(line));
+        cJSON *json = read_report(report);
+        for (int k = 0; k < 3 && way < 2; ++k) {
+            const double confidence = number_of(cJSON_GetObjectItem(json, "confidence"), names[way][k]);
+            ASSERTm(names[way][k], confidence >= 0.0 && confidence <= 1.0);
+            least[way] = fmin(least[way], confidence);
+        }
+        cJSON_Delete(json);
+    }
+    ASSERT_GT(least[0], 0.25);
+    ASSERT_LT(least[1], least[0]);
+    fflush(stderr);
+    char *text = whole_file(errors, NULL);
+    const char *note = strstr(text, "unlike those of the template quadruped");
+    ASSERT(note && !strstr(note + 1, "unlike") && !strstr(text, "template biped"));
+    free(text);
+    PASS();
+}
+
+/* A pinned joint is where it was put, in the report and in the file; the others stay. */
+TEST pinned_joints_are_moved(void)
+{
+    float place[3], other[2][3];
+    char report[512], glb[512], error[CHARACTER_TEXT];
+    snprintf(report, sizeof report, "%s", scratch("pinned.json"));
+    snprintf(glb, sizeof glb, "%s", scratch("pinned.glb"));
+    write_capsules(scratch("body.obj"), t_pose, COUNT(t_pose), &turns[0]);
+    for (int way = 0; way < 2; ++way) {
+        const char *const line[] = {scratch("body.obj"), "--grid", "64", "--quiet", "--json", report, "--out", glb,
+                                    way ? "--pin" : NULL, "lower_arm.L=0.5,1.41,0.01;shin.R=-0.11,0.45,0.02", NULL};
+        ASSERT_EQ(0, run_program(line));
+        cJSON *json = read_report(report);
+        ASSERT(joint_of_report(json, "lower_arm.R", other[way]) && joint_of_report(json, "lower_arm.L", place));
+        cJSON_Delete(json);
+    }
+    struct character c;
+    ASSERT_MEM_EQ(other[0], other[1], sizeof other[0]);
+    ASSERT(fabsf(place[0] - 0.5f) < 1e-4f && fabsf(place[1] - 1.41f) < 1e-4f && fabsf(place[2] - 0.01f) < 1e-4f);
+    ASSERT(character_read(glb, NULL, &c, error));
+    joint_place(&c.joints[character_joint(&c, "shin.R")], place);
+    ASSERT(fabsf(place[0] + 0.11f) < 1e-4f && fabsf(place[1] - 0.45f) < 1e-4f && fabsf(place[2] - 0.02f) < 1e-4f);
+    character_free(&c);
+    PASS();
+}
+
 TEST bad_input_ends_with_one_line(void)
 {
     ball_of(scratch("ball.obj"), 16);
@@ -658,7 +717,10 @@ TEST bad_input_ends_with_one_line(void)
                                     {body, "--animation", body, "--grid", "64", NULL},
                                     {body, "--animation", "none.glb", "--grid", "64", NULL},
                                     {body, "--animation", walks, "--motion", "none", NULL},
-                                    {body, "--template", "quadruped", "--grid", "64", NULL}};
+                                    {body, "--grid", "64", "--pin", "hand.L", NULL},
+                                    {body, "--grid", "64", "--pin", "tail=0,1,0", NULL},
+                                    {body, "--grid", "64", "--pin", "hand.L=0,1,nan", NULL},
+                                    {body, "--grid", "64", "--pin", "hand.L=0,1,0;hand.R=0,0,900", NULL}};
     char point[512];
     snprintf(point, sizeof point, "%s", scratch("point.obj"));
     write_file(point, "v 1 1 1\nv 1 1 1\nv 1 1 1\nf 1 2 3\n");
@@ -702,6 +764,8 @@ int main(int argc, char **argv)
     RUN_TEST(a_man_in_a_mirror_and_turned);
     RUN_TEST(the_file_is_read_back);
     RUN_TEST(a_walk_is_taken_over);
+    RUN_TEST(pinned_joints_are_moved);
+    RUN_TEST(limbs_have_a_confidence);
     RUN_TEST(bad_input_ends_with_one_line);
     if (!remove_folder()) { return 1; }
     GREATEST_MAIN_END();

@@ -307,6 +307,90 @@ TEST strokes_on_a_fine_grid_are_undone_and_redone(void)
     PASS();
 }
 
+/* ---- many strokes ---- */
+
+enum { MANY = 100 };
+
+/* A random number from 0 to below n. */
+static int chance(unsigned *seed, int n)
+{
+    *seed = *seed * 1664525u + 1013904223u;
+    return (int)(*seed >> 16) % n;
+}
+
+/* Writes the events of a stroke by any tool, somewhere in the window: with other brushes, symmetry and falloff, in steps that the next
+ * stroke may interrupt. */
+static void random_stroke(unsigned *seed, char text[512])
+{
+    static const char *const before[] = {"", "key x\n", "key F\n", "scroll 1 ctrl\n", "scroll -1 ctrl\n", "key [\n", "key ]\n"};
+    const int tool = chance(seed, VIEWER_TOOLS), x = 100 + chance(seed, 200), y = 60 + chance(seed, 180), frames = 1 + chance(seed, 4);
+    const int dx = chance(seed, 81) - 40, dy = chance(seed, 81) - 40;
+    snprintf(text, 512, "key %d\n%smove %d %d\npress left%s\nmove %d %d %d\nframes %d\nrelease left\n%s%s", tool + 1,
+             before[chance(seed, 7)], x, y, chance(seed, 3) ? "" : " shift", x + dx, y + dy, frames, frames,
+             tool == VIEWER_MERGE ? "key enter\n" : "", chance(seed, 2) ? "rest\n" : "");
+}
+
+/* Undoes as far as there is something to undo, or redoes to the end: each state has the bits that it had. */
+static greatest_test_res walk(struct viewer_app *app, const char *name, const uint64_t *hash, int from, int to)
+{
+    char error[VIEWER_TEXT];
+    const int step = to > from ? 1 : -1;
+    for (int i = from + step; i != to + step; i += step) {
+        ASSERTm(name, play(app, step > 0 ? "key Y ctrl\n" : "key Z ctrl\n", error));
+        ASSERT_STR_EQm(name, step > 0 ? "redone" : "undone", app->message);
+        ASSERT_EQm(name, hash[i], whole_hash(app));
+    }
+    PASS();
+}
+
+static greatest_test_res stroke_often(const char *name, const char *path, int grid)
+{
+    static uint64_t hash[MANY + 1];
+    const springls_desc desc = {.grid = {.size = {grid, grid, grid}}};
+    struct viewer_app app;
+    char text[512], error[VIEWER_TEXT];
+    unsigned seed = 7;
+    int states = 0;
+    memset(&app, 0, sizeof app);
+    app.load = path;
+    for (const char *c = name; *c; ++c) seed = 31u * seed + (unsigned char)*c;
+    ASSERTm(name, viewer_app_open(&app, &desc, 400, 300) && play(&app, "rest\n", error)); /* as the first stroke finds it */
+    hash[0] = whole_hash(&app);
+    for (int k = 0; k < MANY; ++k) {
+        const int before = app.history.at;
+        random_stroke(&seed, text);
+        ASSERTm(name, play(&app, text, error) && play(&app, "rest\n", error));
+        ASSERTm(name, app.history.at == before || app.history.at == before + 1);
+        states = app.history.at; /* a stroke beside the body, or a cut that is refused, changes nothing */
+        hash[states] = whole_hash(&app);
+    }
+    ASSERT_GTm(name, states, MANY / 4);
+    CHECK_CALL(walk(&app, name, hash, states, 0));
+    ASSERTm(name, play(&app, "key Z ctrl\n", error) && strstr(app.message, "nothing more"));
+    CHECK_CALL(walk(&app, name, hash, 0, states));
+    viewer_app_close(&app);
+    PASS();
+}
+
+TEST a_hundred_strokes_are_undone_and_redone(void)
+{
+    CHECK_CALL(stroke_often("a ball", NULL, 24));
+    PASS();
+}
+
+TEST a_hundred_strokes_on_each_mesh_are_undone_and_redone(void)
+{
+    static const char *const names[] = {"armadillo.off", "bones.off", "bull.off", "knot1.off", "spot.obj"};
+    const char *data = getenv("SPRINGLS_DATA");
+    if (!data) SKIPm("SPRINGLS_DATA is not set");
+    for (size_t i = 0; i < sizeof names / sizeof *names; ++i) {
+        char path[1024];
+        snprintf(path, sizeof path, "%s/meshes/%s", data, names[i]);
+        CHECK_CALL(stroke_often(names[i], path, 32));
+    }
+    PASS();
+}
+
 /* Undo that fails says so and leaves the body and all states as they were: so it can be tried again. */
 TEST undo_that_fails_loses_nothing(void)
 {
@@ -453,6 +537,8 @@ int main(int argc, char **argv)
     RUN_TEST(undo_restores_the_model_to_the_bit);
     RUN_TEST(each_two_strokes_are_undone_and_redone);
     RUN_TEST(strokes_on_a_fine_grid_are_undone_and_redone);
+    RUN_TEST(a_hundred_strokes_are_undone_and_redone);
+    RUN_TEST(a_hundred_strokes_on_each_mesh_are_undone_and_redone);
     RUN_TEST(undo_that_fails_loses_nothing);
     RUN_TEST(a_failed_change_is_reverted);
     RUN_TEST(a_step_in_progress_is_completed_first);

@@ -16,7 +16,6 @@ static const float THINNER = 25.0f; /* weight of keeping the rest pose's place a
 static const float NARROWER = 6.0f; /* the same for the neck */
 static const float ABOVE_CROTCH = 0.015f; /* of the height: how far hip joints are above it */
 static const float UNDER = 0.06f;         /* of the height: the part of a shin under which an ankle is */
-static const float WORST_COST = 0.65f;    /* of roles */
 static const float SNAP = 0.94f;          /* cosine: directions nearer to a coordinate axis are taken for it */
 static const float CLEAR_FACING = 0.004f;
 
@@ -792,11 +791,6 @@ bool skeleton_embed(const struct skeleton_template *skeleton, const struct solid
         e.path && e.distance && e.before && medial_tree_create(solid, SHORTEST_BRANCH * (float)longest, &e.tree);
     if (!good) { snprintf(error, CHARACTER_TEXT, "not enough memory"); }
     good = good && skeleton_find_roles(skeleton, solid, &e.tree, up, &out->roles, error);
-    if (good && out->roles.cost > WORST_COST) {
-        snprintf(error, CHARACTER_TEXT, "no limbs like those of the template %s (cost %.2f; %.2f at most)",
-                 skeleton->name, (double)out->roles.cost, (double)WORST_COST);
-        good = false;
-    }
     if (good) {
         find_up(&e, up);
         good = place_joints(&e, facing, error);

@@ -11,11 +11,15 @@
 #include "character/medial_tree.h"
 #include "character/skeleton_template.h"
 
+enum { SKELETON_HEAD, SKELETON_TAIL, SKELETON_FIRST_PAIR, SKELETON_SECOND_PAIR, SKELETON_ROLES };
+
 /* Ends of the medial tree in their roles: numbers of tips. */
 struct skeleton_roles {
     int trunk[2];   /* head, tail; -1: none */
     int limb[2][2]; /* of each pair: on one side, on the other; which is left comes later */
     float cost;
+    /* Of each role: 1 - cost / the least cost with another end of the body in it; 0 is a guess. An end nearby is no other one. */
+    float confidence[SKELETON_ROLES];
 };
 
 struct skeleton_embedding {
@@ -29,7 +33,7 @@ struct skeleton_embedding {
     struct skeleton_roles roles;
 };
 
-/* Finds the roles with the least cost. up: known, or NULL. Returns false with one line in `error` if the tree has too few
+/* Finds the roles with the least cost, and how far each is from a guess. up: known, or NULL. Returns false with one line in `error` if the tree has too few
  * ends. */
 bool skeleton_find_roles(const struct skeleton_template *skeleton, const struct solid *solid,
                          const struct medial_tree *tree, const float *up, struct skeleton_roles *roles,

@@ -5,6 +5,8 @@
 #include <stdio.h>
 #include <string.h>
 
+static const float SAME_END = 0.15f; /* of the size: ends nearer to each other are those of one limb, such as fingers */
+
 struct search {
     const struct skeleton_template *skeleton;
     const struct medial_tree *tree;
@@ -13,6 +15,8 @@ struct search {
     const float *up;
     float rest[5]; /* proportions of the rest pose, as of proportions() */
     struct skeleton_roles now, best;
+    bool best_is_known;          /* the search looks for what else the roles may be */
+    float other[SKELETON_ROLES]; /* least cost with another end in each role */
 };
 
 /* Returns the length of the way between two joints in the rest pose. */
@@ -172,6 +176,29 @@ static float plane_cost(const struct search *s, const float left[3])
     return cost / s->size;
 }
 
+static bool is_same_end(const struct search *s, int a, int b)
+{
+    float d[3];
+    if (a < 0 || b < 0) { return a == b; }
+    vec3_sub(s->place[a], s->place[b], d);
+    return vec3_length(d) < SAME_END * s->size;
+}
+
+/* Remembers the cost for the roles that have other ends than in the best assignment. */
+static void compare_with_best(struct search *s, float cost)
+{
+    for (int role = 0; role < SKELETON_ROLES; ++role) {
+        bool same;
+        if (role < SKELETON_FIRST_PAIR) {
+            same = is_same_end(s, s->now.trunk[role], s->best.trunk[role]);
+        } else {
+            const int *a = s->now.limb[role - SKELETON_FIRST_PAIR], *b = s->best.limb[role - SKELETON_FIRST_PAIR];
+            same = (is_same_end(s, a[0], b[0]) && is_same_end(s, a[1], b[1])) || (is_same_end(s, a[0], b[1]) && is_same_end(s, a[1], b[0]));
+        }
+        s->other[role] = same ? s->other[role] : fminf(s->other[role], cost);
+    }
+}
+
 static void judge(struct search *s)
 {
     struct skeleton_roles *r = &s->now;
@@ -187,7 +214,9 @@ static void judge(struct search *s)
     vec3_normalize(left);
     cost += 0.3f * proportion_cost(s, &order) + 20.0f * order;
     cost += plane_cost(s, left) + height_cost(s, left) + 1.0f - used / s->all_lengths;
-    if (cost < s->best.cost) {
+    if (s->best_is_known) {
+        compare_with_best(s, cost);
+    } else if (cost < s->best.cost) {
         s->best = *r;
         s->best.cost = cost;
         if (swapped) { /* the same side first in both */
@@ -217,6 +246,20 @@ static void try_limbs(struct search *s, int limb)
                 s->now.limb[limb][1] = b;
                 try_limbs(s, limb + 1);
             }
+        }
+    }
+}
+
+/* Judges all assignments. wanted: roles that every body has. */
+static void try_all(struct search *s, int wanted)
+{
+    for (int head = 0; head < s->count; ++head) {
+        s->now.trunk[0] = head;
+        s->now.trunk[1] = -1;
+        if (wanted == 5) { try_limbs(s, 0); }
+        for (int tail = 0; s->skeleton->trunk_ends > 1 && tail < s->count; ++tail) {
+            s->now.trunk[1] = tail;
+            if (tail != head) { try_limbs(s, 0); }
         }
     }
 }
@@ -254,14 +297,12 @@ bool skeleton_find_roles(const struct skeleton_template *skeleton, const struct 
     }
     rest_proportions(&s);
     s.best.cost = INFINITY;
-    for (int head = 0; head < s.count; ++head) {
-        s.now.trunk[0] = head;
-        s.now.trunk[1] = -1;
-        if (wanted == 5) { try_limbs(&s, 0); }
-        for (int tail = 0; skeleton->trunk_ends > 1 && tail < s.count; ++tail) {
-            s.now.trunk[1] = tail;
-            if (tail != head) { try_limbs(&s, 0); }
-        }
+    try_all(&s, wanted);
+    s.best_is_known = true;
+    for (int role = 0; role < SKELETON_ROLES; ++role) { s.other[role] = INFINITY; }
+    try_all(&s, wanted);
+    for (int role = 0; role < SKELETON_ROLES; ++role) {
+        s.best.confidence[role] = 1.0f - s.best.cost / fmaxf(s.other[role], 1e-30f);
     }
     *roles = s.best;
     return true;
