@@ -118,16 +118,27 @@ static bool carried_readable(const struct run *run, bool of_moving, const struct
         && mesh_readable(files->mesh);
 }
 
+/* Returns false after a line where one image is a label map and the other is none: nothing goes together. */
+static bool kinds_fit(const struct run *run)
+{
+    const bool fixed = volume_is_label_map(&run->fixed), moving = volume_is_label_map(&run->moving);
+    if (fixed == moving || run->settings.similarity != REGISTER_AUTO || run->field_path) {
+        return true;
+    }
+    return register_fail("%s is a label map, %s is a scan: register two scans or two label maps (--similarity makes it go on)",
+                         fixed ? run->fixed_path : run->moving_path, fixed ? run->moving_path : run->fixed_path);
+}
+
 bool register_read(struct run *run)
 {
     char error[VOLUME_TEXT];
-    if (!volume_read_one(run->fixed_path, run->fixed_frame, "--fixed-frame", &run->fixed, error)
-        || !volume_read_one(run->moving_path, run->moving_frame, "--moving-frame", &run->moving, error)) {
+    if (!volume_read_gaps(run->fixed_path, run->fixed_frame, "--fixed-frame", &run->fixed, error)
+        || !volume_read_gaps(run->moving_path, run->moving_frame, "--moving-frame", &run->moving, error)) {
         return register_fail("%s", error);
     }
     volume_print_warning(&run->fixed, "register", "fixed image");
     volume_print_warning(&run->moving, "register", "moving image");
-    return labels_compare(run, false, run->fixed_labels_path) && labels_compare(run, true, run->moving_labels_path)
+    return kinds_fit(run) && register_drop_gaps(run) && labels_compare(run, false, run->fixed_labels_path) && labels_compare(run, true, run->moving_labels_path)
            && landmarks_readable(run) && carried_readable(run, true, &run->warp)
            && carried_readable(run, false, &run->inverse_warp);
 }
@@ -150,6 +161,10 @@ bool register_fields(struct run *run)
     }
     if (!register_images(&run->fixed, &run->moving, &run->settings, NULL, &run->registration, error)) {
         return register_fail("%s", error);
+    }
+    if (run->registration.headers_apart && !run->common.quiet) {
+        fprintf(stderr, "register: note: the images do not overlap where their headers place them: begun with their centres of mass "
+                        "laid on each other\n");
     }
     if (!field_create(&run->fixed, &run->forward) || !field_create(&run->moving, &run->inverse)) {
         return register_no_memory();

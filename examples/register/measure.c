@@ -8,6 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+static const double unrelated = 0.06;   /* share of the variance that goes together, below which two images have nothing in common */
+static const double most_folded = 1e-4, most_extreme = 0.02; /* share of the voxels */
 static const double tolerated = 0.01; /* loss of correlation that local similarity or another scale may bring */
 
 /* Measures mean and maximum of the inverse's error over the fixed image's voxels that stay inside both images; a root mean
@@ -41,37 +43,103 @@ static void compare_inverse(struct run *run)
     run->inverse_error.mean = number > 0 ? sum / (double)number : (double)NAN;
 }
 
+void register_on_one_scale(const struct run *run, float *fixed, float *moving)
+{
+    relation_apply(&run->relation, relation_of_fixed(&run->relation) ? fixed : moving, 1);
+}
+
+float register_difference(const struct run *run, float f, struct register_window fixed, float m, struct register_window moving)
+{
+    if (isnan(f) || isnan(m)) {
+        return NAN;
+    }
+    f = register_normalized(f, fixed);
+    m = register_normalized(m, moving);
+    register_on_one_scale(run, &f, &m);
+    return f - m;
+}
+
 float register_normalized(float value, struct register_window window)
 {
     return fmaxf(0.0f, fminf(1.0f, (value - window.low) / (window.high - window.low)));
 }
 
-/* Compares before and after over the same voxels: those that both maps bring into the moving image. NaN where they are few. */
-static bool compare_correlation(struct run *run)
+/* Values on the fixed image's grid, normalized, over the voxels that both maps bring into the moving image; NaN elsewhere. */
+struct compared {
+    float *fixed, *before, *after;
+};
+
+static void compared_free(struct compared *c)
+{
+    free(c->fixed);
+    free(c->before);
+    free(c->after);
+}
+
+static bool compared_make(const struct run *run, struct compared *c)
+{
+    const size_t total = volume_voxels(&run->fixed);
+    struct register_window fixed, moving;
+    c->fixed = malloc(total * sizeof *c->fixed);
+    c->before = malloc(total * sizeof *c->before);
+    c->after = malloc(total * sizeof *c->after);
+    if (!c->fixed || !c->before || !c->after) {
+        compared_free(c);
+        return register_no_memory();
+    }
+    register_windows(run, &fixed, &moving);
+    for (size_t n = 0; n < total; ++n) {
+        const bool known = isfinite(run->fixed.data[n]) && isfinite(run->unmoved[n]) && isfinite(run->warped[n]);
+        c->fixed[n] = known ? register_normalized(run->fixed.data[n], fixed) : NAN;
+        c->before[n] = known ? register_normalized(run->unmoved[n], moving) : NAN;
+        c->after[n] = known ? register_normalized(run->warped[n], moving) : NAN;
+    }
+    return true;
+}
+
+/* Compares before and after over the same voxels. NaN where they are few. */
+static bool compare_images(struct run *run)
 {
     const size_t total = volume_voxels(&run->fixed);
     size_t common = 0;
-    float *fixed = malloc(total * sizeof *fixed);
-    if (!fixed) {
-        return register_no_memory();
+    struct compared c;
+    if (!compared_make(run, &c)) {
+        return false;
     }
-    for (size_t n = 0; n < total; ++n) {
-        fixed[n] = isnan(run->unmoved[n]) || isnan(run->warped[n]) ? NAN : run->fixed.data[n];
-    }
-    run->correlation_before = register_correlation(fixed, run->unmoved, total, &common);
-    run->correlation_after = register_correlation(fixed, run->warped, total, &common);
+    run->correlation_before = relation_correlation(c.fixed, c.before, total, &common);
+    run->correlation_after = relation_correlation(c.fixed, c.after, total, &common);
+    run->information_before = relation_mutual_information(c.fixed, c.before, total);
+    run->information_after = relation_mutual_information(c.fixed, c.after, total);
     if ((double)common < register_min_voxels(&run->fixed, &run->moving)) {
-        run->correlation_before = run->correlation_after = (double)NAN;
+        run->correlation_before = run->correlation_after = run->information_before = run->information_after = (double)NAN;
     }
-    free(fixed);
+    if (run->registration.relation.kind != RELATION_SAME || run->field_path) {
+        relation_choose(c.fixed, c.after, total, &run->relation);
+    }
+    compared_free(&c);
     return true;
+}
+
+/* Computes the range of the Jacobian and the share of the voxels where the volume changes beyond belief. */
+static void measure_jacobian(struct run *run)
+{
+    const size_t total = volume_voxels(&run->fixed);
+    const float most = 10.0f;
+    size_t count = 0;
+    run->min_jacobian = field_jacobian(&run->forward, run->jacobian, &run->folded);
+    run->max_jacobian = -INFINITY;
+    for (size_t n = 0; n < total; ++n) {
+        run->max_jacobian = fmaxf(run->max_jacobian, run->jacobian[n]);
+        count += !(run->jacobian[n] * most > 1.0f && run->jacobian[n] < most);
+    }
+    run->extreme = (double)count / (double)total;
 }
 
 /* Returns the share of the fixed image's voxels that are mapped into the moving one, of those that have to be. */
 static double overlap_after(const struct run *run)
 {
     size_t inside = 0;
-    register_correlation(run->fixed.data, run->warped, volume_voxels(&run->fixed), &inside);
+    relation_correlation(run->fixed.data, run->warped, volume_voxels(&run->fixed), &inside);
     return (double)inside / register_min_voxels(&run->fixed, &run->moving);
 }
 
@@ -81,8 +149,8 @@ static double rms(const struct run *run, const float *moved, struct register_win
     const size_t total = volume_voxels(&run->fixed);
     double sum = 0.0, number = 0.0;
     for (size_t n = 0; n < total; ++n) {
-        if (!isnan(moved[n])) {
-            const double d = (double)(register_normalized(run->fixed.data[n], fixed) - register_normalized(moved[n], moving));
+        const double d = (double)register_difference(run, run->fixed.data[n], fixed, moved[n], moving);
+        if (!isnan(d)) {
             sum += d * d;
             number += 1.0;
         }
@@ -149,7 +217,7 @@ void register_windows(const struct run *run, struct register_window *fixed, stru
     *fixed = *moving = (struct register_window){0.0f, 1.0f};
     register_window_of(&run->fixed, fixed);
     register_window_of(&run->moving, moving);
-    if (run->registration.one_scale) {
+    if ((run->registration.relation.kind == RELATION_SAME)) {
         moving->low = fixed->low = fminf(fixed->low, moving->low);
         moving->high = fixed->high = fmaxf(fixed->high, moving->high);
     }
@@ -169,10 +237,10 @@ bool register_measure(struct run *run)
     field_warp(&still, &run->moving, NAN, run->unmoved);
     field_warp(&run->forward, &run->moving, NAN, run->warped);
     field_free(&still);
-    if (!compare_correlation(run)) {
+    if (!compare_images(run)) {
         return false;
     }
-    run->min_jacobian = field_jacobian(&run->forward, run->jacobian, &run->folded);
+    measure_jacobian(run);
     register_windows(run, &fixed, &moving);
     if (overlap_after(run) < 1.0) {
         return register_fail("the map takes most of the fixed image out of the moving one");
@@ -180,6 +248,7 @@ bool register_measure(struct run *run)
     run->rms_before = rms(run, run->unmoved, fixed, moving);
     run->rms_after = rms(run, run->warped, fixed, moving);
     for (size_t n = 0; n < total; ++n) {
+        run->fixed.data[n] = isnan(run->fixed.data[n]) ? run->fixed.minimum : run->fixed.data[n];
         run->unmoved[n] = isnan(run->unmoved[n]) ? run->moving.minimum : run->unmoved[n];
         run->warped[n] = isnan(run->warped[n]) ? run->moving.minimum : run->warped[n];
     }
@@ -187,9 +256,51 @@ bool register_measure(struct run *run)
     return (!run->fixed_labels_path || compare_labels(run)) && (!run->fixed_points_path || compare_points(run));
 }
 
-bool register_is_better(const struct run *run)
+static bool is_mirrored(const struct run *run)
 {
-    return !(run->correlation_after < run->correlation_before - tolerated)
-           || register_fail("the result fits less than the start: correlation %.3f, before %.3f", run->correlation_after,
-                            run->correlation_before);
+    static const char *const axes[] = {"left-right", "front-back", "head-foot"};
+    const struct registration *reg = &run->registration;
+    if (reg->mirrored == 0) {
+        return false;
+    }
+    register_fail("the moving image looks mirrored: with its %s axis reversed it fits better (%.3f, %.3f as it is)",
+                  axes[reg->mirrored - 1], reg->in_mirror, reg->as_it_is);
+    return true;
+}
+
+/* Returns true if the images fit less than before: on one scale by correlation, else by mutual information. */
+static bool is_worse(const struct run *run)
+{
+    const struct relation *relation = &run->relation;
+    const bool alike = relation->kind == RELATION_SAME || (relation->kind == RELATION_LINE && relation->gain > 0.0f);
+    if (alike && run->registration.similarity == REGISTER_SSD) {
+        return run->correlation_after < run->correlation_before - tolerated
+               && !register_fail("the result fits less than the start: correlation %.3f, before %.3f", run->correlation_after,
+                                 run->correlation_before);
+    }
+    if (run->information_after < (1.0 - tolerated) * run->information_before) {
+        register_fail("the result fits less than the start: mutual information %.3f bits, before %.3f (correlation %.3f, before %.3f)",
+                      run->information_after, run->information_before, run->correlation_after, run->correlation_before);
+        return true;
+    }
+    return false;
+}
+
+bool register_is_trusted(const struct run *run)
+{
+    const size_t total = volume_voxels(&run->fixed);
+    const double explained = run->relation.kind == RELATION_SAME ? run->correlation_after * run->correlation_after
+                                                                 : run->relation.explained;
+    if (is_mirrored(run) || is_worse(run)) {
+        return false;
+    }
+    if (!run->field_path && explained < unrelated) {
+        return register_fail("the result is not to be trusted: the images have hardly anything in common (correlation %.3f, mutual "
+                             "information %.3f bits)", run->correlation_after, run->information_after);
+    }
+    if (!run->field_path && ((double)run->folded > most_folded * (double)total || run->extreme > most_extreme)) {
+        return register_fail("the result is not to be trusted: the volume changes by factors of %.3g to %.3g, beyond 1/10 to 10 in %.1f "
+                             "%% of the image", (double)run->min_jacobian, (double)run->max_jacobian, 100.0 * run->extreme);
+    }
+    return true;
 }

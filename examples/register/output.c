@@ -41,7 +41,8 @@ static bool draw(const struct run *run, const char *path)
         for (size_t n = 0; n < volume_voxels(&run->fixed); ++n) {
             int place[3];
             volume_place(dims, n, place);
-            const float f = register_normalized(run->fixed.data[n], fixed), m = register_normalized(moved[n], moving);
+            float f = register_normalized(run->fixed.data[n], fixed), m = register_normalized(moved[n], moving);
+            register_on_one_scale(run, &f, &m);
             const float checker = (place[0] / tile + place[1] / tile + place[2] / tile) % 2 ? f : m;
             data[n] = done < 2 ? checker : done < 4 ? fabsf(f - m) : done == 4 ? f : run->jacobian[n];
         }
@@ -87,7 +88,11 @@ bool register_report(const struct run *run, const char *path)
         json_string(&json, "align", run->align);
         json_string(&json, "start", run->start);
         json_string(&json, "similarity", run->similarity);
-        json_bool(&json, "one_scale", reg->one_scale);
+        static const char *const similarities[] = {"ssd", "lcc", "mind"};
+        static const char *const scales[] = {"one", "line", "curve of the moving image", "curve of the fixed image"};
+        json_string(&json, "chosen", similarities[reg->similarity]);
+        json_string(&json, "scale", reg->similarity == REGISTER_SSD ? scales[reg->relation.kind] : NULL);
+        json_bool(&json, "one_scale", reg->relation.kind == RELATION_SAME);
         json_number(&json, "update_sigma", (double)set->update_sigma);
         json_number(&json, "velocity_sigma", (double)set->velocity_sigma);
         json_array_begin(&json, "affine_mm_ras");
@@ -110,6 +115,10 @@ bool register_report(const struct run *run, const char *path)
     json_number(&json, "rms_after", run->rms_after);
     json_number(&json, "correlation_before", run->correlation_before);
     json_number(&json, "correlation_after", run->correlation_after);
+    json_number(&json, "mutual_information_before", run->information_before);
+    json_number(&json, "mutual_information_after", run->information_after);
+    json_number(&json, "jacobian_max", (double)run->max_jacobian);
+    json_number(&json, "jacobian_extreme_share", run->extreme);
     json_number(&json, "jacobian_min", (double)run->min_jacobian);
     json_integer(&json, "folded_voxels", (int64_t)run->folded);
     json_pair(&json, "inverse_error_mm", run->inverse_error);

@@ -18,13 +18,15 @@
 static int read_command_line(struct run *run, int argc, char **argv)
 {
     static const char *const aligns[] = {"none", "translation", "rigid", "affine"};
+    static const char *const similarities[] = {"ssd", "lcc", "mind", "auto"};
     static const char *const starts[] = {"centers", "headers", "search"};
     struct register_settings *set = &run->settings;
     const struct cli_option options[] = {
         {"align", CLI_CHOICE, &run->align, NULL, "what comes before the deformation", 0, 0, "none|translation|rigid|affine"},
         {"start", CLI_CHOICE, &run->start, NULL, "where that begins: centres of mass or headers; headers alone; any rotation", 0, 0,
          "centers|headers|search"},
-        {"similarity", CLI_CHOICE, &run->similarity, NULL, "squared differences, or local correlation", 0, 0, "ssd|lcc"},
+        {"similarity", CLI_CHOICE, &run->similarity, NULL, "squared differences, local correlation, self-similarity; auto: by the images",
+         0, 0, "auto|ssd|lcc|mind"},
         {"one-scale", CLI_FLAG, &set->one_scale, NULL, "intensities mean the same in both images; without it this is found out",
          0, 0, NULL},
         {"one-sided", CLI_FLAG, &set->one_sided, NULL, "forces of the fixed image's side only: faster, not symmetric", 0, 0,
@@ -40,6 +42,8 @@ static int read_command_line(struct run *run, int argc, char **argv)
          NULL},
         {"fixed-frame", CLI_INT, &run->fixed_frame, "K", "which image of a 4-D file, from 0", -1, 1e9, NULL},
         {"moving-frame", CLI_INT, &run->moving_frame, "K", "which image of a 4-D file, from 0", -1, 1e9, NULL},
+        {"fixed-mask", CLI_STRING, &run->fixed_mask_path, "FILE", "take only the fixed image's voxels that are not 0 here", 0, 0, NULL},
+        {"moving-mask", CLI_STRING, &run->moving_mask_path, "FILE", "the same of the moving image", 0, 0, NULL},
         {"fixed-labels", CLI_STRING, &run->fixed_labels_path, "FILE", "label map of the fixed image, to compare", 0, 0, NULL},
         {"moving-labels", CLI_STRING, &run->moving_labels_path, "FILE", "label map of the moving image", 0, 0, NULL},
         {"label", CLI_INT, &run->label, "K", "the label to compare; -1: all but 0", -1, 1e9, NULL},
@@ -56,7 +60,7 @@ static int read_command_line(struct run *run, int argc, char **argv)
     };
     static const struct cli_rule rules[] = {
         {.given = "field",
-         .only = "FIXED|MOVING|fixed-frame|moving-frame|fixed-labels|moving-labels|label|fixed-points|moving-points|warp-labels|"
+         .only = "FIXED|MOVING|fixed-frame|moving-frame|fixed-mask|moving-mask|fixed-labels|moving-labels|label|fixed-points|moving-points|warp-labels|"
                  "warp-points|warp-mesh|inverse-labels|inverse-points|inverse-mesh|backend|threads|json|out|quiet"},
         {.given = "start+align=none"},
         {.given = "fixed-labels", .needs = "moving-labels"},
@@ -104,8 +108,24 @@ static int read_command_line(struct run *run, int argc, char **argv)
     while (strcmp(starts[set->start], run->start) != 0) {
         set->start = (enum register_start)(((int)set->start + 1) % 3);
     }
-    set->similarity = strcmp(run->similarity, "lcc") == 0 ? REGISTER_LCC : REGISTER_SSD;
+    while (strcmp(similarities[set->similarity], run->similarity) != 0) {
+        set->similarity = (enum register_similarity)(((int)set->similarity + 1) % 4);
+    }
     return CLI_CONTINUE;
+}
+
+/* Returns how the images were compared, where it was not on one scale. */
+static const char *how_compared(const struct run *run)
+{
+    const struct registration *reg = &run->registration;
+    if (run->field_path) {
+        return "";
+    }
+    if (reg->similarity != REGISTER_SSD) {
+        return reg->similarity == REGISTER_LCC ? "; compared by local correlation" : "; compared by self-similarity";
+    }
+    return reg->relation.kind == RELATION_SAME ? "" : reg->relation.kind != RELATION_LINE ? "; intensities matched by a curve"
+           : reg->relation.gain < 0.0f ? "; one image is inverted" : "; intensities matched by a line";
 }
 
 static void print_summary(const struct run *run)
@@ -118,6 +138,8 @@ static void print_summary(const struct run *run)
     } else {
         printf("difference (RMS, range 0..1) %.4f, no overlap before; %.1f s\n", run->rms_after, run->seconds);
     }
+    printf("correlation %.3f before, %.3f after; mutual information %.3f and %.3f bits%s\n", run->correlation_before,
+           run->correlation_after, run->information_before, run->information_after, how_compared(run));
     printf("smallest Jacobian %.3f; inverse of forward: mean %.4f mm, largest %.3f mm\n", (double)run->min_jacobian,
            run->inverse_error.mean, run->inverse_error.max);
     if (run->folded > 0) {
@@ -135,7 +157,7 @@ static void print_summary(const struct run *run)
 
 int main(int argc, char **argv)
 {
-    struct run run = {.align = "rigid", .start = "centers", .similarity = "ssd", .label = -1, .fixed_frame = -1,
+    struct run run = {.align = "rigid", .start = "centers", .similarity = "auto", .label = -1, .fixed_frame = -1,
                       .moving_frame = -1};
     springls_params params;
     run.common = cli_common_defaults();
@@ -159,7 +181,7 @@ int main(int argc, char **argv)
     }
     done = done && (!run.common.out || (register_write(&run) && register_carry(&run)));
     done = done && (!run.common.json || register_report(&run, run.common.json));
-    done = done && register_is_better(&run);
+    done = done && register_is_trusted(&run);
     register_free(&run);
     return done ? CLI_EXIT_OK : CLI_EXIT_FAILURE;
 }

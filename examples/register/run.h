@@ -20,6 +20,7 @@ struct run {
     struct cli_common common;
     struct register_settings settings;
     const char *fixed_path, *moving_path, *field_path, *align, *start, *similarity;
+    const char *fixed_mask_path, *moving_mask_path;
     const char *fixed_labels_path, *moving_labels_path, *fixed_points_path, *moving_points_path;
     struct carried warp, inverse_warp; /* of the moving image to the fixed one; of the fixed one to the moving one */
     int fixed_frame, moving_frame, label;
@@ -28,9 +29,12 @@ struct run {
     struct field forward, inverse; /* on the fixed image's grid; on the moving one's */
     float *unmoved, *warped;       /* the moving image on the fixed one's grid, without and with the field */
     float *jacobian;
-    float min_jacobian;
+    float min_jacobian, max_jacobian;
+    double extreme;                /* share of the voxels at which the volume changes by more than a factor of 10 */
     size_t folded;                 /* voxels at which the map folds */
     double correlation_before, correlation_after; /* over the voxels that both maps bring into the moving image */
+    double information_before, information_after; /* mutual information over the same voxels, bits */
+    struct relation relation;      /* of the intensities after */
     struct pair inverse_error;     /* |inverse(forward(x)) - x|, mm */
     double rms_before, rms_after;  /* of the normalised images */
     bool has_labels, has_points;
@@ -60,11 +64,17 @@ void register_free(struct run *run);
 
 /* Compares images, labels and landmarks before and after. */
 bool register_measure(struct run *run);
-/* Returns false, after one line, where the images fit less well than they did before. */
-bool register_is_better(const struct run *run);
+/* Returns false, after one line, where the result is not to be trusted. */
+bool register_is_trusted(const struct run *run);
+/* Sets what has no data in the two images to NaN: padding, and what masks leave out. */
+bool register_drop_gaps(struct run *run);
 /* The windows of intensities that the registration takes: a common one if both images have one scale. */
 void register_windows(const struct run *run, struct register_window *fixed, struct register_window *moving);
 float register_normalized(float value, struct register_window window);
+/* Brings two normalized values of one place to one scale. */
+void register_on_one_scale(const struct run *run, float *fixed, float *moving);
+/* The difference of two intensities of one place on one scale; NaN where one has no data. */
+float register_difference(const struct run *run, float f, struct register_window fixed, float m, struct register_window moving);
 
 bool register_carry(const struct run *run);                      /* labels, points and meshes through the maps, into --out */
 bool register_write(const struct run *run);                      /* the other files of --out */

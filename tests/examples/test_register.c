@@ -179,7 +179,7 @@ TEST scales_of_intensities_do_not_matter(void)
             scene.moving.maximum = fmaxf(scene.moving.maximum, *value);
         }
         ASSERTm(error, register_images(&scene.fixed, &scene.moving, &set, NULL, &reg, error));
-        ASSERT(!reg.one_scale);
+        ASSERT(reg.relation.kind != RELATION_SAME);
         ASSERT(difference(&scene.fixed, 13.0f, registration_map, &reg, beat_map, &scene.there) < 0.4 * 1.4);
         set.iterations = 1;
         set.levels = 1;
@@ -188,6 +188,106 @@ TEST scales_of_intensities_do_not_matter(void)
         registration_free(&again);
         registration_free(&reg);
     }
+    free_scene(&scene);
+    PASS();
+}
+
+static void set_extremes(struct volume *volume)
+{
+    volume->minimum = INFINITY;
+    volume->maximum = -INFINITY;
+    for (size_t n = 0; n < volume_voxels(volume); ++n) {
+        if (!isfinite(volume->data[n])) continue;
+        volume->minimum = fminf(volume->minimum, volume->data[n]);
+        volume->maximum = fmaxf(volume->maximum, volume->data[n]);
+    }
+}
+
+/* An inverted image, and one with a gamma: the similarity is chosen from the images. */
+TEST other_contrasts_are_registered(void)
+{
+    for (int kind = 0; kind < 2; ++kind) {
+        struct scene scene;
+        struct registration reg;
+        struct register_settings set = register_defaults();
+        char error[VOLUME_TEXT];
+        ASSERT(make_scene(&scene));
+        set.align = REGISTER_ALIGN_NONE;
+        set.similarity = REGISTER_AUTO;
+        for (size_t n = 0; n < volume_voxels(&scene.moving); ++n) {
+            float *value = &scene.moving.data[n];
+            const float v = *value / 1000.0f;
+            *value = kind == 0 ? 5000.0f - 3.0f * *value : 50.0f * v * v * sqrtf(fabsf(v));
+        }
+        set_extremes(&scene.moving);
+        ASSERTm(error, register_images(&scene.fixed, &scene.moving, &set, NULL, &reg, error));
+        ASSERT(kind != 0 || (reg.relation.kind == RELATION_LINE && reg.relation.gain < 0.0f));
+        ASSERT(difference(&scene.fixed, 13.0f, registration_map, &reg, beat_map, &scene.there) < 0.4 * 1.4);
+        registration_free(&reg);
+        free_scene(&scene);
+    }
+    PASS();
+}
+
+/* Equal content on two scales stays where it is: neither flat ground nor the matching of scales moves anything. */
+TEST another_scale_moves_nothing(void)
+{
+    struct scene scene;
+    struct registration reg;
+    struct register_settings set = register_defaults();
+    char error[VOLUME_TEXT];
+    ASSERT(make_scene(&scene));
+    for (size_t n = 0; n < volume_voxels(&scene.fixed); ++n) scene.moving.data[n] = 2.0f * scene.fixed.data[n] + 10.0f;
+    set_extremes(&scene.moving);
+    ASSERTm(error, register_images(&scene.fixed, &scene.moving, &set, NULL, &reg, error));
+    ASSERT(difference(&scene.fixed, 100.0f, registration_map, &reg, stay, NULL) < 0.01);
+    registration_free(&reg);
+    free_scene(&scene);
+    PASS();
+}
+
+/* A voxel that is NaN takes no part: garbage in a corner that is marked so changes little, and an image fits itself. */
+TEST gaps_take_no_part(void)
+{
+    struct scene scene;
+    struct registration reg;
+    struct register_settings set = register_defaults();
+    char error[VOLUME_TEXT];
+    ASSERT(make_scene(&scene));
+    set.align = REGISTER_ALIGN_NONE;
+    for (int side = 0; side < 2; ++side) {
+        struct volume *image = side ? &scene.moving : &scene.fixed;
+        for (size_t n = 0; n < volume_voxels(image); ++n) {
+            if (n % 36 < 6) image->data[n] = NAN;
+        }
+        set_extremes(image);
+    }
+    ASSERTm(error, register_images(&scene.fixed, &scene.moving, &set, NULL, &reg, error));
+    ASSERT(difference(&scene.fixed, 11.0f, registration_map, &reg, beat_map, &scene.there) < 0.35 * 1.4);
+    registration_free(&reg);
+    ASSERTm(error, register_images(&scene.fixed, &scene.fixed, &set, NULL, &reg, error));
+    ASSERT(difference(&scene.fixed, 100.0f, registration_map, &reg, stay, NULL) < 1e-3);
+    registration_free(&reg);
+    free_scene(&scene);
+    PASS();
+}
+
+/* A header in cm is named. */
+TEST wrong_units_are_named(void)
+{
+    struct scene scene;
+    struct registration reg;
+    const struct register_settings set = register_defaults();
+    struct volume small;
+    char error[VOLUME_TEXT];
+    ASSERT(make_scene(&scene));
+    const float spacing[3] = {0.12f, 0.14f, 0.16f};
+    ASSERT(make_grid(scene.moving.dims, spacing, true, &small));
+    memcpy(small.data, scene.moving.data, volume_voxels(&small) * sizeof(float));
+    set_extremes(&small);
+    ASSERT(!register_images(&scene.fixed, &small, &set, NULL, &reg, error));
+    ASSERT(strstr(error, "0.1 times as large") != NULL);
+    volume_free(&small);
     free_scene(&scene);
     PASS();
 }
@@ -368,6 +468,91 @@ static double dice_of_files(const char *a, const char *b)
     return dice;
 }
 
+/* Padding and masks become gaps; the ground of an image is no padding. */
+TEST padding_and_masks_become_gaps(void)
+{
+    struct scene scene;
+    struct run run;
+    size_t gaps[2] = {0, 0};
+    ASSERT(make_scene(&scene));
+    for (size_t n = 0; n < volume_voxels(&scene.moving); ++n) {
+        if (n % 36 < 4) scene.moving.data[n] = -3024.0f;
+    }
+    set_extremes(&scene.moving);
+    ASSERT(begin_run(&scene, &run));
+    for (size_t n = 0; n < volume_voxels(&run.fixed); ++n) {
+        gaps[0] += isnan(run.fixed.data[n]) ? 1 : 0;
+        gaps[1] += isnan(run.moving.data[n]) ? 1 : 0;
+    }
+    ASSERT_EQ(0u, gaps[0]);
+    ASSERT_EQ(volume_voxels(&scene.moving) / 9, gaps[1]);
+    ASSERT(run.moving.minimum > -1.0f);
+    run.fixed_mask_path = run.fixed_labels_path;
+    ASSERT(register_drop_gaps(&run));
+    for (size_t n = 0; n < volume_voxels(&run.fixed); ++n) {
+        ASSERT(isnan(run.fixed.data[n]) == !(scene.fixed.data[n] > 300.0f));
+    }
+    register_free(&run);
+    free_scene(&scene);
+    PASS();
+}
+
+/* A label map beside a scan is refused, a mirrored image is named; two images with nothing in common are not trusted. */
+TEST what_cannot_fit_is_named(void)
+{
+    struct scene scene;
+    struct run run;
+    ASSERT(make_scene(&scene));
+    ASSERT(begin_run(&scene, &run));
+    run.settings.similarity = REGISTER_AUTO;
+    volume_free(&run.fixed);
+    volume_free(&run.moving);
+    run.moving_path = run.moving_labels_path;
+    ASSERT(!register_read(&run));
+    register_free(&run);
+    srand(5);
+    for (size_t n = 0; n < volume_voxels(&scene.moving); ++n) scene.moving.data[n] = (float)(rand() % 1000);
+    set_extremes(&scene.moving);
+    ASSERT(begin_run(&scene, &run));
+    run.settings.similarity = REGISTER_AUTO;
+    run.settings.iterations = 0;
+    ASSERT(register_fields(&run));
+    ASSERT(register_measure(&run));
+    ASSERT(!register_is_trusted(&run));
+    register_free(&run);
+    free_scene(&scene);
+    PASS();
+}
+
+TEST mirrored_images_are_named(void)
+{
+    const int dims[3] = {40, 36, 34};
+    const float spacing[3] = {1.2f, 1.2f, 1.2f};
+    double map[3][4];
+    float center[3];
+    struct volume fixed, moving;
+    struct registration reg;
+    struct register_settings set = register_defaults();
+    char error[VOLUME_TEXT];
+    ASSERT(make_grid(dims, spacing, false, &fixed) && make_grid(dims, spacing, false, &moving));
+    middle_of(&fixed, center);
+    register_identity(map);
+    paint_handle(&fixed, center, (const double(*)[4])map);
+    set.similarity = REGISTER_AUTO;
+    set.iterations = 0;
+    for (int mirrored = 0; mirrored < 2; ++mirrored) {
+        map[1][1] = mirrored ? -1.0 : 1.0;
+        map[1][3] = mirrored ? 2.0 * (double)center[1] : 3.0;
+        paint_handle(&moving, center, (const double(*)[4])map);
+        ASSERTm(error, register_images(&fixed, &moving, &set, NULL, &reg, error));
+        ASSERT((reg.mirrored != 0) == mirrored);
+        registration_free(&reg);
+    }
+    volume_free(&fixed);
+    volume_free(&moving);
+    PASS();
+}
+
 /* Labels, points and a mesh, from the moving image to the fixed one and back. */
 TEST labels_points_and_meshes_are_carried(void)
 {
@@ -382,7 +567,7 @@ TEST labels_points_and_meshes_are_carried(void)
     ASSERT(begin_run(&scene, &run));
     ASSERT(register_fields(&run));
     ASSERT(register_measure(&run));
-    ASSERT(register_is_better(&run));
+    ASSERT(register_is_trusted(&run));
     ASSERT(run.dice_after > 0.95 && run.dice_after > run.dice_before);
     ASSERT(run.correlation_after > run.correlation_before);
     ASSERT_EQ(0u, run.folded);
@@ -525,7 +710,7 @@ TEST poor_results_are_reported(void)
     for (size_t n = 0; n < volume_voxels(&scene.fixed); ++n) field.mm[3 * n] *= n % 36 > 17 ? 4.0f : 1.0f; /* tears, and folds */
     ASSERT(take_field(&run, &field, "wrong.nii.gz"));
     ASSERT(register_measure(&run));
-    ASSERT(!register_is_better(&run));
+    ASSERT(!register_is_trusted(&run));
     ASSERT(run.folded > 0);
     register_free(&run);
     free_scene(&scene);
@@ -663,6 +848,13 @@ int main(int argc, char **argv)
     RUN_TEST(affine_maps_are_found);
     RUN_TEST(demons_find_a_known_motion);
     RUN_TEST(scales_of_intensities_do_not_matter);
+    RUN_TEST(other_contrasts_are_registered);
+    RUN_TEST(another_scale_moves_nothing);
+    RUN_TEST(gaps_take_no_part);
+    RUN_TEST(wrong_units_are_named);
+    RUN_TEST(padding_and_masks_become_gaps);
+    RUN_TEST(what_cannot_fit_is_named);
+    RUN_TEST(mirrored_images_are_named);
     RUN_TEST(constant_images_are_refused);
     RUN_TEST(flat_images_are_refused);
     RUN_TEST(wrong_headers_do_not_matter);

@@ -128,7 +128,7 @@ static void narrow(const struct volume *image, int chosen, double *low, double *
     double least = *high, most = *low;
     for (size_t n = 0; n < volume_voxels(image); n++) {
         const double value = (double)image->data[n];
-        if (value < *low || value > *high || class_of(image->data[n], *low, *high, PERCENTILE_CLASSES) != chosen) continue;
+        if (!(value >= *low && value <= *high) || class_of(image->data[n], *low, *high, PERCENTILE_CLASSES) != chosen) continue;
         least = fmin(least, value);
         most = fmax(most, value);
     }
@@ -138,15 +138,20 @@ static void narrow(const struct volume *image, int chosen, double *low, double *
 
 float segment_percentile(const struct volume *image, double share)
 {
-    const size_t total = volume_voxels(image) - image->replaced;
-    const double wanted = share * (double)total;
     double low = (double)image->minimum, high = (double)image->maximum;
     while (high > low) {
-        size_t counts[PERCENTILE_CLASSES] = {0};
+        size_t counts[PERCENTILE_CLASSES] = {0}, total = 0;
         double below = 0;
         int c = 0;
-        for (size_t n = 0; n < volume_voxels(image); n++) counts[class_of(image->data[n], low, high, PERCENTILE_CLASSES)]++;
+        for (size_t n = 0; n < volume_voxels(image); n++) {
+            if (isfinite(image->data[n])) {
+                counts[class_of(image->data[n], low, high, PERCENTILE_CLASSES)]++;
+                total++;
+            }
+        }
         counts[0] -= image->replaced; /* these voxels have the minimum */
+        total -= image->replaced;
+        const double wanted = share * (double)total;
         while (c < PERCENTILE_CLASSES - 1 && below + (double)counts[c] < wanted) below += (double)counts[c++];
         if ((double)counts[c] <= crowded * (double)total) return (float)(low + (high - low) * (c + 1) / PERCENTILE_CLASSES);
         narrow(image, c, &low, &high); /* a few voxels far away have made one class of all others */

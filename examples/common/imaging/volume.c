@@ -273,7 +273,22 @@ static bool anisotropy_is_small(const struct volume *volume)
     return longest <= max_anisotropy * shortest;
 }
 
-static bool read_all(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT])
+/* Replaces values that are not finite, by the minimum or (keep_gaps) NaN. */
+static void fill_gaps(struct volume *volume, bool keep_gaps)
+{
+    char text[96], now[32] = "no data";
+    for (size_t i = 0; i < volume_voxels(volume); ++i) {
+        volume->data[i] = isfinite(volume->data[i]) ? volume->data[i] : keep_gaps ? NAN : volume->minimum;
+    }
+    if (!keep_gaps) {
+        snprintf(now, sizeof now, "now %g", (double)volume->minimum);
+    }
+    snprintf(text, sizeof text, "%zu of %zu voxels are NaN or infinite, %s", volume->replaced, volume_voxels(volume), now);
+    volume_add_warning(volume, text);
+    volume->replaced = keep_gaps ? 0 : volume->replaced;
+}
+
+static bool read_all(const char *path, int frame, bool keep_gaps, struct volume *volume, char error[VOLUME_TEXT])
 {
     if (is_folder(path)) {
         return volume_error(error, "a folder, not an image");
@@ -292,23 +307,17 @@ static bool read_all(const char *path, int frame, struct volume *volume, char er
         return volume_error(error, "no voxel is finite");
     }
     if (volume->replaced > 0) {
-        char text[96];
-        for (size_t i = 0; i < volume_voxels(volume); ++i) {
-            volume->data[i] = isfinite(volume->data[i]) ? volume->data[i] : volume->minimum;
-        }
-        snprintf(text, sizeof text, "%zu of %zu voxels are NaN or infinite, now %g", volume->replaced, volume_voxels(volume),
-                 (double)volume->minimum);
-        volume_add_warning(volume, text);
+        fill_gaps(volume, keep_gaps);
     }
     return true;
 }
 
-bool volume_read(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT])
+static bool read_named(const char *path, int frame, bool keep_gaps, struct volume *volume, char error[VOLUME_TEXT])
 {
     char reason[VOLUME_TEXT] = "";
     memset(volume, 0, sizeof *volume);
     error[0] = '\0';
-    if (read_all(path, frame, volume, reason)) {
+    if (read_all(path, frame, keep_gaps, volume, reason)) {
         return true;
     }
     volume_free(volume);
@@ -317,9 +326,14 @@ bool volume_read(const char *path, int frame, struct volume *volume, char error[
                         reason);
 }
 
-bool volume_read_one(const char *path, int frame, const char *option, struct volume *volume, char error[VOLUME_TEXT])
+bool volume_read(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT])
 {
-    if (!volume_read(path, frame < 0 ? 0 : frame, volume, error)) {
+    return read_named(path, frame, false, volume, error);
+}
+
+static bool read_one(const char *path, int frame, const char *option, bool keep_gaps, struct volume *volume, char error[VOLUME_TEXT])
+{
+    if (!read_named(path, frame < 0 ? 0 : frame, keep_gaps, volume, error)) {
         return false;
     }
     const int count = volume->frame_count, dimension = volume->dimension;
@@ -329,6 +343,16 @@ bool volume_read_one(const char *path, int frame, const char *option, struct vol
     volume_free(volume);
     return option ? volume_error(error, "%.200s: %d images in one file (%d-D): choose one with %s", path, count, dimension, option)
                   : volume_error(error, "%.200s: %d images in one file (%d-D), where one is needed", path, count, dimension);
+}
+
+bool volume_read_one(const char *path, int frame, const char *option, struct volume *volume, char error[VOLUME_TEXT])
+{
+    return read_one(path, frame, option, false, volume, error);
+}
+
+bool volume_read_gaps(const char *path, int frame, const char *option, struct volume *volume, char error[VOLUME_TEXT])
+{
+    return read_one(path, frame, option, true, volume, error);
 }
 
 bool volume_read_companion(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT])
@@ -354,6 +378,53 @@ bool volume_read_like(const struct volume *like, const char *name, const char *p
     }
     volume_free(volume);
     return volume_error(error, "%.200s: not on the grid of %s", path, name);
+}
+
+static int compare_floats(const void *a, const void *b)
+{
+    const float x = *(const float *)a, y = *(const float *)b;
+    return (x > y) - (x < y);
+}
+
+/* Returns true if the values of the image are whole numbers, and few. */
+static bool has_few_values(const struct volume *volume)
+{
+    enum { MOST = 1024 };
+    float values[MOST];
+    size_t count = 0;
+    for (size_t n = 0; n < volume_voxels(volume); ++n) {
+        const float value = volume->data[n];
+        if (!isfinite(value) || (n > 0 && value == volume->data[n - 1])
+            || bsearch(&value, values, count, sizeof *values, compare_floats)) {
+            continue;
+        }
+        if (value != floorf(value) || count == MOST) {
+            return false;
+        }
+        size_t at = count++;
+        for (; at > 0 && values[at - 1] > value; --at) {
+            values[at] = values[at - 1];
+        }
+        values[at] = value;
+    }
+    return true;
+}
+
+bool volume_is_label_map(const struct volume *volume)
+{
+    const double mostly = 0.75;
+    double pairs = 0.0, equal = 0.0;
+    if (!has_few_values(volume)) {
+        return false;
+    }
+    for (size_t n = 1; n < volume_voxels(volume); ++n) { /* neighbours along x; the ground does not count */
+        const float a = volume->data[n - 1], b = volume->data[n];
+        if (a > volume->minimum && b > volume->minimum) {
+            pairs += 1.0;
+            equal += a == b ? 1.0 : 0.0;
+        }
+    }
+    return equal > mostly * pairs;
 }
 
 bool volume_write(const char *path, const struct volume *like, enum volume_type type, const void *data,

@@ -51,6 +51,12 @@ static inline void volume_place(const int dims[3], size_t n, int place[3])
 /* Reads frame `frame` (0 for a 3-D file). On failure returns false, leaves an empty volume and puts the reason in `error`. */
 bool volume_read(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT]);
 
+/* Reads as volume_read_one does, but voxels that are NaN or infinite stay, as NaN: places without data. */
+bool volume_read_gaps(const char *path, int frame, const char *option, struct volume *volume, char error[VOLUME_TEXT]);
+
+/* Returns true if the image looks like a label map: few whole numbers, of which nearly all neighbours are equal. */
+bool volume_is_label_map(const struct volume *volume);
+
 /* Reads frame `frame`. -1: the file's only image; several are an error, which names `option` (NULL: none) to choose by. */
 bool volume_read_one(const char *path, int frame, const char *option, struct volume *volume, char error[VOLUME_TEXT]);
 

@@ -11,11 +11,20 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { RELATION_PASSES = 2, COARSE_PASSES = 4 }; /* on each grid: one brings the images closer, which makes their relation clearer */
 enum { PATIENCE = 10 }; /* iterations in which the difference must fall by `min_gain` */
 static const float min_gain = 0.01f;
 static const float iterating_step = 0.5f, final_step = 0.05f; /* length of the first step of exp, voxels */
 static const float nearly_one = 0.8f; /* common share of two windows from which on they count as one scale */
+static const float noise_gradient = 0.01f; /* per voxel: a force needs a gradient above it; without, flat ground would move. */
+static const float noise_gradient_local = 0.1f; /* The same of REGISTER_LCC and REGISTER_MIND, whose values have their own range */
 static const float local_sigma = 3.0f, local_floor = 0.05f;   /* for REGISTER_LCC: voxels; intensity, range 0..1 */
+static const double shaded = 0.3;   /* share of what a line leaves unexplained that shading explains, for REGISTER_LCC */
+static const double explains_something = 0.3; /* share of the variance that a line explains, for intensities to count as alike */
+static const double explains_much = 0.6;      /* and for them to do so before any deformation is known */
+static const double unrelated = 0.3; /* share of the variance that has to be explained, else REGISTER_MIND */
+enum { DESCRIPTORS = 6 };           /* channels of REGISTER_MIND */
+static const float patch_sigma = 1.0f; /* its patches, voxels */
 
 struct register_settings register_defaults(void)
 {
@@ -37,13 +46,89 @@ bool register_window_of(const struct volume *image, struct register_window *wind
     return window->high > window->low;
 }
 
+/* The same of an image of which minimum and maximum are not known. */
+static bool window_of_known(struct volume *image, struct register_window *window)
+{
+    image->minimum = INFINITY;
+    image->maximum = -INFINITY;
+    image->replaced = 0;
+    for (size_t n = 0; n < volume_voxels(image); ++n) {
+        if (isfinite(image->data[n])) {
+            image->minimum = fminf(image->minimum, image->data[n]);
+            image->maximum = fmaxf(image->maximum, image->data[n]);
+        }
+    }
+    return register_window_of(image, window);
+}
+
+/* Takes a window of values that another window has normalized back to intensities. */
+static void in_units(struct register_window whole, struct register_window *window)
+{
+    window->low = whole.low + window->low * (whole.high - whole.low);
+    window->high = whole.low + window->high * (whole.high - whole.low);
+}
+
+/* Divides by what the same smoothing makes of ones and zeros, so that what has no data weighs nothing; puts the gaps back. */
+static void divide_known(float *values, const float *known, const float *image, size_t count)
+{
+    for (size_t n = 0; n < count; ++n) {
+        values[n] = isfinite(image[n]) ? values[n] / known[n] : NAN;
+    }
+}
+
+static bool has_gaps(const float *values, size_t count)
+{
+    for (size_t n = 0; n < count; ++n) {
+        if (!isfinite(values[n])) {
+            return true;
+        }
+    }
+    return false;
+}
+
 /* Prepares values: normalized, without outliers and without details that cubes of `side` mm cannot represent. */
 static bool prepare(const struct volume *image, struct register_window window, float side, float *values)
 {
-    for (size_t n = 0; n < volume_voxels(image); ++n) {
-        values[n] = fmaxf(-0.5f, fminf(1.5f, (image->data[n] - window.low) / (window.high - window.low)));
+    const size_t count = volume_voxels(image);
+    for (size_t n = 0; n < count; ++n) {
+        const float value = fmaxf(-0.5f, fminf(1.5f, (image->data[n] - window.low) / (window.high - window.low)));
+        values[n] = isfinite(image->data[n]) ? value : 0.0f;
     }
-    return segment_blur(image, side, values);
+    if (!has_gaps(image->data, count)) {
+        return segment_blur(image, side, values);
+    }
+    float *known = malloc(count * sizeof *known);
+    for (size_t n = 0; known && n < count; ++n) {
+        known[n] = isfinite(image->data[n]) ? 1.0f : 0.0f;
+    }
+    const bool good = known && segment_blur(image, side, values) && segment_blur(image, side, known);
+    if (good) {
+        divide_known(values, known, image->data, count);
+    }
+    free(known);
+    return good;
+}
+
+/* Smooths where there are data. */
+static bool smooth_known(const int dims[3], float sigma, float *values, float *scratch)
+{
+    const size_t count = vgrid_voxels(dims);
+    if (!has_gaps(values, count)) {
+        return vgrid_smooth(dims, 1, sigma, values, scratch);
+    }
+    float *known = malloc(count * sizeof *known), *image = malloc(count * sizeof *image);
+    for (size_t n = 0; known && image && n < count; ++n) {
+        image[n] = values[n];
+        known[n] = isfinite(values[n]) ? 1.0f : 0.0f;
+        values[n] = isfinite(values[n]) ? values[n] : 0.0f;
+    }
+    const bool good = known && image && vgrid_smooth(dims, 1, sigma, values, scratch) && vgrid_smooth(dims, 1, sigma, known, scratch);
+    if (good) {
+        divide_known(values, known, image, count);
+    }
+    free(known);
+    free(image);
+    return good;
 }
 
 /* Computes (I - local mean) / local deviation, whose squared differences measure the local correlation. */
@@ -57,13 +142,63 @@ static bool normalize_locally(const int dims[3], float *image)
         mean[n] = image[n];
         square[n] = image[n] * image[n];
     }
-    good = good && vgrid_smooth(dims, 1, local_sigma, mean, scratch) && vgrid_smooth(dims, 1, local_sigma, square, scratch);
+    good = good && smooth_known(dims, local_sigma, mean, scratch) && smooth_known(dims, local_sigma, square, scratch);
     for (size_t n = 0; good && n < total; ++n) {
         const float variance = fmaxf(0.0f, square[n] - mean[n] * mean[n]);
         image[n] = (image[n] - mean[n]) / sqrtf(variance + local_floor * local_floor);
     }
     free(mean);
     free(square);
+    free(scratch);
+    return good;
+}
+
+/* Computes (I(x) - I(x + step))^2, smoothed: the distance of two patches. */
+static bool patch_distance(const int dims[3], const float *image, int channel, float *distance, float *scratch)
+{
+    const int axis = channel / 2, step = channel % 2 ? 1 : -1;
+    size_t n = 0;
+    for (int k = 0; k < dims[2]; ++k) {
+        for (int j = 0; j < dims[1]; ++j) {
+            for (int i = 0; i < dims[0]; ++i, ++n) {
+                int at[3] = {i, j, k};
+                at[axis] += step;
+                at[axis] = at[axis] < 0 ? 0 : at[axis] < dims[axis] ? at[axis] : dims[axis] - 1;
+                const float d = image[n] - image[(size_t)at[0] + (size_t)dims[0] * ((size_t)at[1] + (size_t)dims[1] * (size_t)at[2])];
+                distance[n] = d * d;
+            }
+        }
+    }
+    return smooth_known(dims, patch_sigma, distance, scratch);
+}
+
+/* Computes the descriptors exp(-D / V) of a scalar image: D the distances to the patches of the six neighbours, V their mean; the
+ * largest is 1. channels: DESCRIPTORS planes. The image is made up by its structure alone: values cancel. */
+static bool describe(const int dims[3], const float *image, float *channels)
+{
+    const size_t total = vgrid_voxels(dims);
+    float *scratch = malloc(total * sizeof *scratch);
+    bool good = scratch != NULL;
+    double sum = 0.0, number = 1.0;
+    for (int c = 0; good && c < DESCRIPTORS; ++c) {
+        good = patch_distance(dims, image, c, channels + (size_t)c * total, scratch);
+        for (size_t n = 0; good && n < total; ++n) {
+            const float d = channels[(size_t)c * total + n];
+            sum += isfinite(d) ? (double)d : 0.0;
+            number += isfinite(d) ? 1.0 : 0.0;
+        }
+    }
+    const float least = fmaxf(1e-8f, (float)(0.1 * sum / number)); /* flat ground has no structure but noise */
+    for (size_t n = 0; good && n < total; ++n) {
+        float mean = 0.0f, smallest = INFINITY;
+        for (size_t c = 0; c < DESCRIPTORS; ++c) {
+            mean += channels[c * total + n] / (float)DESCRIPTORS;
+            smallest = fminf(smallest, channels[c * total + n]);
+        }
+        for (size_t c = 0; c < DESCRIPTORS; ++c) {
+            channels[c * total + n] = expf((smallest - channels[c * total + n]) / fmaxf(mean, least)) + 0.0f * mean;
+        }
+    }
     free(scratch);
     return good;
 }
@@ -102,10 +237,14 @@ static void invert_affine(const double m[3][4], double out[3][4])
 struct demons {
     int dims[3];
     size_t total;
-    float *fixed, *moving;     /* on this grid; `moving` already through the affine map */
+    size_t channels;
+    float guard;               /* noise_gradient^2 */
+    float *fixed, *moving;     /* on this grid, `channels` planes; `moving` already through the affine map; NaN: no data */
     unsigned char *valid;      /* 1 where the moving image is defined */
     float *v, *exp_v, *update; /* 3 a voxel */
-    float *warped;
+    float *best;               /* the velocity of the smallest difference, */
+    double least;              /* which is this */
+    float *warped;             /* `channels` planes */
     float *scratch;
     double *slices; /* squared differences and numbers of voxels, by slice */
 };
@@ -118,27 +257,32 @@ static void demons_free(struct demons *d)
     free(d->v);
     free(d->exp_v);
     free(d->update);
+    free(d->best);
     free(d->warped);
     free(d->scratch);
     free(d->slices);
     memset(d, 0, sizeof *d);
 }
 
-static bool demons_create(const int dims[3], struct demons *d)
+static bool demons_create(const int dims[3], size_t channels, struct demons *d)
 {
     memset(d, 0, sizeof *d);
+    d->least = INFINITY;
     memcpy(d->dims, dims, sizeof d->dims);
     d->total = vgrid_voxels(dims);
-    d->fixed = malloc(d->total * sizeof *d->fixed);
-    d->moving = malloc(d->total * sizeof *d->moving);
-    d->warped = malloc(d->total * sizeof *d->warped);
+    d->channels = channels;
+    d->fixed = malloc(channels * d->total * sizeof *d->fixed);
+    d->moving = malloc(channels * d->total * sizeof *d->moving);
+    d->warped = malloc(channels * d->total * sizeof *d->warped);
+    d->best = malloc(3 * d->total * sizeof *d->best);
     d->valid = malloc(d->total);
     d->v = calloc(3 * d->total, sizeof *d->v);
     d->exp_v = malloc(3 * d->total * sizeof *d->exp_v);
     d->update = malloc(3 * d->total * sizeof *d->update);
     d->scratch = malloc(3 * d->total * sizeof *d->scratch);
     d->slices = malloc(2 * (size_t)dims[2] * sizeof *d->slices);
-    if (d->fixed && d->moving && d->warped && d->valid && d->v && d->exp_v && d->update && d->scratch && d->slices) {
+    if (d->fixed && d->moving && d->warped && d->valid && d->v && d->exp_v && d->update && d->best && d->scratch
+        && d->slices) {
         return true;
     }
     demons_free(d);
@@ -200,22 +344,26 @@ static void run_forces_loop(void *arg, int begin, int end)
         for (int j = 0; j < dims[1]; ++j) {
             for (int i = 0; i < dims[0]; ++i, ++n) {
                 const int place[3] = {i, j, k};
-                float gradient[3] = {0.0f, 0.0f, 0.0f};
-                const float difference = still[n] - d->warped[n];
+                float force[3] = {0.0f, 0.0f, 0.0f}, square = d->guard, squares = 0.0f;
                 if (!counts(d, d->exp_v, n, place, !still_is_moving)) {
                     continue;
                 }
-                add_gradient(dims, still, n, place, gradient);
-                add_gradient(dims, d->warped, n, place, gradient);
-                for (int a = 0; a < 3; ++a) {
-                    gradient[a] *= 0.25f;
+                for (size_t c = 0; c < d->channels; ++c) {
+                    float gradient[3] = {0.0f, 0.0f, 0.0f};
+                    const float *a = still + c * d->total, *b = d->warped + c * d->total;
+                    const float difference = a[n] - b[n];
+                    add_gradient(dims, a, n, place, gradient);
+                    add_gradient(dims, b, n, place, gradient);
+                    vec3_add_scaled(force, 0.25f * difference, gradient, force);
+                    square += 0.0625f * vec3_dot(gradient, gradient);
+                    squares += difference * difference;
                 }
-                const float square = vec3_dot(gradient, gradient) + damping * difference * difference;
-                const float factor = square > 1e-12f ? weight * difference / square : 0.0f;
-                for (size_t a = 0; a < 3; ++a) {
-                    d->update[3 * n + a] += factor * gradient[a];
+                if (!isfinite(square) || !isfinite(squares)) { /* no data here or beside */
+                    continue;
                 }
-                sum += (double)difference * (double)difference;
+                const float factor = weight / (square + damping * squares);
+                vec3_add_scaled(d->update + 3 * n, factor, force, d->update + 3 * n);
+                sum += (double)squares;
                 number += 1.0;
             }
         }
@@ -225,8 +373,9 @@ static void run_forces_loop(void *arg, int begin, int end)
 }
 
 /* Adds `weight` times the demons' update that moves `warped` = other o exp(+-v) towards `still`; exp_v is exp(+-v):
- *   u = (still - warped) J / (|J|^2 + (still - warped)^2 / (2 longest)^2),   J = (grad still + grad warped) / 2
- * (eq. 5 of the 2009 paper, efficient second-order minimization; |u| <= longest). Returns the mean squared difference. */
+ *   u = (still - warped) J / (|J|^2 + (still - warped)^2 / (2 longest)^2 + noise_gradient^2),   J = (grad still + grad warped) / 2
+ * (eq. 5 of the 2009 paper, efficient second-order minimization; |u| <= longest), each product and square summed over the channels.
+ * Returns the mean squared difference. */
 static double add_forces(const struct demons *d, const float *still, bool still_is_moving, float longest, float weight)
 {
     const float damping = 1.0f / (4.0f * longest * longest);
@@ -241,35 +390,10 @@ static double add_forces(const struct demons *d, const float *still, bool still_
     return number > 0.0 ? sum / number : 0.0;
 }
 
-/* Computes mean and deviation of a and of b over the valid voxels, in this order. */
-static void moments(const struct demons *d, const float *a, const float *b, double out[4])
+static void warp_channels(const struct demons *d, const float *image)
 {
-    double sum[5] = {0.0, 0.0, 0.0, 0.0, 1e-30};
-    for (size_t n = 0; n < d->total; ++n) {
-        if (d->valid[n]) {
-            sum[0] += (double)a[n];
-            sum[1] += (double)a[n] * (double)a[n];
-            sum[2] += (double)b[n];
-            sum[3] += (double)b[n] * (double)b[n];
-            sum[4] += 1.0;
-        }
-    }
-    for (int i = 0; i < 4; i += 2) {
-        out[i] = sum[i] / sum[4];
-        out[i + 1] = sqrt(fmax(1e-12, sum[i + 1] / sum[4] - out[i] * out[i]));
-    }
-}
-
-/* Gives the moving image the mean and deviation of the fixed one, over the places that the present map brings together: this
- * improves with the map, while percentiles alone compare the images' contents, not the same places. */
-static void match_scales(struct demons *d)
-{
-    double m[4];
-    moments(d, d->fixed, d->warped, m);
-    const float gain = (float)(m[1] / m[3]), offset = (float)(m[0] - m[2] * m[1] / m[3]);
-    for (size_t n = 0; n < d->total; ++n) {
-        d->moving[n] = gain * d->moving[n] + offset;
-        d->warped[n] = gain * d->warped[n] + offset;
+    for (size_t c = 0; c < d->channels; ++c) {
+        vgrid_warp(d->dims, image + c * d->total, d->exp_v, d->warped + c * d->total);
     }
 }
 
@@ -279,15 +403,16 @@ static bool iterate(struct demons *d, const struct register_settings *set, doubl
     const float half = set->one_sided ? 1.0f : 0.5f;
     memset(d->update, 0, 3 * d->total * sizeof *d->update);
     vgrid_exp(d->dims, d->v, 1.0f, iterating_step, d->exp_v, d->scratch);
-    vgrid_warp(d->dims, d->moving, d->exp_v, d->warped);
-    if (!set->one_scale && set->similarity == REGISTER_SSD) {
-        match_scales(d);
-    }
+    warp_channels(d, d->moving);
     *difference = add_forces(d, d->fixed, false, set->longest_update, half);
     if (!set->one_sided) {
         vgrid_exp(d->dims, d->v, -1.0f, iterating_step, d->exp_v, d->scratch);
-        vgrid_warp(d->dims, d->fixed, d->exp_v, d->warped);
+        warp_channels(d, d->fixed);
         *difference = 0.5 * (*difference + add_forces(d, d->moving, true, set->longest_update, -half));
+    }
+    if (*difference < d->least) {
+        d->least = *difference;
+        memcpy(d->best, d->v, 3 * d->total * sizeof *d->v);
     }
     if (!vgrid_smooth(d->dims, 3, set->update_sigma, d->update, d->scratch)) {
         return false;
@@ -298,20 +423,25 @@ static bool iterate(struct demons *d, const struct register_settings *set, doubl
     return vgrid_smooth(d->dims, 3, set->velocity_sigma, d->v, d->scratch);
 }
 
+/* Iterates while the difference falls, and goes back to where it was smallest. */
 static bool run_level(struct demons *d, const struct register_settings *set, struct register_level *level)
 {
     double history[PATIENCE];
+    d->least = INFINITY;
     for (level->iterations = 0; level->iterations < set->iterations; ++level->iterations) {
         double difference = 0.0, *slot = &history[level->iterations % PATIENCE];
         if (!iterate(d, set, &difference)) {
             return false;
         }
         level->start = level->iterations == 0 ? difference : level->start;
-        level->end = difference;
         if (level->iterations >= PATIENCE && difference > (1.0 - (double)min_gain) * *slot) {
             break;
         }
         *slot = difference;
+    }
+    if (isfinite(d->least)) {
+        level->end = d->least;
+        memcpy(d->v, d->best, 3 * d->total * sizeof *d->v);
     }
     return true;
 }
@@ -373,15 +503,95 @@ static bool prepare_pair(struct pair *pair, float side)
            && prepare(pair->moving, pair->moving_window, side, pair->moving_values);
 }
 
-static bool fill_level(struct pair *pair, const struct volume *grid, const struct registration *reg,
-                       enum register_similarity similarity, struct demons *d)
+/* Chooses how the images are compared, from the pairs that the present map brings together: d->warped beside d->fixed. first: no
+ * deformation is known yet. One looks like a curve of intensities (a ball that shrinks darkens its rim), so that a line that
+ * explains something comes first. */
+static bool choose(const struct demons *d, const struct register_settings *set, bool first, struct registration *reg)
+{
+    struct relation found;
+    if (set->one_scale) {
+        return true;
+    }
+    if (!relation_fit(d->fixed, d->warped, d->total, RELATION_LINE, &found)) {
+        return false;
+    }
+    if (!(first && found.explained > explains_much) && !relation_choose(d->fixed, d->warped, d->total, &found)) {
+        return false;
+    }
+    if (reg->relation.kind != RELATION_SAME || found.kind != RELATION_LINE) {
+        reg->relation = found;
+    }
+    if (set->similarity != REGISTER_AUTO || (first && reg->relation.kind == RELATION_SAME)) {
+        return true;
+    }
+    if (found.kind == RELATION_LINE && relation_shading(d->fixed, d->warped, d->dims) > shaded) {
+        reg->similarity = REGISTER_LCC;
+    } else if (!first && found.explained < unrelated) {
+        reg->similarity = REGISTER_MIND;
+    }
+    return true;
+}
+
+/* Warps the moving image by the present velocity, NaN beyond its box. */
+static void warp_known(struct demons *d)
+{
+    vgrid_exp(d->dims, d->v, 1.0f, iterating_step, d->exp_v, d->scratch);
+    warp_channels(d, d->moving);
+    for (int k = 0; k < d->dims[2]; ++k) {
+        size_t n = (size_t)k * (size_t)d->dims[0] * (size_t)d->dims[1];
+        for (int j = 0; j < d->dims[1]; ++j) {
+            for (int i = 0; i < d->dims[0]; ++i, ++n) {
+                d->warped[n] = counts(d, d->exp_v, n, (const int[3]){i, j, k}, true) ? d->warped[n] : NAN;
+            }
+        }
+    }
+}
+
+/* Turns the images of a level into its channels. */
+static bool make_channels(struct demons *d, enum register_similarity similarity)
+{
+    if (similarity == REGISTER_LCC) {
+        return normalize_locally(d->dims, d->fixed) && normalize_locally(d->dims, d->moving);
+    }
+    if (similarity != REGISTER_MIND) {
+        return true;
+    }
+    float *images[2] = {d->fixed, d->moving}, *channels[2], *warped = realloc(d->warped, DESCRIPTORS * d->total * sizeof *warped);
+    bool good = warped != NULL;
+    d->warped = warped ? warped : d->warped;
+    for (int i = 0; i < 2; ++i) {
+        channels[i] = malloc(DESCRIPTORS * d->total * sizeof *channels[i]);
+        good = good && channels[i] && describe(d->dims, images[i], channels[i]);
+        free(images[i]);
+    }
+    d->fixed = channels[0];
+    d->moving = channels[1];
+    d->channels = DESCRIPTORS;
+    return good;
+}
+
+/* Samples both images on the grid of a level; d->v is the first guess. Intensities are brought to one scale once a level: in
+ * every iteration they would follow the motion that follows them. */
+static bool fill_level(struct pair *pair, const struct volume *grid, const struct register_settings *set, bool first,
+                       struct registration *reg, struct demons *d)
 {
     if (!prepare_pair(pair, grid->spacing[0])) {
         return false;
     }
     resample_volume(pair->fixed, pair->fixed_values, NULL, grid, d->fixed, NULL);
     resample_volume(pair->moving, pair->moving_values, (const double(*)[4])reg->affine, grid, d->moving, d->valid);
-    return similarity != REGISTER_LCC || (normalize_locally(d->dims, d->fixed) && normalize_locally(d->dims, d->moving));
+    if (reg->similarity == REGISTER_SSD) {
+        warp_known(d);
+        if (!choose(d, set, first, reg)) {
+            return false;
+        }
+    }
+    if (reg->similarity == REGISTER_SSD) {
+        relation_apply(&reg->relation, relation_of_fixed(&reg->relation) ? d->fixed : d->moving, d->total);
+    }
+    const float gradient = reg->similarity == REGISTER_SSD ? noise_gradient : noise_gradient_local;
+    d->guard = gradient * gradient;
+    return make_channels(d, reg->similarity);
 }
 
 /* Makes cubes over the fixed image, without data. */
@@ -401,16 +611,21 @@ static bool demons_level(struct pair *pair, const struct register_settings *set,
     struct demons d;
     struct volume grid;
     level->side = side;
-    if (!level_grid(pair->fixed, side, &grid) || !demons_create(grid.dims, &d)) {
+    if (!level_grid(pair->fixed, side, &grid) || !demons_create(grid.dims, 1, &d)) {
         return false;
     }
-    bool good = fill_level(pair, &grid, reg, set->similarity, &d);
     if (reg->velocity) {
         transfer(&reg->grid, reg->velocity, &grid, d.v);
     } else if (start) {
         transfer(&start->grid, start->velocity, &grid, d.v);
     }
-    good = good && run_level(&d, set, level);
+    const bool guessed = reg->velocity || start;
+    bool good = true;
+    int passes = level > reg->levels || reg->level_count == 1 ? COARSE_PASSES : RELATION_PASSES;
+    for (int pass = 0; good && pass < passes; ++pass) {
+        good = fill_level(pair, &grid, set, pass == 0 && !guessed, reg, &d) && run_level(&d, set, level);
+        passes = reg->relation.kind == RELATION_SAME || reg->similarity != REGISTER_SSD ? 1 : passes;
+    }
     free(reg->velocity);
     volume_free(&reg->grid);
     reg->grid = grid;
@@ -435,6 +650,46 @@ static bool exponentiate(struct registration *reg)
     return good;
 }
 
+/* Returns the common part of two windows as a share of their union. */
+static float shared(const struct register_window *a, const struct register_window *b)
+{
+    return (fminf(a->high, b->high) - fmaxf(a->low, b->low)) / (fmaxf(a->high, b->high) - fminf(a->low, b->low));
+}
+
+/* Takes one window for both images where one scale is requested, or where their windows nearly agree over the voxels that the map
+ * brings together: over the whole images they also show how much air each has. */
+static bool choose_scale(struct pair *pair, const struct volume *fixed, const struct volume *moving, const struct register_settings *set,
+                         struct registration *reg)
+{
+    struct volume a = *fixed, b = *fixed;
+    struct relation line;
+    struct register_window f, m, *whole[2] = {&pair->fixed_window, &pair->moving_window};
+    const size_t total = volume_voxels(fixed);
+    a.data = malloc(total * sizeof *a.data);
+    b.data = malloc(total * sizeof *b.data);
+    const bool good = a.data && b.data;
+    if (good) {
+        register_through(moving, (const double(*)[4])reg->affine, fixed, b.data);
+        for (size_t n = 0; n < total; ++n) {
+            a.data[n] = isfinite(b.data[n]) ? fixed->data[n] : NAN;
+            b.data[n] = isfinite(fixed->data[n]) ? b.data[n] : NAN;
+        }
+        const bool vary = window_of_known(&a, &f) && window_of_known(&b, &m);
+        in_units(*whole[0], &f);
+        in_units(*whole[1], &m);
+        const bool alike = vary && relation_fit(a.data, b.data, total, RELATION_LINE, &line) && line.gain > 0.0f
+                           && line.explained > explains_something && shared(&f, &m) > nearly_one;
+        if (set->one_scale || alike) {
+            reg->relation.kind = RELATION_SAME;
+            whole[0]->low = whole[1]->low = fminf(whole[0]->low, whole[1]->low);
+            whole[0]->high = whole[1]->high = fmaxf(whole[0]->high, whole[1]->high);
+        }
+    }
+    free(a.data);
+    free(b.data);
+    return good;
+}
+
 /* Finds the affine map on the coarser half of the grids, where demons would need many iterations for it. *overlap: false where the
  * images do not. */
 static bool align(struct pair *pair, const struct register_settings *set, float finest, int levels, struct registration *reg,
@@ -443,13 +698,15 @@ static bool align(struct pair *pair, const struct register_settings *set, float 
     bool good = true;
     *overlap = true;
     for (int l = levels - 1; good && *overlap && l >= (set->align == REGISTER_ALIGN_NONE ? levels - 1 : levels / 2); --l) {
-        struct volume fixed, moving = *pair->moving;
+        struct volume fixed, moving = *pair->moving; /* shares the geometry */
         good = prepare_pair(pair, ldexpf(finest, l)) && volume_create_cubes(pair->fixed, ldexpf(finest, l), 0, &fixed);
         if (good) {
             resample_volume(pair->fixed, pair->fixed_values, NULL, &fixed, fixed.data, NULL);
             moving.data = pair->moving_values;
-            good = l < levels - 1 || register_find_start(&fixed, &moving, set->align, set->start, reg->affine, overlap);
-            good = good && (set->align == REGISTER_ALIGN_NONE || register_affine(&fixed, &moving, set->align, reg->affine));
+            good = l < levels - 1
+                   || register_find_start(&fixed, &moving, set, reg, overlap);
+            good = good && register_affine_related(&fixed, &moving, set->align, reg->affine, &reg->relation);
+            good = good && choose_scale(pair, &fixed, &moving, set, reg);
             volume_free(&fixed);
         }
     }
@@ -470,25 +727,14 @@ static int choose_levels(const struct volume *fixed, float side, int wanted)
     return wanted > 0 ? wanted : levels;
 }
 
-/* Returns the common part of two windows as a share of their union. */
-static float shared(const struct register_window *a, const struct register_window *b)
-{
-    return (fminf(a->high, b->high) - fmaxf(a->low, b->low)) / (fmaxf(a->high, b->high) - fminf(a->low, b->low));
-}
-
-/* Chooses the windows of intensities. *one_scale: set if requested, or if the windows nearly agree. */
-static bool choose_windows(struct pair *pair, bool *one_scale, char error[VOLUME_TEXT])
+/* Finds the windows of intensities. */
+static bool choose_windows(struct pair *pair, char error[VOLUME_TEXT])
 {
     struct register_window *f = &pair->fixed_window, *m = &pair->moving_window;
     const bool fixed_varies = register_window_of(pair->fixed, f);
     if (!fixed_varies || !register_window_of(pair->moving, m)) {
         snprintf(error, VOLUME_TEXT, "the %s image is constant: there is nothing to register", fixed_varies ? "moving" : "fixed");
         return false;
-    }
-    *one_scale = *one_scale || shared(f, m) > nearly_one;
-    if (*one_scale) {
-        f->low = m->low = fminf(f->low, m->low);
-        f->high = m->high = fmaxf(f->high, m->high);
     }
     return true;
 }
@@ -501,6 +747,36 @@ static bool is_flat(const struct volume *image, const char *name, char error[VOL
                  name, image->dims[0], image->dims[1], image->dims[2]);
     }
     return flat;
+}
+
+static double diagonal(const struct volume *image)
+{
+    double square = 0.0;
+    for (int a = 0; a < 3; ++a) {
+        const double side = (double)image->spacing[a] * image->dims[a];
+        square += side * side;
+    }
+    return sqrt(square);
+}
+
+/* Returns true if boxes and voxels of the two images differ by the factor of two units: cm, inches or m taken for mm. */
+static bool units_differ(const struct volume *fixed, const struct volume *moving, char error[VOLUME_TEXT])
+{
+    static const double units[] = {10.0, 25.4, 100.0, 1000.0};
+    const double boxes = diagonal(moving) / diagonal(fixed);
+    const double voxels = cbrt((double)moving->spacing[0] * (double)moving->spacing[1] * (double)moving->spacing[2]
+                               / ((double)fixed->spacing[0] * (double)fixed->spacing[1] * (double)fixed->spacing[2]));
+    for (size_t u = 0; u < sizeof units / sizeof *units; ++u) {
+        for (int larger = 0; larger < 2; ++larger) {
+            const double factor = larger ? units[u] : 1.0 / units[u];
+            if (fabs(boxes / factor - 1.0) < 0.15 && fabs(voxels / factor - 1.0) < 0.15) {
+                snprintf(error, VOLUME_TEXT, "the moving image is %.3g times as large as the fixed one, voxels and all: the unit of one "
+                                             "header is wrong (cm or m for mm)", boxes);
+                return true;
+            }
+        }
+    }
+    return false;
 }
 
 /* Returns true if voxels of the two images differ so much in size that one has nothing to show the other. */
@@ -517,28 +793,29 @@ static bool sizes_differ(const struct volume *fixed, const struct volume *moving
     return differ;
 }
 
-bool register_images(const struct volume *fixed, const struct volume *moving, const struct register_settings *wanted,
+bool register_images(const struct volume *fixed, const struct volume *moving, const struct register_settings *set,
                      const struct registration *start, struct registration *result, char error[VOLUME_TEXT])
 {
-    struct register_settings set = *wanted;
     struct pair pair = {.fixed = fixed, .moving = moving};
     const float side = cbrtf(fixed->spacing[0] * fixed->spacing[1] * fixed->spacing[2]);
     memset(result, 0, sizeof *result);
     register_identity(result->affine);
-    if (is_flat(fixed, "fixed", error) || is_flat(moving, "moving", error) || sizes_differ(fixed, moving, error)
-        || !choose_windows(&pair, &set.one_scale, error)) {
+    if (is_flat(fixed, "fixed", error) || is_flat(moving, "moving", error) || units_differ(fixed, moving, error)
+        || sizes_differ(fixed, moving, error)
+        || !choose_windows(&pair, error)) {
         return false;
     }
-    result->one_scale = set.one_scale;
+    result->similarity = set->similarity == REGISTER_AUTO ? REGISTER_SSD : set->similarity;
+    result->relation.kind = RELATION_LINE;
     pair.fixed_values = malloc(volume_voxels(fixed) * sizeof *pair.fixed_values);
     pair.moving_values = malloc(volume_voxels(moving) * sizeof *pair.moving_values);
-    result->level_count = choose_levels(fixed, side, set.levels);
+    result->level_count = choose_levels(fixed, side, set->levels);
     bool overlap = true;
-    bool good = pair.fixed_values && pair.moving_values && align(&pair, &set, side, result->level_count, result, &overlap);
+    bool good = pair.fixed_values && pair.moving_values && align(&pair, set, side, result->level_count, result, &overlap);
     snprintf(error, VOLUME_TEXT, overlap ? "not enough memory" : "the images do not overlap where their headers place them");
     good = good && overlap;
     for (int l = result->level_count - 1; good && l >= 0; --l) {
-        good = demons_level(&pair, &set, ldexpf(side, l), start, result, &result->levels[l]);
+        good = demons_level(&pair, set, ldexpf(side, l), start, result, &result->levels[l]);
     }
     good = good && exponentiate(result);
     free(pair.fixed_values);

@@ -11,11 +11,15 @@
 
 #include "imaging/volume.h"
 #include "registration/field.h"
+#include "registration/relation.h"
 
 enum register_align { REGISTER_ALIGN_NONE, REGISTER_ALIGN_TRANSLATION, REGISTER_ALIGN_RIGID, REGISTER_ALIGN_AFFINE };
 enum register_similarity {
-    REGISTER_SSD, /* sum of squared differences of intensities */
-    REGISTER_LCC  /* local correlation: SSD after subtracting the local mean and dividing by the local deviation */
+    REGISTER_SSD,  /* sum of squared differences, of intensities that are brought to one scale (relation.h) */
+    REGISTER_LCC,  /* local correlation: SSD after subtracting the local mean and dividing by the local deviation */
+    REGISTER_MIND, /* SSD of self-similarity descriptors: M. P. Heinrich et al., MIND: modality independent neighbourhood
+                      descriptor, Medical Image Analysis 16, 2012 */
+    REGISTER_AUTO  /* SSD; LCC where one image is shaded; MIND where intensities do not go together */
 };
 
 /* Where the alignment begins. The candidates are improved on the coarsest grid; the one of the highest correlation is taken, and
@@ -55,11 +59,16 @@ struct registration {
     double affine[3][4];                 /* A, world mm */
     double affine_inverse[3][4];
     struct register_level levels[REGISTER_MAX_LEVELS];
-    bool one_scale;                      /* one scale of intensities was requested or detected */
+    enum register_similarity similarity; /* what was used: never REGISTER_AUTO */
+    struct relation relation;            /* of the intensities, on the finest grid of REGISTER_SSD */
+    bool headers_apart;                  /* the images do not overlap where their headers place them */
+    int mirrored;                        /* REGISTER_AUTO: 1 + the world axis along which the moving image fits clearly better when
+                                            it is mirrored; 0: as it is */
+    double as_it_is, in_mirror;          /* how well: the root of the share of variance that goes together */
     int level_count;                     /* levels[0] is the finest */
 };
 
-/* Registers two images. start: a registration of the same fixed image whose velocity is the first guess, or NULL. Returns
+/* Registers two images. A voxel that is NaN has no data: it takes no part. start: a registration of the same fixed image whose velocity is the first guess, or NULL. Returns
  * false with an empty *result if memory is short, an image is constant or flat, or the two do not overlap, with the reason in
  * `error`. */
 bool register_images(const struct volume *fixed, const struct volume *moving, const struct register_settings *settings,
@@ -82,20 +91,24 @@ struct register_window {
 };
 bool register_window_of(const struct volume *image, struct register_window *window);
 
-/* Finds the map from the world of `fixed` to that of `moving` at which the alignment begins (register_start.c). *overlap: false
- * where no candidate lays enough of the images on each other. Values as for register_affine. Returns false if memory is short. */
-bool register_find_start(const struct volume *fixed, const struct volume *moving, enum register_align align,
-                         enum register_start start, double map[3][4], bool *overlap);
+/* Finds the map from the world of `fixed` to that of `moving` at which the alignment begins (register_start.c): affine, relation,
+ * headers_apart and mirrored of *result. *overlap: false where no candidate lays enough of the images on each other. Values as for register_affine. Returns false if memory is short. */
+bool register_find_start(const struct volume *fixed, const struct volume *moving, const struct register_settings *settings,
+                         struct registration *result, bool *overlap);
 
 /* Returns the number of the fixed image's voxels that have to lie in the moving one: .3 of the smaller of the two boxes. */
 double register_min_voxels(const struct volume *fixed, const struct volume *moving);
 
-/* Returns Pearson's correlation over the items where both are finite, 0 where one of them is constant. *common: their number. */
-double register_correlation(const float *a, const float *b, size_t count, size_t *common);
+/* Samples the moving image at the voxels of the fixed one through a map; NaN beyond it and where it has no data. */
+void register_through(const struct volume *moving, const double map[3][4], const struct volume *fixed, float *values);
 
-/* Improves the map A from the world of `fixed` to that of `moving` for the sum of squared differences of values that are
- * already on comparable scales (register_affine.c). */
+/* Improves the map A from the world of `fixed` to that of `moving` for the sum of squared differences, up to a gain and an offset
+ * of the values, which are about 0..1 (register_affine.c). */
 bool register_affine(const struct volume *fixed, const struct volume *moving, enum register_align align, double map[3][4]);
+
+/* Does the same up to a line or a curve of the values, whichever clearly explains more. *relation: what it was. */
+bool register_affine_related(const struct volume *fixed, const struct volume *moving, enum register_align align, double map[3][4],
+                             struct relation *relation);
 
 void register_identity(double map[3][4]);
 

@@ -10,6 +10,8 @@
 #include <string.h>
 
 static const double min_overlap = 0.3;  /* share of the smaller image that must lie inside the other one */
+static const double mirror_share = 0.6; /* of the variance that is left unexplained, for an image to count as mirrored */
+static const double mirror_gain = 0.01;   /* and what has to be gained at least: heads are nearly symmetric */
 static const double clearly_more = 0.02; /* correlation by which another start has to be better than the headers' */
 
 /* Center of mass, and the principal axes as rows, longest first, right-handed. Values are masses. */
@@ -28,11 +30,38 @@ static void world_of(const struct volume *image, size_t n, double x[3])
     }
 }
 
+/* Returns the mean value on the faces of the image's box: what is around the body, dark or bright. */
+static double value_around(const struct volume *image)
+{
+    double sum = 0.0, number = 0.0;
+    for (size_t n = 0; n < volume_voxels(image); ++n) {
+        int place[3];
+        bool face = false;
+        volume_place(image->dims, n, place);
+        for (int a = 0; a < 3; ++a) {
+            face = face || place[a] == 0 || place[a] == image->dims[a] - 1;
+        }
+        if (face && isfinite(image->data[n])) {
+            sum += (double)image->data[n];
+            number += 1.0;
+        }
+    }
+    return number > 0.0 ? sum / number : 0.0;
+}
+
+/* Returns the mass of a voxel: its value, or in an image whose surroundings are bright what it lacks of their value. */
+static double mass_at(const struct volume *image, size_t n, double around)
+{
+    const double value = (double)image->data[n];
+    return isfinite(value) ? fmax(0.0, around > 0.5 ? around - value : value) : 0.0;
+}
+
 static bool find_mass(const struct volume *image, struct mass *mass)
 {
+    const double around = value_around(image);
     double sum = 0.0, first[3] = {0.0, 0.0, 0.0}, second[9] = {0.0}, lengths[3], x[3];
     for (size_t n = 0; n < volume_voxels(image); ++n) {
-        const double weight = fmax(0.0, (double)image->data[n]);
+        const double weight = mass_at(image, n, around);
         world_of(image, n, x);
         sum += weight;
         for (int a = 0; a < 3; ++a) {
@@ -43,7 +72,7 @@ static bool find_mass(const struct volume *image, struct mass *mass)
         mass->center[a] = first[a] / sum;
     }
     for (size_t n = 0; n < volume_voxels(image); ++n) {
-        const double weight = fmax(0.0, (double)image->data[n]);
+        const double weight = mass_at(image, n, around);
         world_of(image, n, x);
         for (int a = 0; a < 9; ++a) {
             second[a] += weight * (x[a / 3] - mass->center[a / 3]) * (x[a % 3] - mass->center[a % 3]);
@@ -107,41 +136,50 @@ static double box(const struct volume *image)
     return (double)image->spacing[0] * (double)image->spacing[1] * (double)image->spacing[2] * (double)volume_voxels(image);
 }
 
-double register_min_voxels(const struct volume *fixed, const struct volume *moving)
+/* Returns the volume of the voxels that have data, mm^3. */
+static double known_volume(const struct volume *image)
 {
-    return min_overlap * (double)volume_voxels(fixed) * fmin(1.0, box(moving) / box(fixed));
+    size_t known = 0;
+    for (size_t n = 0; n < volume_voxels(image); ++n) {
+        known += isfinite(image->data[n]) != 0;
+    }
+    return box(image) * (double)known / (double)volume_voxels(image);
 }
 
-double register_correlation(const float *a, const float *b, size_t count, size_t *common)
+double register_min_voxels(const struct volume *fixed, const struct volume *moving)
 {
-    double sum[5] = {0.0, 0.0, 0.0, 0.0, 0.0}, number = 0.0;
-    for (size_t n = 0; n < count; ++n) {
-        if (isfinite(a[n]) && isfinite(b[n])) {
-            const double x = (double)a[n], y = (double)b[n];
-            sum[0] += x, sum[1] += y, sum[2] += x * x, sum[3] += y * y, sum[4] += x * y;
-            number += 1.0;
+    const double f = known_volume(fixed), m = known_volume(moving);
+    return f > 0.0 ? min_overlap * (double)volume_voxels(fixed) * fmin(f, m) / box(fixed) : INFINITY;
+}
+
+void register_through(const struct volume *moving, const double map[3][4], const struct volume *fixed, float *values)
+{
+    float m[3][4];
+    resample_map(fixed, map, moving, m);
+    size_t n = 0;
+    for (int k = 0; k < fixed->dims[2]; ++k) {
+        for (int j = 0; j < fixed->dims[1]; ++j) {
+            for (int i = 0; i < fixed->dims[0]; ++i, ++n) {
+                float x[3];
+                resample_place((const float(*)[4])m, i, j, k, x);
+                values[n] = resample_in_box(moving->dims, x) ? resample_at(moving->dims, moving->data, x) : NAN;
+            }
         }
     }
-    const double xx = sum[2] - sum[0] * sum[0] / number, yy = sum[3] - sum[1] * sum[1] / number;
-    const double xy = sum[4] - sum[0] * sum[1] / number;
-    *common = (size_t)number;
-    return xx > 0.0 && yy > 0.0 ? xy / sqrt(xx * yy) : 0.0;
 }
 
 enum { CUBE = 48, AXES = 4 };
 static const double no_overlap = -2.0; /* below any correlation */
 
-/* Returns the correlation of the two images through a map. values, valid: one item a voxel of the fixed image, to work in. */
-static double agreement(const struct volume *fixed, const struct volume *moving, const double map[3][4], float *values,
-                        unsigned char *valid)
+/* Returns how much of the two images goes together through a map: the root of the share of variance that the relation explains,
+ * for a line the size of the correlation. values: one item a voxel of the fixed image, to work in. */
+static double agreement(const struct volume *fixed, const struct volume *moving, const double map[3][4],
+                        const struct relation *relation, float *values)
 {
     size_t common = 0;
-    resample_volume(moving, moving->data, map, fixed, values, valid);
-    for (size_t n = 0; n < volume_voxels(fixed); ++n) {
-        values[n] = valid[n] ? values[n] : NAN;
-    }
-    const double correlation = register_correlation(fixed->data, values, volume_voxels(fixed), &common);
-    return (double)common >= register_min_voxels(fixed, moving) ? correlation : no_overlap;
+    register_through(moving, map, fixed, values);
+    relation_correlation(fixed->data, values, volume_voxels(fixed), &common);
+    return (double)common >= register_min_voxels(fixed, moving) ? sqrt(relation->explained) : no_overlap;
 }
 
 /* Computes a candidate's map: 0 that of the world coordinates, 1 with the centres of mass laid on each other, then with rotations
@@ -170,34 +208,61 @@ static int last_candidate(enum register_align align, enum register_start start)
     return align == REGISTER_ALIGN_TRANSLATION || start == REGISTER_START_CENTERS ? 1 : CUBE + AXES;
 }
 
-bool register_find_start(const struct volume *fixed, const struct volume *moving, enum register_align align,
-                         enum register_start start, double map[3][4], bool *overlap)
+/* Tries the mirror images, which no map of a body to itself can reach. */
+static bool look_in_mirrors(const struct volume *fixed, const struct volume *moving, const struct mass masses[2],
+                            enum register_align motion, double best, float *values, struct registration *result)
 {
+    bool good = true;
+    result->mirrored = 0;
+    result->as_it_is = result->in_mirror = best;
+    for (int axis = 0; good && axis < 3; ++axis) {
+        double mirror[3][3] = {{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}}, tried[3][4];
+        struct relation found = {.kind = RELATION_LINE};
+        mirror[axis][axis] = -1.0;
+        map_about((const double(*)[3])mirror, masses[0].center, masses[1].center, tried);
+        good = register_affine_related(fixed, moving, motion, tried, &found);
+        const double agrees = good ? agreement(fixed, moving, (const double(*)[4])tried, &found, values) : no_overlap;
+        if (agrees > result->in_mirror + mirror_gain && 1.0 - agrees * agrees < mirror_share * (1.0 - best * best)) {
+            result->mirrored = 1 + axis;
+            result->in_mirror = agrees;
+        }
+    }
+    return good;
+}
+
+bool register_find_start(const struct volume *fixed, const struct volume *moving, const struct register_settings *settings,
+                         struct registration *result, bool *overlap)
+{
+    const enum register_align align = settings->align;
     const enum register_align motion = align == REGISTER_ALIGN_AFFINE ? REGISTER_ALIGN_RIGID : align;
-    int last = last_candidate(align, start);
+    int last = last_candidate(align, settings->start);
     struct mass masses[2];
     double best = no_overlap;
     float *values = malloc(volume_voxels(fixed) * sizeof *values);
-    unsigned char *valid = malloc(volume_voxels(fixed));
-    bool good = values && valid;
-    register_identity(map);
+    bool good = values != NULL;
+    register_identity(result->affine);
     if (good && last > 0 && !(find_mass(fixed, &masses[0]) && find_mass(moving, &masses[1]))) {
         last = 0;
     }
     for (int number = 0; good && number <= last; ++number) {
         double tried[3][4];
+        struct relation found = {.kind = RELATION_LINE};
         if (!candidate(number, &masses[0], &masses[1], tried)) {
             continue;
         }
-        good = align == REGISTER_ALIGN_NONE || register_affine(fixed, moving, motion, tried);
-        const double correlation = good ? agreement(fixed, moving, (const double(*)[4])tried, values, valid) : no_overlap;
-        if (correlation > best + (number > 0 ? clearly_more : 0.0)) {
-            best = correlation;
-            memcpy(map, tried, sizeof tried);
+        good = register_affine_related(fixed, moving, motion, tried, &found);
+        const double agrees = good ? agreement(fixed, moving, (const double(*)[4])tried, &found, values) : no_overlap;
+        if (agrees > best + (number > 0 ? clearly_more : 0.0)) {
+            best = agrees;
+            result->relation = found;
+            memcpy(result->affine, tried, sizeof tried);
         }
+        result->headers_apart = number == 0 ? good && !(agrees > no_overlap) : result->headers_apart;
     }
     *overlap = best > no_overlap;
+    if (good && *overlap && last > 0 && settings->similarity == REGISTER_AUTO) {
+        good = look_in_mirrors(fixed, moving, masses, motion, best, values, result);
+    }
     free(values);
-    free(valid);
     return good;
 }
