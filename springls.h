@@ -116,9 +116,12 @@
      >>set_level_set        src/input/set_level_set.h
      >>initial_edges        src/input/initial_edges.h
      >>set_mesh             src/input/set_mesh.h
-     >>indexed_mesh         src/model/indexed_mesh.h
      >>mesh_distance        src/model/mesh_distance.h
      >>winding_number       src/model/winding_number.h
+     >>mesh_intake          src/input/mesh_intake.h
+     >>indexed_mesh         src/model/indexed_mesh.h
+     >>mesh_parts           src/input/mesh_parts.h
+     >>ray                  src/model/ray.h
      >>split_input          src/input/split_input.h
      >>set_springls         src/input/set_springls.h
      >>write                src/input/write.h
@@ -127,7 +130,6 @@
      >>chunk_material       src/output/chunk_material.h
      >>component_views      src/output/component_views.h
      >>query                src/output/query.h
-     >>ray                  src/model/ray.h
      >>zero_level           src/output/zero_level.h
      >>error_estimates      src/output/error_estimates.h
      >>extract_soup         src/output/extract_soup.h
@@ -1241,7 +1243,9 @@ typedef struct springls_mesh_report {
     int misoriented_edges;   /* edges along which both triangles run in the same direction                          */
     int components;          /* parts that share no point                                                           */
     bool closed;             /* there is no boundary, non-manifold or misoriented edge                              */
-    bool flipped;            /* the input was inside out and has been turned                                        */
+    bool flipped;            /* the input was inside out as a whole and has been turned                             */
+    int parts_turned;        /* patches of triangles that hang together by edges, turned to face outwards           */
+    int parts_nested;        /* closed patches within another one: hollows, and solids within a solid               */
     bool used_winding;       /* not closed: inside is where the generalised winding number exceeds one half         */
     double volume, area;     /* world units; volume is negative for a mesh that is inside out                       */
     int springls;            /* made of triangles and their parts, and of the film that closes holes                */
@@ -1257,7 +1261,8 @@ typedef struct springls_mesh_report {
    overlap.
    positions: position_count points, world coordinates, `stride` bytes from one to the next (0: 12; a multiple of 4).
    triangles: 3 indices each, counter-clockwise seen from outside. report: may be NULL.
-   An open, inside-out or otherwise defective mesh is repaired as `report` shows; holes are closed by a film of springls,
+   An open, inside-out or otherwise defective mesh is repaired as `report` shows: triangles that hang together by edges are made
+   to face alike, and each such part outwards, or as a hollow inwards within another; holes are closed by a film of springls,
    which come after those of the triangles. With triangles much smaller than a voxel call springls_remesh next: the time of a
    search grows with the springls in a cell.
    BAD_MESH: an index is out of range, no triangle has an area, or all lie outside the grid; or nothing is inside, as with a
@@ -20697,26 +20702,6 @@ SPRINGLS_API springls_status springls_set_threshold(springls_context *ctx, const
     return springls__set_voxels(ctx, springls__threshold_value, &source);
 }
 
-/* ======== >>indexed_mesh  (src/model/indexed_mesh.h) =========================================================== */
-/* indexed_mesh.h - reads the indexed meshes that callers pass. */
-
-/* Returns position i of an array whose positions are `stride` bytes apart. */
-SPRINGLS__FN const float *springls__mesh_position(const float *positions, size_t stride, int i)
-{
-    return (const float *)(const void *)((const char *)(const void *)positions + (size_t)i * stride);
-}
-
-/* Returns the next half-edge of the triangle; half-edge h begins at corner h % 3 of triangle h / 3. */
-SPRINGLS__FN int springls__mesh_next(int half) { return half % 3 == 2 ? half - 2 : half + 1; }
-
-/* Refuses a mesh that is NULL, and `out` that is NULL while the mesh has vertices. */
-SPRINGLS__FN springls_status springls__check_mesh(springls_context *ctx, const springls_mesh *mesh, const void *out,
-                                                  const char *call)
-{
-    if (!mesh || (mesh->vertex_count > 0 && !out)) return springls__fail_null(ctx, call, mesh ? "out" : "mesh");
-    return SPRINGLS_OK;
-}
-
 /* ======== >>winding_number  (src/model/winding_number.h) ======================================================= */
 /* winding_number.h - computes the generalised winding number of a surface, by directed areas where it is far away. */
 
@@ -20899,6 +20884,880 @@ SPRINGLS__FN void springls__mesh_signed_distance(void *arg, const springls__v3 *
         sides[i % SPRINGLS__MESH_RING] = m->balanced || computed ? side : 0.0f;
         out[i] = side * distance;
     }
+}
+
+/* ======== >>indexed_mesh  (src/model/indexed_mesh.h) =========================================================== */
+/* indexed_mesh.h - reads the indexed meshes that callers pass. */
+
+/* Returns position i of an array whose positions are `stride` bytes apart. */
+SPRINGLS__FN const float *springls__mesh_position(const float *positions, size_t stride, int i)
+{
+    return (const float *)(const void *)((const char *)(const void *)positions + (size_t)i * stride);
+}
+
+/* Returns the next half-edge of the triangle; half-edge h begins at corner h % 3 of triangle h / 3. */
+SPRINGLS__FN int springls__mesh_next(int half) { return half % 3 == 2 ? half - 2 : half + 1; }
+
+/* Refuses a mesh that is NULL, and `out` that is NULL while the mesh has vertices. */
+SPRINGLS__FN springls_status springls__check_mesh(springls_context *ctx, const springls_mesh *mesh, const void *out,
+                                                  const char *call)
+{
+    if (!mesh || (mesh->vertex_count > 0 && !out)) return springls__fail_null(ctx, call, mesh ? "out" : "mesh");
+    return SPRINGLS_OK;
+}
+
+/* ======== >>mesh_intake  (src/input/mesh_intake.h) ============================================================= */
+/* mesh_intake.h - reads the indexed mesh that springls_set_mesh is given: welds equal points, drops repeated triangles, and finds the
+   edges. */
+
+/* Holds an edge: its corners (low < high), how many triangles use it, the first two of their half-edges, and how many
+   triangles run from low to high less how many run from high to low. */
+typedef struct springls__mesh_edge { int low, high, count, half[2], balance; } springls__mesh_edge;
+
+/* Holds the working memory of one call. Half-edge h belongs to triangle h / 3 and runs from corner[h] to the next corner. */
+typedef struct springls__mesh_intake {
+    springls__v3 *point;        /* [position]  voxel coordinates                                                   */
+    int *weld;                  /* [position]  the first position with the same coordinates                        */
+    int *table;                 /* [table_size] hash table of positions, later of edges; -1: free                  */
+    int *corner;                /* [3 * count] welded corners of the triangles without a repeated corner           */
+    int *triangle;              /* [count]     their numbers in the caller's mesh                                  */
+    int *edge;                  /* [3 * count] index into edges, by half-edge                                      */
+    springls__mesh_edge *edges; /* [edge_count]                                                                    */
+    uint8_t *turn;              /* [count]     1: exchange corners 1 and 2                                         */
+    int *queue;                 /* [count]     triangles, part by part                                             */
+    int count, edge_count;
+    size_t table_size;          /* a power of two                                                                  */
+    springls__buffer memory[9];
+} springls__mesh_intake;
+
+SPRINGLS__FN void springls__mesh_intake_free(springls_context *ctx, springls__mesh_intake *m)
+{
+    int i;
+    for (i = 0; i < 9; i++) springls__buffer_free(ctx, &m->memory[i]);
+}
+
+/* Allocates the working memory for a mesh of that many positions and triangles. */
+SPRINGLS__FN springls_status springls__mesh_intake_reserve(springls_context *ctx, springls__mesh_intake *m, int positions,
+                                                           int triangles)
+{
+    size_t n = (size_t)positions, t = (size_t)triangles;
+    m->table_size = springls__table_size(n > 3 * t ? n : 3 * t);
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[0], n, sizeof *m->point, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[1], n, sizeof *m->weld, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[2], m->table_size, sizeof *m->table, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[3], 3 * t, sizeof *m->corner, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[4], t, sizeof *m->triangle, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[5], 3 * t, sizeof *m->edge, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[6], 3 * t, sizeof *m->edges, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[7], t, sizeof *m->turn, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[8], t, sizeof *m->queue, 0));
+    m->point = (springls__v3 *)m->memory[0].data;
+    m->weld = (int *)m->memory[1].data;
+    m->table = (int *)m->memory[2].data;
+    m->corner = (int *)m->memory[3].data;
+    m->triangle = (int *)m->memory[4].data;
+    m->edge = (int *)m->memory[5].data;
+    m->edges = (springls__mesh_edge *)m->memory[6].data;
+    m->turn = (uint8_t *)m->memory[7].data;
+    m->queue = (int *)m->memory[8].data;
+    return SPRINGLS_OK;
+}
+
+/* Converts a position of the caller to voxels. Fails when it is not finite, or too far away for float32 to resolve a
+   twentieth of a voxel. */
+SPRINGLS__FN springls_status springls__mesh_point(springls_context *ctx, const float *world, int position, float voxel[3])
+{
+    const double furthest = 1e6; /* voxels */
+    double x[3];
+    int k;
+    for (k = 0; k < 3; k++)
+        if (!springls__finite_float(world[k]))
+            return springls__fail(ctx, SPRINGLS_NON_FINITE, "position %d is not finite", position);
+    springls__transform(ctx->window.to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
+    for (k = 0; k < 3; k++) {
+        if (x[k] < -furthest || x[k] > furthest)
+            return springls__fail(ctx, SPRINGLS_BAD_MESH, "position %d lies more than a million voxels from the grid", position);
+        voxel[k] = (float)x[k] + 0.0f; /* no negative zero: equal points have equal bits */
+    }
+    return SPRINGLS_OK;
+}
+
+/* Returns the first position with the same coordinates as m->point[i], and enters i into the hash table if it is the first. */
+SPRINGLS__FN int springls__mesh_first_equal(springls__mesh_intake *m, int i)
+{
+    const springls__v3 x = m->point[i];
+    size_t mask = m->table_size - 1;
+    size_t slot = springls__hash3(springls__float_bits(x.x), springls__float_bits(x.y), springls__float_bits(x.z)) & mask;
+    for (; m->table[slot] >= 0; slot = (slot + 1) & mask) {
+        springls__v3 other = m->point[m->table[slot]];
+        if (other.x == x.x && other.y == x.y && other.z == x.z) break;
+    }
+    if (m->table[slot] < 0) m->table[slot] = i;
+    return m->table[slot];
+}
+
+/* Checks every index and every used position, and welds positions that are equal. Writes m->point and m->weld, and the
+   bounds of the mesh in voxels. */
+SPRINGLS__FN springls_status springls__mesh_weld(springls_context *ctx, springls__mesh_intake *m, const float *positions,
+                                                 int position_count, size_t stride, const int *triangles,
+                                                 int triangle_count, float lower[3], float upper[3])
+{
+    size_t slot;
+    int i, j, k;
+    for (i = 0; i < position_count; i++) m->weld[i] = -1;
+    for (slot = 0; slot < m->table_size; slot++) m->table[slot] = -1;
+    for (k = 0; k < 3; k++) { lower[k] = FLT_MAX; upper[k] = -FLT_MAX; }
+    for (j = 0; j < 3 * triangle_count; j++) {
+        float x[3] = { 0.0f, 0.0f, 0.0f };
+        i = triangles[j];
+        if (i < 0 || i >= position_count)
+            return springls__fail(ctx, SPRINGLS_BAD_MESH, "triangle %d uses position %d of %d", j / 3, i, position_count);
+        if (m->weld[i] >= 0) continue;
+        SPRINGLS__TRY(springls__mesh_point(ctx, springls__mesh_position(positions, stride, i), i, x));
+        for (k = 0; k < 3; k++) {
+            lower[k] = springls__min(lower[k], x[k]);
+            upper[k] = springls__max(upper[k], x[k]);
+        }
+        m->point[i] = springls__v3_make(x[0], x[1], x[2]);
+        m->weld[i] = springls__mesh_first_equal(m, i);
+    }
+    return SPRINGLS_OK;
+}
+
+/* Lists the triangles whose three welded corners differ. Writes m->corner, m->triangle and m->count. */
+SPRINGLS__FN void springls__mesh_list_triangles(springls__mesh_intake *m, const int *triangles, int triangle_count)
+{
+    int j;
+    m->count = 0;
+    for (j = 0; j < triangle_count; j++) {
+        int a = m->weld[triangles[3 * j]], b = m->weld[triangles[3 * j + 1]], c = m->weld[triangles[3 * j + 2]];
+        if (a == b || b == c || c == a) continue;
+        m->corner[3 * m->count] = a;
+        m->corner[3 * m->count + 1] = b;
+        m->corner[3 * m->count + 2] = c;
+        m->triangle[m->count++] = j;
+    }
+}
+
+/* Returns 1 when three corners ascend cyclically, as (1, 2, 3), (2, 3, 1) and (3, 1, 2) do; else -1. */
+SPRINGLS__FN int springls__mesh_corner_order(const int c[3])
+{
+    return (c[0] < c[1]) + (c[1] < c[2]) + (c[2] < c[0]) == 2 ? 1 : -1;
+}
+
+/* Returns the first listed triangle with the same corners as triangle t, and enters t into the hash table if it is the first. */
+SPRINGLS__FN int springls__mesh_first_alike(springls__mesh_intake *m, int t)
+{
+    const int *c = m->corner + 3 * t;
+    const int low = springls__imin(springls__imin(c[0], c[1]), c[2]), high = springls__imax(springls__imax(c[0], c[1]), c[2]);
+    const size_t mask = m->table_size - 1;
+    size_t slot = springls__hash3((uint32_t)low, (uint32_t)high, (uint32_t)c[0] ^ (uint32_t)c[1] ^ (uint32_t)c[2]) & mask;
+    for (; m->table[slot] >= 0; slot = (slot + 1) & mask) {
+        const int *d = m->corner + 3 * m->table[slot];
+        if (springls__imin(springls__imin(d[0], d[1]), d[2]) == low && springls__imax(springls__imax(d[0], d[1]), d[2]) == high
+            && (d[0] ^ d[1] ^ d[2]) == (c[0] ^ c[1] ^ c[2])) break;
+    }
+    if (m->table[slot] < 0) m->table[slot] = t;
+    return m->table[slot];
+}
+
+/* Keeps one of the listed triangles that have the same corners: the first that faces as most of them do. Where as many face
+   either way, keeps one of each: a sheet with two sides. Overwrites m->edge and m->queue. */
+SPRINGLS__FN void springls__mesh_drop_repeated(springls__mesh_intake *m)
+{
+    enum { FORWARD = 1, BACKWARD = 2 };
+    int *facing = m->edge, t, k, n = 0;
+    size_t slot;
+    for (slot = 0; slot < m->table_size; slot++) m->table[slot] = -1;
+    for (t = 0; t < m->count; t++) {
+        facing[t] = 0;
+        m->queue[t] = springls__mesh_first_alike(m, t);
+        facing[m->queue[t]] += springls__mesh_corner_order(m->corner + 3 * t);
+    }
+    for (t = 0; t < m->count; t++)
+        if (m->queue[t] == t) facing[t] = (facing[t] >= 0 ? FORWARD : 0) | (facing[t] <= 0 ? BACKWARD : 0);
+    for (t = 0; t < m->count; t++) {
+        int side = springls__mesh_corner_order(m->corner + 3 * t) > 0 ? FORWARD : BACKWARD;
+        if (!(facing[m->queue[t]] & side)) continue;
+        facing[m->queue[t]] &= ~side;
+        for (k = 0; k < 3; k++) m->corner[3 * n + k] = m->corner[3 * t + k];
+        m->triangle[n++] = m->triangle[t];
+    }
+    m->count = n;
+}
+
+/* Returns 1 when a half-edge runs from the lower corner of its edge to the higher, else -1. */
+SPRINGLS__FN int springls__mesh_direction(const springls__mesh_intake *m, int half)
+{
+    return m->corner[half] < m->corner[springls__mesh_next(half)] ? 1 : -1;
+}
+
+/* Finds the edges of the listed triangles. Writes m->edges, m->edge and m->edge_count. */
+SPRINGLS__FN void springls__mesh_edges(springls__mesh_intake *m)
+{
+    size_t mask = m->table_size - 1, slot;
+    int h;
+    for (slot = 0; slot < m->table_size; slot++) m->table[slot] = -1;
+    m->edge_count = 0;
+    for (h = 0; h < 3 * m->count; h++) {
+        int a = m->corner[h], b = m->corner[springls__mesh_next(h)], low = a < b ? a : b, high = a < b ? b : a;
+        springls__mesh_edge *edge;
+        slot = springls__hash3((uint32_t)low, (uint32_t)high, 0u) & mask;
+        while (m->table[slot] >= 0 && (m->edges[m->table[slot]].low != low || m->edges[m->table[slot]].high != high))
+            slot = (slot + 1) & mask;
+        if (m->table[slot] < 0) {
+            m->table[slot] = m->edge_count;
+            edge = &m->edges[m->edge_count++];
+            memset(edge, 0, sizeof *edge);
+            edge->low = low;
+            edge->high = high;
+        }
+        m->edge[h] = m->table[slot];
+        edge = &m->edges[m->edge[h]];
+        if (edge->count < 2) edge->half[edge->count] = h;
+        edge->count++;
+    }
+}
+
+/* Computes the balance of every edge, of triangles turned as m->turn has it; returns how many edges are not balanced. */
+SPRINGLS__FN int springls__mesh_balance(springls__mesh_intake *m)
+{
+    int e, h, unbalanced = 0;
+    for (e = 0; e < m->edge_count; e++) m->edges[e].balance = 0;
+    for (h = 0; h < 3 * m->count; h++)
+        m->edges[m->edge[h]].balance += springls__mesh_direction(m, h) * (m->turn[h / 3] ? -1 : 1);
+    for (e = 0; e < m->edge_count; e++) unbalanced += m->edges[e].balance != 0;
+    return unbalanced;
+}
+
+/* Counts the connected components; triangles that share a point are connected. Overwrites m->weld with a union-find forest. */
+SPRINGLS__FN int springls__mesh_components(springls__mesh_intake *m)
+{
+    int h, components = 0;
+    for (h = 0; h < 3 * m->count; h++) m->weld[m->corner[h]] = -1;
+    for (h = 0; h < 3 * m->count; h++) {
+        if (m->weld[m->corner[h]] >= 0) continue;
+        m->weld[m->corner[h]] = m->corner[h];
+        components++;
+    }
+    for (h = 0; h < 3 * m->count; h++)
+        components -= springls__join_trees(m->weld, m->corner[h], m->corner[springls__mesh_next(h)]);
+    return components;
+}
+
+/* Returns twice the area of a listed triangle, voxel^2. */
+SPRINGLS__FN double springls__mesh_double_area(const springls__mesh_intake *m, int triangle)
+{
+    springls__tri t;
+    t.a = m->point[m->corner[3 * triangle]];
+    t.b = m->point[m->corner[3 * triangle + 1]];
+    t.c = m->point[m->corner[3 * triangle + 2]];
+    return (double)springls__length(springls__tri_area2(t));
+}
+
+/* Writes the corners of a listed triangle, turned as m->turn has it. */
+SPRINGLS__FN void springls__mesh_corners(const springls__mesh_intake *m, int t, springls__v3 q[3])
+{
+    int k;
+    for (k = 0; k < 3; k++) q[k] = m->point[m->corner[3 * t + (m->turn[t] && k ? 3 - k : k)]];
+}
+
+/* Writes the area normal (p1 - p0) x (p2 - p0) of three points. */
+SPRINGLS__FN void springls__mesh_area_normal(double p[3][3], double normal[3])
+{
+    int k;
+    for (k = 0; k < 3; k++) {
+        int u = (k + 1) % 3, w = (k + 2) % 3;
+        normal[k] = (p[1][u] - p[0][u]) * (p[2][w] - p[0][w]) - (p[1][w] - p[0][w]) * (p[2][u] - p[0][u]);
+    }
+}
+
+/* Loads the corners of a listed triangle, turned as m->turn has it, less `center`, and its area normal. Voxels. */
+SPRINGLS__FN void springls__mesh_triangle_at(const springls__mesh_intake *m, int t, const double center[3], double p[3][3],
+                                             double normal[3])
+{
+    springls__v3 q[3];
+    int i;
+    springls__mesh_corners(m, t, q);
+    for (i = 0; i < 3; i++) {
+        p[i][0] = (double)q[i].x - center[0];
+        p[i][1] = (double)q[i].y - center[1];
+        p[i][2] = (double)q[i].z - center[2];
+    }
+    springls__mesh_area_normal(p, normal);
+}
+
+/* Loads the corners of a listed triangle as it came, less `center`, and its area normal. World units. */
+SPRINGLS__FN void springls__mesh_world_triangle(const springls__mesh_intake *m, const float *positions, size_t stride, int t,
+                                                const double center[3], double p[3][3], double normal[3])
+{
+    int i, k;
+    for (i = 0; i < 3; i++)
+        for (k = 0; k < 3; k++)
+            p[i][k] = (double)springls__mesh_position(positions, stride, m->corner[3 * t + i])[k] - center[k];
+    springls__mesh_area_normal(p, normal);
+}
+
+/* Returns the area of the listed triangles, and their center weighted by area. World units. */
+SPRINGLS__FN double springls__mesh_area(const springls__mesh_intake *m, const float *positions, size_t stride, double center[3])
+{
+    static const double origin[3] = { 0.0, 0.0, 0.0 };
+    double sum[3] = { 0.0, 0.0, 0.0 }, total = 0.0, p[3][3], n[3];
+    int t, k;
+    for (t = 0; t < m->count; t++) {
+        double a;
+        springls__mesh_world_triangle(m, positions, stride, t, origin, p, n);
+        a = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+        total += a;
+        for (k = 0; k < 3; k++) sum[k] += a * (p[0][k] + p[1][k] + p[2][k]) / 3.0;
+    }
+    for (k = 0; k < 3; k++) center[k] = total > 0.0 ? sum[k] / total : 0.0;
+    return 0.5 * total;
+}
+
+/* Returns the signed volume by the divergence theorem about `center`, of the triangles as they came: positive when they face
+   outwards. World units. */
+SPRINGLS__FN double springls__mesh_volume(const springls__mesh_intake *m, const float *positions, size_t stride,
+                                          const double center[3])
+{
+    double volume = 0.0, p[3][3], n[3];
+    int t, k;
+    for (t = 0; t < m->count; t++) {
+        springls__mesh_world_triangle(m, positions, stride, t, center, p, n);
+        for (k = 0; k < 3; k++) volume += n[k] * p[0][k] / 6.0;
+    }
+    return volume;
+}
+
+/* ======== >>ray  (src/model/ray.h) ============================================================================= */
+/* ray.h - finds the first point in which a ray meets a surface. */
+
+/* A ray from an origin, and the shear to a frame where its direction is (0, 0, 1): there an edge that two triangles share has the
+   same bits for both, so that a ray cannot slip between them. */
+typedef struct springls__ray_frame {
+    double origin[3], sx, sy, sz;
+    int kx, ky, kz;
+} springls__ray_frame;
+
+/* The direction must not be zero. */
+SPRINGLS__FN springls__ray_frame springls__ray_frame_make(const double origin[3], const double direction[3])
+{
+    springls__ray_frame f;
+    int k;
+    f.kz = 0;
+    for (k = 0; k < 3; k++) {
+        f.origin[k] = origin[k];
+        if (fabs(direction[k]) > fabs(direction[f.kz])) f.kz = k;
+    }
+    f.kx = (f.kz + 1) % 3;
+    f.ky = (f.kz + 2) % 3;
+    f.sz = 1.0 / direction[f.kz];
+    f.sx = direction[f.kx] * f.sz;
+    f.sy = direction[f.ky] * f.sz;
+    return f;
+}
+
+/* Returns whether the ray meets a triangle, from either side, and where: t in [0, t_max], and weights of its corners. */
+SPRINGLS__FN bool springls__ray_meets(const springls__ray_frame *f, springls__tri tri, double t_max, double *t, float weight[3])
+{
+    double p[3][3], u, v, w, det;
+    int m;
+    for (m = 0; m < 3; m++) {
+        springls__v3 q = m == 0 ? tri.a : m == 1 ? tri.b : tri.c;
+        double d[3];
+        d[0] = (double)q.x - f->origin[0];
+        d[1] = (double)q.y - f->origin[1];
+        d[2] = (double)q.z - f->origin[2];
+        p[m][0] = d[f->kx] - f->sx * d[f->kz];
+        p[m][1] = d[f->ky] - f->sy * d[f->kz];
+        p[m][2] = f->sz * d[f->kz];
+    }
+    u = p[2][0] * p[1][1] - p[2][1] * p[1][0];
+    v = p[0][0] * p[2][1] - p[0][1] * p[2][0];
+    w = p[1][0] * p[0][1] - p[1][1] * p[0][0];
+    if ((u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0)) return false;
+    det = u + v + w;
+    if (det == 0.0) return false;
+    *t = (u * p[0][2] + v * p[1][2] + w * p[2][2]) / det;
+    if (!(*t >= 0.0 && *t <= t_max)) return false;
+    weight[0] = (float)(u / det);
+    weight[1] = (float)(v / det);
+    weight[2] = 1.0f - weight[0] - weight[1];
+    return true;
+}
+
+/* ---- through a hierarchy ---- */
+
+typedef struct springls__ray {
+    springls__ray_frame frame;
+    float origin[3], inverse[3];
+} springls__ray;
+
+SPRINGLS__FN springls__ray springls__ray_make(springls__v3 origin, springls__v3 direction)
+{
+    springls__ray r;
+    double from[3], along[3];
+    int k;
+    r.origin[0] = origin.x; r.origin[1] = origin.y; r.origin[2] = origin.z;
+    along[0] = (double)direction.x; along[1] = (double)direction.y; along[2] = (double)direction.z;
+    for (k = 0; k < 3; k++) {
+        float d = (float)along[k];
+        from[k] = (double)r.origin[k];
+        r.inverse[k] = springls__fabs(d) > 1e-30f ? 1.0f / d : d < 0.0f ? -1e30f : 1e30f;
+    }
+    r.frame = springls__ray_frame_make(from, along);
+    return r;
+}
+
+/* Returns whether the ray enters a node's bounds before t_max, and where; the bounds are widened by the slack, so that no hit is
+   missed by rounding. */
+SPRINGLS__FN bool springls__ray_box(const springls__ray *r, const springls__bvh_node *node, float slack, float t_max, float *t)
+{
+    float t_in = 0.0f, t_out = t_max;
+    int k;
+    for (k = 0; k < 3; k++) {
+        float t0 = (node->lower[k] - slack - r->origin[k]) * r->inverse[k];
+        float t1 = (node->upper[k] + slack - r->origin[k]) * r->inverse[k];
+        if (t0 > t1) { float swap = t0; t0 = t1; t1 = swap; }
+        t_in = springls__max(t_in, t0);
+        t_out = springls__min(t_out, t1);
+    }
+    *t = t_in;
+    return t_in <= t_out * 1.000002f;
+}
+
+/* Returns whether the ray meets a triangle within t_max, and where. */
+SPRINGLS__FN bool springls__ray_triangle(const springls__ray *r, springls__tri tri, float t_max, springls__surface_hit *out)
+{
+    double t;
+    float b[3];
+    if (!springls__ray_meets(&r->frame, tri, (double)t_max, &t, b)) return false;
+    out->t = (float)t;
+    memcpy(out->hit.bary, b, sizeof b);
+    out->hit.point = springls__tri_point(tri, b);
+    return true;
+}
+
+/* A search for the first triangle that a ray meets, in [0, best.t]. */
+typedef struct springls__ray_search {
+    const springls__surface *surface;
+    springls__ray ray;
+    float slack;
+    springls__surface_hit best;
+    struct { float t; int node; } stack[SPRINGLS__BVH_STACK];
+    int top;
+} springls__ray_search;
+
+/* Puts the children that the ray enters on the stack, the one that it enters first on top. */
+SPRINGLS__FN void springls__ray_descend(springls__ray_search *search, const springls__bvh_node *node)
+{
+    const springls__bvh_node *child = &search->surface->nodes[node->first];
+    float t0 = 0.0f, t1 = 0.0f;
+    bool hit0 = springls__ray_box(&search->ray, &child[0], search->slack, search->best.t, &t0);
+    bool hit1 = springls__ray_box(&search->ray, &child[1], search->slack, search->best.t, &t1);
+    int nearer = hit1 && (!hit0 || t1 < t0);
+    if (hit0 && hit1) {
+        search->stack[search->top].t = nearer ? t0 : t1;
+        search->stack[search->top++].node = node->first + !nearer;
+    }
+    if (hit0 || hit1) {
+        search->stack[search->top].t = nearer ? t1 : t0;
+        search->stack[search->top++].node = node->first + nearer;
+    }
+}
+
+/* Takes the triangles of a leaf that the ray meets earlier than the best, or as early and of a lower index. */
+SPRINGLS__FN void springls__ray_try_leaf(springls__ray_search *search, const springls__bvh_node *leaf)
+{
+    springls__surface_hit h = search->best;
+    int i;
+    for (i = 0; i < leaf->count; i++) {
+        int triangle = search->surface->order[leaf->first + i];
+        springls__tri t = springls__surface_triangle(search->surface, triangle);
+        if (!springls__ray_triangle(&search->ray, t, search->best.t, &h)) continue;
+        if (h.t < search->best.t || search->best.triangle < 0 || triangle < search->best.triangle) {
+            search->best = h;
+            search->best.triangle = triangle;
+        }
+    }
+}
+
+/* Returns the first point in which the ray x + t direction meets the surface with 0 <= t <= t_max, the lowest index among equals.
+   The direction need not be a unit vector; one of no length meets nothing. */
+SPRINGLS__FN springls__surface_hit springls__surface_ray(const springls__surface *surface, springls__v3 x,
+                                                         springls__v3 direction, float t_max)
+{
+    springls__ray_search search;
+    search.surface = surface;
+    search.slack = 2e-6f * (surface->magnitude + springls__max_coordinate(x));
+    memset(&search.best, 0, sizeof search.best);
+    search.best.triangle = -1;
+    search.best.t = t_max;
+    if (!surface->count || !(springls__max_coordinate(direction) > 1e-30f)) return search.best;
+    search.ray = springls__ray_make(x, direction);
+    search.top = springls__ray_box(&search.ray, &surface->nodes[0], search.slack, t_max, &search.stack[0].t) ? 1 : 0;
+    search.stack[0].node = 0;
+    while (search.top) {
+        const springls__bvh_node *node;
+        search.top--;
+        if (search.stack[search.top].t > search.best.t * 1.000002f) continue;
+        node = &surface->nodes[search.stack[search.top].node];
+        if (node->count) springls__ray_try_leaf(&search, node);
+        else springls__ray_descend(&search, node);
+    }
+    return search.best;
+}
+
+/* ======== >>mesh_parts  (src/input/mesh_parts.h) =============================================================== */
+/* mesh_parts.h - turns the parts of a mesh so that they face outwards.
+
+   Files have parts that are inside out: a tool appends or mirrors them, an exporter loses the sign of a scale. A part is a patch of
+   triangles that hang together by edges of two triangles, and are made to face alike; each part is judged on its own.
+
+     closed:  by its signed volume, positive when it faces outwards, and by w, the winding number that the parts around it give.
+              In empty space (w = 0) it must face outwards. In a solid (w = 1) it may face either way: inwards it is a hollow,
+              outwards a solid within a solid, which bounds nothing. So a part is turned where w would fall below 0 in it.
+              A part that is turned takes along what lies in it: hollow balls that are inside out as a whole stay hollow.
+
+                 w = 0  | 1 | 0 (hollow) | 1 | 0              both facing outwards:  0 | 1 | 2 | 1 | 0
+                        outer    inner, facing inwards
+
+     open:    by sight: from the front of its triangles more rays must get past all others than from their backs. Parts that see no
+              difference stay together as they came, turned where their common volume is negative. */
+
+enum { SPRINGLS__MESH_UNREACHED = 2 }; /* a value of springls__mesh_intake.turn */
+
+typedef struct springls__mesh_part {
+    int first, count;         /* its triangles in springls__mesh_intake.queue                        */
+    float lower[3], upper[3]; /* voxels                                                              */
+    double volume;            /* of a closed part, voxel^3: positive when it faces outwards          */
+    bool closed;              /* or nearly: its holes are a small share of its area                  */
+    bool seen;                /* open, and one side sees more than the other                         */
+    bool turned;              /* before it is judged: its container is                               */
+    int around;               /* the sum over the parts around it: 1 facing outwards, -1 inwards     */
+    bool nested;              /* there are parts around it                                           */
+} springls__mesh_part;
+
+/* Holds the parts of a mesh. outwards: -1 in a mirrored world, whose voxel coordinates turn every triangle round, else 1. */
+typedef struct springls__mesh_parts {
+    springls__mesh_intake *mesh;
+    springls__mesh_part *part;
+    springls__surface all, container; /* all triangles; those of one part */
+    int count;
+    double outwards;
+    springls__buffer memory, keys_memory;
+} springls__mesh_parts;
+
+/* ---- finding them ---- */
+
+/* Orients the part around `seed` like the seed. Writes it to m->queue from `first` on, m->turn of its triangles, and in area[0] and
+   area[1] twice the area not turned and turned, voxel^2. Returns the number of its triangles. */
+SPRINGLS__FN int springls__mesh_orient_part(springls__mesh_intake *m, int seed, int first, double area[2])
+{
+    int head = first, tail = first, k;
+    area[0] = area[1] = 0.0;
+    m->turn[seed] = 0;
+    m->queue[tail++] = seed;
+    while (head < tail) {
+        int t = m->queue[head++];
+        area[m->turn[t]] += springls__mesh_double_area(m, t);
+        for (k = 0; k < 3; k++) {
+            int h = 3 * t + k, other, same;
+            const springls__mesh_edge *edge = &m->edges[m->edge[h]];
+            if (edge->count != 2) continue;
+            other = edge->half[0] == h ? edge->half[1] : edge->half[0];
+            if (m->turn[other / 3] != SPRINGLS__MESH_UNREACHED) continue;
+            same = springls__mesh_direction(m, h) == springls__mesh_direction(m, other);
+            m->turn[other / 3] = (uint8_t)(m->turn[t] ^ same);
+            m->queue[tail++] = other / 3;
+        }
+    }
+    return tail - first;
+}
+
+SPRINGLS__FN void springls__mesh_turn_part(springls__mesh_intake *m, const springls__mesh_part *part)
+{
+    int i;
+    for (i = part->first; i < part->first + part->count; i++) m->turn[m->queue[i]] ^= 1;
+}
+
+/* Finds the parts, and writes m->turn so that neighbors agree: what has the smaller area of a part is turned. */
+SPRINGLS__FN springls_status springls__mesh_find_parts(springls_context *ctx, springls__mesh_parts *p)
+{
+    springls__mesh_intake *m = p->mesh;
+    double area[2];
+    int seed, first = 0;
+    memset(m->turn, SPRINGLS__MESH_UNREACHED, (size_t)m->count);
+    for (seed = 0; seed < m->count; seed++) {
+        springls__mesh_part *part;
+        if (m->turn[seed] != SPRINGLS__MESH_UNREACHED) continue;
+        SPRINGLS__TRY(springls__buffer_grow(ctx, &p->memory, (size_t)p->count + 1, sizeof *part, (size_t)p->count * sizeof *part));
+        p->part = (springls__mesh_part *)p->memory.data;
+        part = &p->part[p->count++];
+        memset(part, 0, sizeof *part);
+        part->first = first;
+        part->count = springls__mesh_orient_part(m, seed, first, area);
+        if (area[1] > area[0]) springls__mesh_turn_part(m, part);
+        first += part->count;
+    }
+    return SPRINGLS_OK;
+}
+
+/* Computes the bounds of a part. */
+SPRINGLS__FN void springls__mesh_bound_part(const springls__mesh_intake *m, springls__mesh_part *part)
+{
+    int i, k;
+    for (k = 0; k < 3; k++) { part->lower[k] = FLT_MAX; part->upper[k] = -FLT_MAX; }
+    for (i = 3 * part->first; i < 3 * (part->first + part->count); i++) {
+        const springls__v3 x = m->point[m->corner[3 * m->queue[i / 3] + i % 3]];
+        const float c[3] = { x.x, x.y, x.z };
+        for (k = 0; k < 3; k++) {
+            part->lower[k] = springls__min(part->lower[k], c[k]);
+            part->upper[k] = springls__max(part->upper[k], c[k]);
+        }
+    }
+}
+
+/* Computes the volume of a part, and whether it is closed: then its directed areas add up to nothing. */
+SPRINGLS__FN void springls__mesh_measure_part(const springls__mesh_parts *p, springls__mesh_part *part)
+{
+    const double largest_hole = 0.05; /* share of the area */
+    double center[3], sum[3] = { 0.0, 0.0, 0.0 }, area = 0.0;
+    int i, k;
+    for (k = 0; k < 3; k++) center[k] = 0.5 * ((double)part->lower[k] + (double)part->upper[k]);
+    for (i = part->first; i < part->first + part->count; i++) {
+        double q[3][3], n[3];
+        springls__mesh_triangle_at(p->mesh, p->mesh->queue[i], center, q, n);
+        area += sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
+        for (k = 0; k < 3; k++) {
+            sum[k] += n[k];
+            part->volume += p->outwards * n[k] * q[0][k] / 6.0;
+        }
+    }
+    part->closed = sqrt(sum[0] * sum[0] + sum[1] * sum[1] + sum[2] * sum[2]) <= largest_hole * area;
+}
+
+/* ---- closed parts: nesting ---- */
+
+SPRINGLS__FN bool springls__mesh_bounds_contain(const springls__mesh_part *outer, const springls__mesh_part *inner)
+{
+    int k;
+    for (k = 0; k < 3; k++)
+        if (inner->lower[k] < outer->lower[k] || inner->upper[k] > outer->upper[k]) return false;
+    return true;
+}
+
+/* Lists closed parts so that each comes before those that it may contain: by falling size of their bounds. Returns how many. */
+SPRINGLS__FN springls_status springls__mesh_sort_parts(springls_context *ctx, springls__mesh_parts *p, uint64_t **keys, int *count)
+{
+    int i;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &p->keys_memory, (size_t)p->count, sizeof **keys, 0));
+    *keys = (uint64_t *)p->keys_memory.data;
+    *count = 0;
+    for (i = 0; i < p->count; i++) {
+        const springls__mesh_part *part = &p->part[i];
+        float size = 0.0f;
+        int k;
+        for (k = 0; k < 3; k++) size += part->upper[k] - part->lower[k];
+        if (part->closed) (*keys)[(*count)++] = (uint64_t)~springls__float_bits(size) << 32 | (uint64_t)i;
+    }
+    springls__sort_keys(*keys, (size_t)*count);
+    return SPRINGLS_OK;
+}
+
+/* Makes p->container the surface of a part. */
+SPRINGLS__FN springls_status springls__mesh_part_surface(springls_context *ctx, springls__mesh_parts *p,
+                                                         const springls__mesh_part *part)
+{
+    int i;
+    SPRINGLS__TRY(springls__surface_reserve(ctx, &p->container, part->count));
+    for (i = 0; i < part->count; i++)
+        springls__mesh_corners(p->mesh, p->mesh->queue[part->first + i], p->container.points + 3 * i);
+    SPRINGLS__TRY(springls__surface_finish(ctx, &p->container, part->count));
+    return springls__surface_make_dipoles(ctx, &p->container);
+}
+
+/* Returns whether two of three triangles of a part lie in p->container. */
+SPRINGLS__FN bool springls__mesh_part_inside(const springls__mesh_parts *p, const springls__mesh_part *part)
+{
+    int inside = 0, i;
+    for (i = 0; i < 3; i++) {
+        springls__v3 q[3];
+        springls__tri t;
+        springls__mesh_corners(p->mesh, p->mesh->queue[part->first + (int)((int64_t)part->count * (2 * i + 1) / 6)], q);
+        t.a = q[0]; t.b = q[1]; t.c = q[2];
+        inside += springls__fabs(springls__surface_winding(&p->container, springls__tri_centroid(t), 2.5f)) > 0.5f;
+    }
+    return inside >= 2;
+}
+
+/* Adds a part that has been judged to what lies in it: keys[0 .. count) are the parts that come after it. */
+SPRINGLS__FN springls_status springls__mesh_contain(springls_context *ctx, springls__mesh_parts *p, const springls__mesh_part *outer,
+                                                    int facing, const uint64_t *keys, int count)
+{
+    bool ready = false;
+    int i;
+    for (i = 0; i < count; i++) {
+        springls__mesh_part *inner = &p->part[(int)(keys[i] & 0x7fffffffu)];
+        if (!springls__mesh_bounds_contain(outer, inner)) continue;
+        if (!ready) SPRINGLS__TRY(springls__mesh_part_surface(ctx, p, outer));
+        ready = true;
+        if (!springls__mesh_part_inside(p, inner)) continue;
+        inner->nested = true;
+        inner->around += facing;
+        inner->turned = outer->turned;
+    }
+    return SPRINGLS_OK;
+}
+
+/* Decides which closed parts are turned. */
+SPRINGLS__FN springls_status springls__mesh_judge_closed(springls_context *ctx, springls__mesh_parts *p)
+{
+    uint64_t *keys;
+    int i, count;
+    SPRINGLS__TRY(springls__mesh_sort_parts(ctx, p, &keys, &count));
+    for (i = 0; i < count; i++) {
+        springls__mesh_part *part = &p->part[(int)(keys[i] & 0x7fffffffu)];
+        int facing = (part->volume < 0.0) != part->turned ? -1 : 1;
+        if (part->around + facing < 0) {
+            part->turned = !part->turned;
+            facing = -facing;
+        }
+        SPRINGLS__TRY(springls__mesh_contain(ctx, p, part, facing, keys + i + 1, count - i - 1));
+    }
+    return SPRINGLS_OK;
+}
+
+/* ---- open parts: sight ---- */
+
+/* Returns direction i of 24 that spread over the sphere along no axis, plane or diagonal. */
+SPRINGLS__FN springls__v3 springls__sight_direction(int i)
+{
+    float c[3] = { 0.2031f, 0.4729f, 0.8574f }, d[3];
+    int k;
+    for (k = 0; k < 3; k++) d[k] = (i / 3) >> k & 1 ? -c[(i + k) % 3] : c[(i + k) % 3];
+    return springls__v3_make(d[0], d[1], d[2]);
+}
+
+/* Counts the rays from a triangle that get past all others: seen[0] from its front, seen[1] from its back. */
+SPRINGLS__FN void springls__mesh_look(const springls__mesh_parts *p, int triangle, int seen[2])
+{
+    const float off = 1e-3f, far = 4e6f, grazing = 0.1f; /* of the triangle's size; voxels; cosine */
+    springls__v3 q[3], center, normal;
+    springls__tri t;
+    float size;
+    int i;
+    springls__mesh_corners(p->mesh, triangle, q);
+    t.a = q[0]; t.b = q[1]; t.c = q[2];
+    center = springls__tri_centroid(t);
+    normal = springls__scale(springls__tri_normal(t), (float)p->outwards);
+    size = springls__sqrt(springls__length(springls__tri_area2(t)));
+    for (i = 0; i < 24; i++) {
+        const springls__v3 d = springls__sight_direction(i);
+        const float along = springls__dot(d, normal);
+        if (springls__fabs(along) < grazing) continue;
+        if (springls__surface_ray(&p->all, springls__mad(center, d, off * size), d, far).triangle < 0) seen[along < 0.0f]++;
+    }
+}
+
+/* Decides by the view from sixteen places of equal shares of its area whether an open part is turned. */
+SPRINGLS__FN void springls__mesh_judge_open(const springls__mesh_parts *p, springls__mesh_part *part)
+{
+    enum { PLACES = 16 };
+    const int clear = 8; /* rays; and one side must have half as many again as the other */
+    double area = 0.0, sum = 0.0;
+    int i, place = 0, seen[2] = { 0, 0 };
+    for (i = part->first; i < part->first + part->count; i++) area += springls__mesh_double_area(p->mesh, p->mesh->queue[i]);
+    for (i = part->first; i < part->first + part->count; i++) {
+        sum += springls__mesh_double_area(p->mesh, p->mesh->queue[i]);
+        if (!(sum * PLACES >= ((double)place + 0.5) * area) || !(area > 0.0)) continue;
+        springls__mesh_look(p, p->mesh->queue[i], seen);
+        while (sum * PLACES >= ((double)place + 0.5) * area && place < PLACES) place++;
+    }
+    part->turned = 2 * seen[1] > 3 * seen[0];
+    part->seen = seen[0] + seen[1] >= clear && (part->turned || 2 * seen[0] > 3 * seen[1]);
+    part->turned = part->turned && part->seen;
+}
+
+/* Makes p->all the surface of all triangles. */
+SPRINGLS__FN springls_status springls__mesh_all_surface(springls_context *ctx, springls__mesh_parts *p)
+{
+    int t;
+    SPRINGLS__TRY(springls__surface_reserve(ctx, &p->all, p->mesh->count));
+    for (t = 0; t < p->mesh->count; t++) springls__mesh_corners(p->mesh, t, p->all.points + 3 * t);
+    return springls__surface_finish(ctx, &p->all, p->mesh->count);
+}
+
+/* Returns the volume of the open parts without a view about their common center, voxel^3: positive when they face outwards. */
+SPRINGLS__FN double springls__mesh_blind_volume(const springls__mesh_parts *p)
+{
+    double center[3] = { 0.0, 0.0, 0.0 }, weight = 0.0, volume = 0.0, q[3][3], n[3];
+    int pass, i, j, k;
+    for (pass = 0; pass < 2; pass++) {
+        const double middle[3] = { center[0], center[1], center[2] };
+        for (i = 0; i < p->count; i++) {
+            const springls__mesh_part *part = &p->part[i];
+            for (j = part->first; !part->closed && !part->seen && j < part->first + part->count; j++) {
+                double area = springls__mesh_double_area(p->mesh, p->mesh->queue[j]);
+                springls__mesh_triangle_at(p->mesh, p->mesh->queue[j], middle, q, n);
+                for (k = 0; k < 3; k++) {
+                    if (pass == 0) center[k] += area * (q[0][k] + q[1][k] + q[2][k]) / 3.0;
+                    else volume += p->outwards * n[k] * q[0][k] / 6.0;
+                }
+                weight += area;
+            }
+        }
+        for (k = 0; pass == 0 && k < 3; k++) center[k] = weight > 0.0 ? center[k] / weight : 0.0;
+    }
+    return volume;
+}
+
+/* ---- all ---- */
+
+/* Decides for each part whether it is turned. */
+SPRINGLS__FN springls_status springls__mesh_judge_parts(springls_context *ctx, springls__mesh_parts *p)
+{
+    bool turn_blind;
+    int i, open = 0;
+    SPRINGLS__TRY(springls__mesh_find_parts(ctx, p));
+    for (i = 0; i < p->count; i++) {
+        springls__mesh_bound_part(p->mesh, &p->part[i]);
+        springls__mesh_measure_part(p, &p->part[i]);
+        open += !p->part[i].closed;
+    }
+    SPRINGLS__TRY(springls__mesh_judge_closed(ctx, p));
+    if (!open) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__mesh_all_surface(ctx, p));
+    for (i = 0; i < p->count; i++)
+        if (!p->part[i].closed) springls__mesh_judge_open(p, &p->part[i]);
+    turn_blind = springls__mesh_blind_volume(p) < 0.0;
+    for (i = 0; i < p->count; i++)
+        if (!p->part[i].closed && !p->part[i].seen) p->part[i].turned = turn_blind;
+    return SPRINGLS_OK;
+}
+
+/* Writes m->turn so that neighbors agree and every part faces outwards, and the report's numbers of parts. */
+SPRINGLS__FN springls_status springls__mesh_face_outwards(springls_context *ctx, springls__mesh_intake *m, bool mirrored,
+                                                          springls_mesh_report *report)
+{
+    springls__mesh_parts p;
+    springls_status status;
+    int i;
+    memset(&p, 0, sizeof p);
+    p.mesh = m;
+    p.outwards = mirrored ? -1.0 : 1.0;
+    status = springls__mesh_judge_parts(ctx, &p);
+    for (i = 0; status == SPRINGLS_OK && i < p.count; i++) {
+        if (p.part[i].turned) springls__mesh_turn_part(m, &p.part[i]);
+        report->parts_turned += p.part[i].turned;
+        report->parts_nested += p.part[i].nested;
+    }
+    report->flipped = status == SPRINGLS_OK && p.count > 0 && report->parts_turned == p.count;
+    springls__surface_free(ctx, &p.all);
+    springls__surface_free(ctx, &p.container);
+    springls__buffer_free(ctx, &p.memory);
+    springls__buffer_free(ctx, &p.keys_memory);
+    return status;
 }
 
 /* ======== >>split_input  (src/input/split_input.h) ============================================================= */
@@ -21137,342 +21996,6 @@ SPRINGLS__FN springls_status springls__append_divided(springls_context *ctx, spr
 
    Bad input leaves the model unchanged; when memory runs out, or nothing is inside, the model is empty. */
 
-/* Holds an edge: its corners (low < high), how many triangles use it, the first two of their half-edges, and how many
-   triangles run from low to high less how many run from high to low. */
-typedef struct springls__mesh_edge { int low, high, count, half[2], balance; } springls__mesh_edge;
-
-enum { SPRINGLS__MESH_UNREACHED = 2 }; /* a value of springls__mesh_intake.turn */
-
-/* Holds the working memory of one call. Half-edge h belongs to triangle h / 3 and runs from corner[h] to the next corner. */
-typedef struct springls__mesh_intake {
-    springls__v3 *point;        /* [position]  voxel coordinates                                                   */
-    int *weld;                  /* [position]  the first position with the same coordinates                        */
-    int *table;                 /* [table_size] hash table of positions, later of edges; -1: free                  */
-    int *corner;                /* [3 * count] welded corners of the triangles without a repeated corner           */
-    int *triangle;              /* [count]     their numbers in the caller's mesh                                  */
-    int *edge;                  /* [3 * count] index into edges, by half-edge                                      */
-    springls__mesh_edge *edges; /* [edge_count]                                                                    */
-    uint8_t *turn;              /* [count]     1: exchange corners 1 and 2; SPRINGLS__MESH_UNREACHED: undecided    */
-    int *queue;                 /* [count]     triangles of the patch that springls__mesh_orient walks over        */
-    int count, edge_count;
-    size_t table_size;          /* a power of two                                                                  */
-    springls__buffer memory[9];
-} springls__mesh_intake;
-
-SPRINGLS__FN void springls__mesh_intake_free(springls_context *ctx, springls__mesh_intake *m)
-{
-    int i;
-    for (i = 0; i < 9; i++) springls__buffer_free(ctx, &m->memory[i]);
-}
-
-/* Allocates the working memory for a mesh of that many positions and triangles. */
-SPRINGLS__FN springls_status springls__mesh_intake_reserve(springls_context *ctx, springls__mesh_intake *m, int positions,
-                                                           int triangles)
-{
-    size_t n = (size_t)positions, t = (size_t)triangles;
-    m->table_size = springls__table_size(n > 3 * t ? n : 3 * t);
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[0], n, sizeof *m->point, 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[1], n, sizeof *m->weld, 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[2], m->table_size, sizeof *m->table, 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[3], 3 * t, sizeof *m->corner, 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[4], t, sizeof *m->triangle, 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[5], 3 * t, sizeof *m->edge, 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[6], 3 * t, sizeof *m->edges, 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[7], t, sizeof *m->turn, 0));
-    SPRINGLS__TRY(springls__buffer_grow(ctx, &m->memory[8], t, sizeof *m->queue, 0));
-    m->point = (springls__v3 *)m->memory[0].data;
-    m->weld = (int *)m->memory[1].data;
-    m->table = (int *)m->memory[2].data;
-    m->corner = (int *)m->memory[3].data;
-    m->triangle = (int *)m->memory[4].data;
-    m->edge = (int *)m->memory[5].data;
-    m->edges = (springls__mesh_edge *)m->memory[6].data;
-    m->turn = (uint8_t *)m->memory[7].data;
-    m->queue = (int *)m->memory[8].data;
-    return SPRINGLS_OK;
-}
-
-/* Converts a position of the caller to voxels. Fails when it is not finite, or too far away for float32 to resolve a
-   twentieth of a voxel. */
-SPRINGLS__FN springls_status springls__mesh_point(springls_context *ctx, const float *world, int position, float voxel[3])
-{
-    const double furthest = 1e6; /* voxels */
-    double x[3];
-    int k;
-    for (k = 0; k < 3; k++)
-        if (!springls__finite_float(world[k]))
-            return springls__fail(ctx, SPRINGLS_NON_FINITE, "position %d is not finite", position);
-    springls__transform(ctx->window.to_voxel, (double)world[0], (double)world[1], (double)world[2], x);
-    for (k = 0; k < 3; k++) {
-        if (x[k] < -furthest || x[k] > furthest)
-            return springls__fail(ctx, SPRINGLS_BAD_MESH, "position %d lies more than a million voxels from the grid", position);
-        voxel[k] = (float)x[k] + 0.0f; /* no negative zero: equal points have equal bits */
-    }
-    return SPRINGLS_OK;
-}
-
-/* Returns the first position with the same coordinates as m->point[i], and enters i into the hash table if it is the first. */
-SPRINGLS__FN int springls__mesh_first_equal(springls__mesh_intake *m, int i)
-{
-    const springls__v3 x = m->point[i];
-    size_t mask = m->table_size - 1;
-    size_t slot = springls__hash3(springls__float_bits(x.x), springls__float_bits(x.y), springls__float_bits(x.z)) & mask;
-    for (; m->table[slot] >= 0; slot = (slot + 1) & mask) {
-        springls__v3 other = m->point[m->table[slot]];
-        if (other.x == x.x && other.y == x.y && other.z == x.z) break;
-    }
-    if (m->table[slot] < 0) m->table[slot] = i;
-    return m->table[slot];
-}
-
-/* Checks every index and every used position, and welds positions that are equal. Writes m->point and m->weld, and the
-   bounds of the mesh in voxels. */
-SPRINGLS__FN springls_status springls__mesh_weld(springls_context *ctx, springls__mesh_intake *m, const float *positions,
-                                                 int position_count, size_t stride, const int *triangles,
-                                                 int triangle_count, float lower[3], float upper[3])
-{
-    size_t slot;
-    int i, j, k;
-    for (i = 0; i < position_count; i++) m->weld[i] = -1;
-    for (slot = 0; slot < m->table_size; slot++) m->table[slot] = -1;
-    for (k = 0; k < 3; k++) { lower[k] = FLT_MAX; upper[k] = -FLT_MAX; }
-    for (j = 0; j < 3 * triangle_count; j++) {
-        float x[3] = { 0.0f, 0.0f, 0.0f };
-        i = triangles[j];
-        if (i < 0 || i >= position_count)
-            return springls__fail(ctx, SPRINGLS_BAD_MESH, "triangle %d uses position %d of %d", j / 3, i, position_count);
-        if (m->weld[i] >= 0) continue;
-        SPRINGLS__TRY(springls__mesh_point(ctx, springls__mesh_position(positions, stride, i), i, x));
-        for (k = 0; k < 3; k++) {
-            lower[k] = springls__min(lower[k], x[k]);
-            upper[k] = springls__max(upper[k], x[k]);
-        }
-        m->point[i] = springls__v3_make(x[0], x[1], x[2]);
-        m->weld[i] = springls__mesh_first_equal(m, i);
-    }
-    return SPRINGLS_OK;
-}
-
-/* Lists the triangles whose three welded corners differ. Writes m->corner, m->triangle and m->count. */
-SPRINGLS__FN void springls__mesh_list_triangles(springls__mesh_intake *m, const int *triangles, int triangle_count)
-{
-    int j;
-    m->count = 0;
-    for (j = 0; j < triangle_count; j++) {
-        int a = m->weld[triangles[3 * j]], b = m->weld[triangles[3 * j + 1]], c = m->weld[triangles[3 * j + 2]];
-        if (a == b || b == c || c == a) continue;
-        m->corner[3 * m->count] = a;
-        m->corner[3 * m->count + 1] = b;
-        m->corner[3 * m->count + 2] = c;
-        m->triangle[m->count++] = j;
-    }
-}
-
-/* Returns 1 when three corners ascend cyclically, as (1, 2, 3), (2, 3, 1) and (3, 1, 2) do; else -1. */
-SPRINGLS__FN int springls__mesh_corner_order(const int c[3])
-{
-    return (c[0] < c[1]) + (c[1] < c[2]) + (c[2] < c[0]) == 2 ? 1 : -1;
-}
-
-/* Returns the first listed triangle with the same corners as triangle t, and enters t into the hash table if it is the first. */
-SPRINGLS__FN int springls__mesh_first_alike(springls__mesh_intake *m, int t)
-{
-    const int *c = m->corner + 3 * t;
-    const int low = springls__imin(springls__imin(c[0], c[1]), c[2]), high = springls__imax(springls__imax(c[0], c[1]), c[2]);
-    const size_t mask = m->table_size - 1;
-    size_t slot = springls__hash3((uint32_t)low, (uint32_t)high, (uint32_t)c[0] ^ (uint32_t)c[1] ^ (uint32_t)c[2]) & mask;
-    for (; m->table[slot] >= 0; slot = (slot + 1) & mask) {
-        const int *d = m->corner + 3 * m->table[slot];
-        if (springls__imin(springls__imin(d[0], d[1]), d[2]) == low && springls__imax(springls__imax(d[0], d[1]), d[2]) == high
-            && (d[0] ^ d[1] ^ d[2]) == (c[0] ^ c[1] ^ c[2])) break;
-    }
-    if (m->table[slot] < 0) m->table[slot] = t;
-    return m->table[slot];
-}
-
-/* Keeps one of the listed triangles that have the same corners: the first that faces as most of them do. Where as many face
-   either way, keeps one of each: a sheet with two sides. Overwrites m->edge and m->queue. */
-SPRINGLS__FN void springls__mesh_drop_repeated(springls__mesh_intake *m)
-{
-    enum { FORWARD = 1, BACKWARD = 2 };
-    int *facing = m->edge, t, k, n = 0;
-    size_t slot;
-    for (slot = 0; slot < m->table_size; slot++) m->table[slot] = -1;
-    for (t = 0; t < m->count; t++) {
-        facing[t] = 0;
-        m->queue[t] = springls__mesh_first_alike(m, t);
-        facing[m->queue[t]] += springls__mesh_corner_order(m->corner + 3 * t);
-    }
-    for (t = 0; t < m->count; t++)
-        if (m->queue[t] == t) facing[t] = (facing[t] >= 0 ? FORWARD : 0) | (facing[t] <= 0 ? BACKWARD : 0);
-    for (t = 0; t < m->count; t++) {
-        int side = springls__mesh_corner_order(m->corner + 3 * t) > 0 ? FORWARD : BACKWARD;
-        if (!(facing[m->queue[t]] & side)) continue;
-        facing[m->queue[t]] &= ~side;
-        for (k = 0; k < 3; k++) m->corner[3 * n + k] = m->corner[3 * t + k];
-        m->triangle[n++] = m->triangle[t];
-    }
-    m->count = n;
-}
-
-/* Returns 1 when a half-edge runs from the lower corner of its edge to the higher, else -1. */
-SPRINGLS__FN int springls__mesh_direction(const springls__mesh_intake *m, int half)
-{
-    return m->corner[half] < m->corner[springls__mesh_next(half)] ? 1 : -1;
-}
-
-/* Finds the edges of the listed triangles. Writes m->edges, m->edge and m->edge_count. */
-SPRINGLS__FN void springls__mesh_edges(springls__mesh_intake *m)
-{
-    size_t mask = m->table_size - 1, slot;
-    int h;
-    for (slot = 0; slot < m->table_size; slot++) m->table[slot] = -1;
-    m->edge_count = 0;
-    for (h = 0; h < 3 * m->count; h++) {
-        int a = m->corner[h], b = m->corner[springls__mesh_next(h)], low = a < b ? a : b, high = a < b ? b : a;
-        springls__mesh_edge *edge;
-        slot = springls__hash3((uint32_t)low, (uint32_t)high, 0u) & mask;
-        while (m->table[slot] >= 0 && (m->edges[m->table[slot]].low != low || m->edges[m->table[slot]].high != high))
-            slot = (slot + 1) & mask;
-        if (m->table[slot] < 0) {
-            m->table[slot] = m->edge_count;
-            edge = &m->edges[m->edge_count++];
-            memset(edge, 0, sizeof *edge);
-            edge->low = low;
-            edge->high = high;
-        }
-        m->edge[h] = m->table[slot];
-        edge = &m->edges[m->edge[h]];
-        if (edge->count < 2) edge->half[edge->count] = h;
-        edge->count++;
-    }
-}
-
-/* Computes the balance of every edge, of triangles turned as m->turn has it; returns how many edges are not balanced. */
-SPRINGLS__FN int springls__mesh_balance(springls__mesh_intake *m)
-{
-    int e, h, unbalanced = 0;
-    for (e = 0; e < m->edge_count; e++) m->edges[e].balance = 0;
-    for (h = 0; h < 3 * m->count; h++)
-        m->edges[m->edge[h]].balance += springls__mesh_direction(m, h) * (m->turn[h / 3] ? -1 : 1);
-    for (e = 0; e < m->edge_count; e++) unbalanced += m->edges[e].balance != 0;
-    return unbalanced;
-}
-
-/* Counts the connected components; triangles that share a point are connected. Overwrites m->weld with a union-find forest. */
-SPRINGLS__FN int springls__mesh_components(springls__mesh_intake *m)
-{
-    int h, components = 0;
-    for (h = 0; h < 3 * m->count; h++) m->weld[m->corner[h]] = -1;
-    for (h = 0; h < 3 * m->count; h++) {
-        if (m->weld[m->corner[h]] >= 0) continue;
-        m->weld[m->corner[h]] = m->corner[h];
-        components++;
-    }
-    for (h = 0; h < 3 * m->count; h++)
-        components -= springls__join_trees(m->weld, m->corner[h], m->corner[springls__mesh_next(h)]);
-    return components;
-}
-
-/* Returns twice the area of a listed triangle, voxel^2. */
-SPRINGLS__FN double springls__mesh_double_area(const springls__mesh_intake *m, int triangle)
-{
-    springls__tri t;
-    t.a = m->point[m->corner[3 * triangle]];
-    t.b = m->point[m->corner[3 * triangle + 1]];
-    t.c = m->point[m->corner[3 * triangle + 2]];
-    return (double)springls__length(springls__tri_area2(t));
-}
-
-/* Orients the patch of triangles around `seed` like the seed; a patch is connected through edges of two triangles. Writes
-   the patch to m->queue, m->turn of its triangles, and in area[0] and area[1] twice the area not turned and turned, voxel^2.
-   Returns the number of triangles in the patch. */
-SPRINGLS__FN int springls__mesh_orient_patch(springls__mesh_intake *m, int seed, double area[2])
-{
-    int head = 0, tail = 0, k;
-    area[0] = area[1] = 0.0;
-    m->turn[seed] = 0;
-    m->queue[tail++] = seed;
-    while (head < tail) {
-        int t = m->queue[head++];
-        area[m->turn[t]] += springls__mesh_double_area(m, t);
-        for (k = 0; k < 3; k++) {
-            int h = 3 * t + k, other, same;
-            const springls__mesh_edge *edge = &m->edges[m->edge[h]];
-            if (edge->count != 2) continue;
-            other = edge->half[0] == h ? edge->half[1] : edge->half[0];
-            if (m->turn[other / 3] != SPRINGLS__MESH_UNREACHED) continue;
-            same = springls__mesh_direction(m, h) == springls__mesh_direction(m, other);
-            m->turn[other / 3] = (uint8_t)(m->turn[t] ^ same);
-            m->queue[tail++] = other / 3;
-        }
-    }
-    return tail;
-}
-
-/* Writes m->turn so that neighbors agree; of each patch the part with the smaller area is turned. */
-SPRINGLS__FN void springls__mesh_orient(springls__mesh_intake *m)
-{
-    double area[2];
-    int seed, patch, i;
-    memset(m->turn, SPRINGLS__MESH_UNREACHED, (size_t)m->count);
-    for (seed = 0; seed < m->count; seed++) {
-        if (m->turn[seed] != SPRINGLS__MESH_UNREACHED) continue;
-        patch = springls__mesh_orient_patch(m, seed, area);
-        if (area[1] > area[0])
-            for (i = 0; i < patch; i++) m->turn[m->queue[i]] ^= 1;
-    }
-}
-
-/* Loads the corners of a listed triangle, less `center`, and its area normal (p1 - p0) x (p2 - p0). World units. */
-SPRINGLS__FN void springls__mesh_world_triangle(const springls__mesh_intake *m, const float *positions, size_t stride, int t,
-                                                const double center[3], double p[3][3], double normal[3])
-{
-    int i, k;
-    for (i = 0; i < 3; i++)
-        for (k = 0; k < 3; k++)
-            p[i][k] = (double)springls__mesh_position(positions, stride, m->corner[3 * t + i])[k] - center[k];
-    for (k = 0; k < 3; k++) {
-        int u = (k + 1) % 3, w = (k + 2) % 3;
-        normal[k] = (p[1][u] - p[0][u]) * (p[2][w] - p[0][w]) - (p[1][w] - p[0][w]) * (p[2][u] - p[0][u]);
-    }
-}
-
-/* Returns the area of the listed triangles, and their center weighted by area. World units. */
-SPRINGLS__FN double springls__mesh_area(const springls__mesh_intake *m, const float *positions, size_t stride, double center[3])
-{
-    static const double origin[3] = { 0.0, 0.0, 0.0 };
-    double sum[3] = { 0.0, 0.0, 0.0 }, total = 0.0, p[3][3], n[3];
-    int t, k;
-    for (t = 0; t < m->count; t++) {
-        double a;
-        springls__mesh_world_triangle(m, positions, stride, t, origin, p, n);
-        a = sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
-        total += a;
-        for (k = 0; k < 3; k++) sum[k] += a * (p[0][k] + p[1][k] + p[2][k]) / 3.0;
-    }
-    for (k = 0; k < 3; k++) center[k] = total > 0.0 ? sum[k] / total : 0.0;
-    return 0.5 * total;
-}
-
-/* Returns the signed volume by the divergence theorem about `center`, world units; positive when the triangles face outwards.
-   turned: orients the triangles as m->turn has it, not as they came. */
-SPRINGLS__FN double springls__mesh_volume(const springls__mesh_intake *m, const float *positions, size_t stride,
-                                          const double center[3], bool turned)
-{
-    double volume = 0.0, p[3][3], n[3];
-    int t, k;
-    for (t = 0; t < m->count; t++) {
-        double v = 0.0;
-        springls__mesh_world_triangle(m, positions, stride, t, center, p, n);
-        for (k = 0; k < 3; k++) v += n[k] * p[0][k];
-        volume += turned && m->turn[t] ? -v : v;
-    }
-    return volume / 6.0;
-}
-
-/* ---- the call ---- */
-
 /* Logs what was repaired. repaired: the triangles' orientation was. */
 SPRINGLS__FN void springls__mesh_log(const springls_context *ctx, const springls_mesh_report *r, bool repaired)
 {
@@ -21483,6 +22006,7 @@ SPRINGLS__FN void springls__mesh_log(const springls_context *ctx, const springls
     else if (r->flipped || r->triangles_dropped)
         springls__log(ctx, 2, "mesh%s, %d triangles dropped", r->flipped ? " was inside out and has been turned"
                       : " is closed", r->triangles_dropped);
+    if (r->parts_turned && !r->flipped) springls__log(ctx, 2, "%d parts of the mesh were inside out and have been turned", r->parts_turned);
 }
 
 /* Removes the triangles without an area from the list, which may be empty then. */
@@ -21496,13 +22020,6 @@ SPRINGLS__FN void springls__mesh_drop_flat(springls__mesh_intake *m)
         m->turn[n++] = m->turn[t];
     }
     m->count = n;
-}
-
-/* Writes the corners of a listed triangle, turned as m->turn has it. */
-SPRINGLS__FN void springls__mesh_corners(const springls__mesh_intake *m, int t, springls__v3 q[3])
-{
-    int k;
-    for (k = 0; k < 3; k++) q[k] = m->point[m->corner[3 * t + (m->turn[t] && k ? 3 - k : k)]];
 }
 
 /* Makes the listed triangles the original surface. In a mirrored world all are turned once more. */
@@ -21701,29 +22218,13 @@ SPRINGLS__FN void springls__mesh_report_topology(springls__mesh_intake *m, sprin
     report->components = springls__mesh_components(m);
 }
 
-/* Writes m->turn so that neighbors agree and the triangles face outwards, and the report's area, volume (as the triangles
-   came) and flipped. Returns how many edges are not balanced then. */
-SPRINGLS__FN int springls__mesh_face_outwards(springls__mesh_intake *m, const float *positions, size_t stride,
-                                              springls_mesh_report *report)
-{
-    double center[3];
-    int t, unbalanced;
-    memset(m->turn, 0, (size_t)m->count);
-    report->area = springls__mesh_area(m, positions, stride, center);
-    report->volume = springls__mesh_volume(m, positions, stride, center, false);
-    if (report->misoriented_edges) springls__mesh_orient(m);
-    unbalanced = springls__mesh_balance(m);
-    report->flipped = springls__mesh_volume(m, positions, stride, center, true) < 0.0;
-    for (t = 0; report->flipped && t < m->count; t++) m->turn[t] ^= 1;
-    return unbalanced;
-}
-
 /* Does the work of springls_set_mesh on arguments that have been checked and a report of zeros. */
 SPRINGLS__FN springls_status springls__mesh_take(springls_context *ctx, springls__mesh_intake *m, const float *positions,
                                                  int position_count, size_t stride, const int *triangles, int triangle_count,
                                                  springls_mesh_report *report)
 {
     float lower[3], upper[3];
+    double center[3];
     bool beyond;
     int unbalanced;
     springls_status status;
@@ -21734,7 +22235,10 @@ SPRINGLS__FN springls_status springls__mesh_take(springls_context *ctx, springls
     springls__mesh_drop_repeated(m);
     springls__mesh_edges(m);
     springls__mesh_report_topology(m, report);
-    unbalanced = springls__mesh_face_outwards(m, positions, stride, report);
+    report->area = springls__mesh_area(m, positions, stride, center);
+    report->volume = springls__mesh_volume(m, positions, stride, center);
+    SPRINGLS__TRY(springls__mesh_face_outwards(ctx, m, springls__is_mirrored(ctx), report));
+    unbalanced = springls__mesh_balance(m);
     springls__mesh_drop_flat(m);
     report->triangles_dropped = triangle_count - m->count;
     if (!m->count) return springls__fail(ctx, SPRINGLS_BAD_MESH, "no triangle of %d has an area", triangle_count);
@@ -23366,185 +23870,6 @@ SPRINGLS_API springls_status springls_chunks_update(springls_context *ctx, sprin
         return springls__fail_null(ctx, "chunks_update", !chunks ? "chunks" : !changed ? "changed" : "count");
     SPRINGLS__TRY(springls_chunks_begin(ctx, chunks));
     return springls__chunks_continue(ctx, chunks, NULL, changed, count);
-}
-
-/* ======== >>ray  (src/model/ray.h) ============================================================================= */
-/* ray.h - finds the first point in which a ray meets a surface. */
-
-/* A ray from an origin, and the shear to a frame where its direction is (0, 0, 1): there an edge that two triangles share has the
-   same bits for both, so that a ray cannot slip between them. */
-typedef struct springls__ray_frame {
-    double origin[3], sx, sy, sz;
-    int kx, ky, kz;
-} springls__ray_frame;
-
-/* The direction must not be zero. */
-SPRINGLS__FN springls__ray_frame springls__ray_frame_make(const double origin[3], const double direction[3])
-{
-    springls__ray_frame f;
-    int k;
-    f.kz = 0;
-    for (k = 0; k < 3; k++) {
-        f.origin[k] = origin[k];
-        if (fabs(direction[k]) > fabs(direction[f.kz])) f.kz = k;
-    }
-    f.kx = (f.kz + 1) % 3;
-    f.ky = (f.kz + 2) % 3;
-    f.sz = 1.0 / direction[f.kz];
-    f.sx = direction[f.kx] * f.sz;
-    f.sy = direction[f.ky] * f.sz;
-    return f;
-}
-
-/* Returns whether the ray meets a triangle, from either side, and where: t in [0, t_max], and weights of its corners. */
-SPRINGLS__FN bool springls__ray_meets(const springls__ray_frame *f, springls__tri tri, double t_max, double *t, float weight[3])
-{
-    double p[3][3], u, v, w, det;
-    int m;
-    for (m = 0; m < 3; m++) {
-        springls__v3 q = m == 0 ? tri.a : m == 1 ? tri.b : tri.c;
-        double d[3];
-        d[0] = (double)q.x - f->origin[0];
-        d[1] = (double)q.y - f->origin[1];
-        d[2] = (double)q.z - f->origin[2];
-        p[m][0] = d[f->kx] - f->sx * d[f->kz];
-        p[m][1] = d[f->ky] - f->sy * d[f->kz];
-        p[m][2] = f->sz * d[f->kz];
-    }
-    u = p[2][0] * p[1][1] - p[2][1] * p[1][0];
-    v = p[0][0] * p[2][1] - p[0][1] * p[2][0];
-    w = p[1][0] * p[0][1] - p[1][1] * p[0][0];
-    if ((u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0)) return false;
-    det = u + v + w;
-    if (det == 0.0) return false;
-    *t = (u * p[0][2] + v * p[1][2] + w * p[2][2]) / det;
-    if (!(*t >= 0.0 && *t <= t_max)) return false;
-    weight[0] = (float)(u / det);
-    weight[1] = (float)(v / det);
-    weight[2] = 1.0f - weight[0] - weight[1];
-    return true;
-}
-
-/* ---- through a hierarchy ---- */
-
-typedef struct springls__ray {
-    springls__ray_frame frame;
-    float origin[3], inverse[3];
-} springls__ray;
-
-SPRINGLS__FN springls__ray springls__ray_make(springls__v3 origin, springls__v3 direction)
-{
-    springls__ray r;
-    double from[3], along[3];
-    int k;
-    r.origin[0] = origin.x; r.origin[1] = origin.y; r.origin[2] = origin.z;
-    along[0] = (double)direction.x; along[1] = (double)direction.y; along[2] = (double)direction.z;
-    for (k = 0; k < 3; k++) {
-        float d = (float)along[k];
-        from[k] = (double)r.origin[k];
-        r.inverse[k] = springls__fabs(d) > 1e-30f ? 1.0f / d : d < 0.0f ? -1e30f : 1e30f;
-    }
-    r.frame = springls__ray_frame_make(from, along);
-    return r;
-}
-
-/* Returns whether the ray enters a node's bounds before t_max, and where; the bounds are widened by the slack, so that no hit is
-   missed by rounding. */
-SPRINGLS__FN bool springls__ray_box(const springls__ray *r, const springls__bvh_node *node, float slack, float t_max, float *t)
-{
-    float t_in = 0.0f, t_out = t_max;
-    int k;
-    for (k = 0; k < 3; k++) {
-        float t0 = (node->lower[k] - slack - r->origin[k]) * r->inverse[k];
-        float t1 = (node->upper[k] + slack - r->origin[k]) * r->inverse[k];
-        if (t0 > t1) { float swap = t0; t0 = t1; t1 = swap; }
-        t_in = springls__max(t_in, t0);
-        t_out = springls__min(t_out, t1);
-    }
-    *t = t_in;
-    return t_in <= t_out * 1.000002f;
-}
-
-/* Returns whether the ray meets a triangle within t_max, and where. */
-SPRINGLS__FN bool springls__ray_triangle(const springls__ray *r, springls__tri tri, float t_max, springls__surface_hit *out)
-{
-    double t;
-    float b[3];
-    if (!springls__ray_meets(&r->frame, tri, (double)t_max, &t, b)) return false;
-    out->t = (float)t;
-    memcpy(out->hit.bary, b, sizeof b);
-    out->hit.point = springls__tri_point(tri, b);
-    return true;
-}
-
-/* A search for the first triangle that a ray meets, in [0, best.t]. */
-typedef struct springls__ray_search {
-    const springls__surface *surface;
-    springls__ray ray;
-    float slack;
-    springls__surface_hit best;
-    struct { float t; int node; } stack[SPRINGLS__BVH_STACK];
-    int top;
-} springls__ray_search;
-
-/* Puts the children that the ray enters on the stack, the one that it enters first on top. */
-SPRINGLS__FN void springls__ray_descend(springls__ray_search *search, const springls__bvh_node *node)
-{
-    const springls__bvh_node *child = &search->surface->nodes[node->first];
-    float t0 = 0.0f, t1 = 0.0f;
-    bool hit0 = springls__ray_box(&search->ray, &child[0], search->slack, search->best.t, &t0);
-    bool hit1 = springls__ray_box(&search->ray, &child[1], search->slack, search->best.t, &t1);
-    int nearer = hit1 && (!hit0 || t1 < t0);
-    if (hit0 && hit1) {
-        search->stack[search->top].t = nearer ? t0 : t1;
-        search->stack[search->top++].node = node->first + !nearer;
-    }
-    if (hit0 || hit1) {
-        search->stack[search->top].t = nearer ? t1 : t0;
-        search->stack[search->top++].node = node->first + nearer;
-    }
-}
-
-/* Takes the triangles of a leaf that the ray meets earlier than the best, or as early and of a lower index. */
-SPRINGLS__FN void springls__ray_try_leaf(springls__ray_search *search, const springls__bvh_node *leaf)
-{
-    springls__surface_hit h = search->best;
-    int i;
-    for (i = 0; i < leaf->count; i++) {
-        int triangle = search->surface->order[leaf->first + i];
-        springls__tri t = springls__surface_triangle(search->surface, triangle);
-        if (!springls__ray_triangle(&search->ray, t, search->best.t, &h)) continue;
-        if (h.t < search->best.t || search->best.triangle < 0 || triangle < search->best.triangle) {
-            search->best = h;
-            search->best.triangle = triangle;
-        }
-    }
-}
-
-/* Returns the first point in which the ray x + t direction meets the surface with 0 <= t <= t_max, the lowest index among equals.
-   The direction need not be a unit vector; one of no length meets nothing. */
-SPRINGLS__FN springls__surface_hit springls__surface_ray(const springls__surface *surface, springls__v3 x,
-                                                         springls__v3 direction, float t_max)
-{
-    springls__ray_search search;
-    search.surface = surface;
-    search.slack = 2e-6f * (surface->magnitude + springls__max_coordinate(x));
-    memset(&search.best, 0, sizeof search.best);
-    search.best.triangle = -1;
-    search.best.t = t_max;
-    if (!surface->count || !(springls__max_coordinate(direction) > 1e-30f)) return search.best;
-    search.ray = springls__ray_make(x, direction);
-    search.top = springls__ray_box(&search.ray, &surface->nodes[0], search.slack, t_max, &search.stack[0].t) ? 1 : 0;
-    search.stack[0].node = 0;
-    while (search.top) {
-        const springls__bvh_node *node;
-        search.top--;
-        if (search.stack[search.top].t > search.best.t * 1.000002f) continue;
-        node = &surface->nodes[search.stack[search.top].node];
-        if (node->count) springls__ray_try_leaf(&search, node);
-        else springls__ray_descend(&search, node);
-    }
-    return search.best;
 }
 
 /* ======== >>zero_level  (src/output/zero_level.h) ============================================================== */
@@ -27230,7 +27555,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1032 \"springls.h\"\n",
+    "#line 1034 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -27338,7 +27663,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2125 \"springls.h\"\n",
+    "#line 2130 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -27435,7 +27760,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2223 \"springls.h\"\n",
+    "#line 2228 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -27457,7 +27782,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2246 \"springls.h\"\n",
+    "#line 2251 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27472,7 +27797,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2262 \"springls.h\"\n",
+    "#line 2267 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -27596,7 +27921,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2386 \"springls.h\"\n",
+    "#line 2391 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -27666,7 +27991,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2457 \"springls.h\"\n",
+    "#line 2462 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -27886,7 +28211,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2678 \"springls.h\"\n",
+    "#line 2683 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27901,7 +28226,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2693 \"springls.h\"\n",
+    "#line 2698 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -28025,14 +28350,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2817 \"springls.h\"\n",
+    "#line 2822 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2825 \"springls.h\"\n",
+    "#line 2830 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -28131,7 +28456,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 2925 \"springls.h\"\n",
+    "#line 2930 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -28186,7 +28511,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 2981 \"springls.h\"\n",
+    "#line 2986 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -28282,7 +28607,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 3078 \"springls.h\"\n",
+    "#line 3083 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -28294,7 +28619,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3090 \"springls.h\"\n",
+    "#line 3095 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28309,7 +28634,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3106 \"springls.h\"\n",
+    "#line 3111 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -28353,7 +28678,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3150 \"springls.h\"\n",
+    "#line 3155 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28368,7 +28693,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3165 \"springls.h\"\n",
+    "#line 3170 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -28412,7 +28737,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3209 \"springls.h\"\n",
+    "#line 3214 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -28491,7 +28816,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3288 \"springls.h\"\n",
+    "#line 3293 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28506,7 +28831,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3304 \"springls.h\"\n",
+    "#line 3309 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -28573,7 +28898,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3371 \"springls.h\"\n",
+    "#line 3376 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28588,7 +28913,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3386 \"springls.h\"\n",
+    "#line 3391 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -28655,7 +28980,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3454 \"springls.h\"\n",
+    "#line 3459 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -29036,7 +29361,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3836 \"springls.h\"\n",
+    "#line 3841 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -29735,7 +30060,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4536 \"springls.h\"\n",
+    "#line 4541 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -29995,7 +30320,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4797 \"springls.h\"\n",
+    "#line 4802 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -30197,7 +30522,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5000 \"springls.h\"\n",
+    "#line 5005 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -30314,7 +30639,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5118 \"springls.h\"\n",
+    "#line 5123 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -30511,7 +30836,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5315 \"springls.h\"\n",
+    "#line 5320 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30526,7 +30851,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5331 \"springls.h\"\n",
+    "#line 5336 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -30720,7 +31045,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5525 \"springls.h\"\n",
+    "#line 5530 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30735,7 +31060,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5540 \"springls.h\"\n",
+    "#line 5545 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -30929,7 +31254,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6343 \"springls.h\"\n",
+    "#line 6348 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -30955,7 +31280,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6370 \"springls.h\"\n",
+    "#line 6375 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -31044,7 +31369,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6460 \"springls.h\"\n",
+    "#line 6465 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -31184,7 +31509,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6601 \"springls.h\"\n",
+    "#line 6606 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -31289,7 +31614,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6707 \"springls.h\"\n",
+    "#line 6712 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -31521,7 +31846,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6940 \"springls.h\"\n",
+    "#line 6945 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -31551,7 +31876,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6970 \"springls.h\"\n",
+    "#line 6975 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31566,7 +31891,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 6986 \"springls.h\"\n",
+    "#line 6991 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -31735,7 +32060,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7155 \"springls.h\"\n",
+    "#line 7160 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31750,7 +32075,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7170 \"springls.h\"\n",
+    "#line 7175 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -31919,7 +32244,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7339 \"springls.h\"\n",
+    "#line 7344 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -31973,7 +32298,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7394 \"springls.h\"\n",
+    "#line 7399 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -31999,7 +32324,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7420 \"springls.h\"\n",
+    "#line 7425 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32014,7 +32339,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7436 \"springls.h\"\n",
+    "#line 7441 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -32097,7 +32422,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7519 \"springls.h\"\n",
+    "#line 7524 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32112,7 +32437,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7534 \"springls.h\"\n",
+    "#line 7539 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -32195,7 +32520,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7617 \"springls.h\"\n",
+    "#line 7622 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -32269,7 +32594,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7692 \"springls.h\"\n",
+    "#line 7697 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -32822,7 +33147,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8246 \"springls.h\"\n",
+    "#line 8251 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
@@ -32918,7 +33243,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8343 \"springls.h\"\n",
+    "#line 8348 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -33039,7 +33364,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8465 \"springls.h\"\n",
+    "#line 8470 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
     "\n",
@@ -33309,7 +33634,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8736 \"springls.h\"\n",
+    "#line 8741 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -33395,7 +33720,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8823 \"springls.h\"\n",
+    "#line 8828 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -33537,7 +33862,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 8966 \"springls.h\"\n",
+    "#line 8971 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -33726,7 +34051,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9156 \"springls.h\"\n",
+    "#line 9161 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -33850,7 +34175,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9281 \"springls.h\"\n",
+    "#line 9286 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -33884,7 +34209,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 9316 \"springls.h\"\n",
+    "#line 9321 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -34426,7 +34751,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9859 \"springls.h\"\n",
+    "#line 9864 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -34576,7 +34901,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10010 \"springls.h\"\n",
+    "#line 10015 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -34680,7 +35005,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10115 \"springls.h\"\n",
+    "#line 10120 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -34777,7 +35102,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10213 \"springls.h\"\n",
+    "#line 10218 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -35315,7 +35640,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10752 \"springls.h\"\n",
+    "#line 10757 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -35393,7 +35718,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10831 \"springls.h\"\n",
+    "#line 10836 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -35642,7 +35967,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11081 \"springls.h\"\n",
+    "#line 11086 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -35675,7 +36000,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11115 \"springls.h\"\n",
+    "#line 11120 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -35700,14 +36025,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11141 \"springls.h\"\n",
+    "#line 11146 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11148 \"springls.h\"\n",
+    "#line 11153 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35722,7 +36047,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11164 \"springls.h\"\n",
+    "#line 11169 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35848,7 +36173,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11290 \"springls.h\"\n",
+    "#line 11295 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35863,7 +36188,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11305 \"springls.h\"\n",
+    "#line 11310 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -35989,7 +36314,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11432 \"springls.h\"\n",
+    "#line 11437 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -36280,7 +36605,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11724 \"springls.h\"\n",
+    "#line 11729 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -36389,7 +36714,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_scatter, LISTS, 128) X(brick_lists_sort, LISTS, 8)                                                             \\\n",
     "    X(compact_flag, LISTS, 4096) X(compact_out, LISTS, 256) X(compact_in, LISTS, 256)                                            \\\n",
     "    X(region_begin, SIGNS, 64) X(region_join, SIGNS, 64) X(region_vote, SIGNS, 64) X(region_resolve, SIGNS, 64)\n",
-    "#line 36393 \"springls.h\"\n",
+    "#line 36718 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

@@ -255,7 +255,9 @@ typedef struct springls_mesh_report {
     int misoriented_edges;   /* edges along which both triangles run in the same direction                          */
     int components;          /* parts that share no point                                                           */
     bool closed;             /* there is no boundary, non-manifold or misoriented edge                              */
-    bool flipped;            /* the input was inside out and has been turned                                        */
+    bool flipped;            /* the input was inside out as a whole and has been turned                             */
+    int parts_turned;        /* patches of triangles that hang together by edges, turned to face outwards           */
+    int parts_nested;        /* closed patches within another one: hollows, and solids within a solid               */
     bool used_winding;       /* not closed: inside is where the generalised winding number exceeds one half         */
     double volume, area;     /* world units; volume is negative for a mesh that is inside out                       */
     int springls;            /* made of triangles and their parts, and of the film that closes holes                */
@@ -271,7 +273,8 @@ typedef struct springls_mesh_report {
    overlap.
    positions: position_count points, world coordinates, `stride` bytes from one to the next (0: 12; a multiple of 4).
    triangles: 3 indices each, counter-clockwise seen from outside. report: may be NULL.
-   An open, inside-out or otherwise defective mesh is repaired as `report` shows; holes are closed by a film of springls,
+   An open, inside-out or otherwise defective mesh is repaired as `report` shows: triangles that hang together by edges are made
+   to face alike, and each such part outwards, or as a hollow inwards within another; holes are closed by a film of springls,
    which come after those of the triangles. With triangles much smaller than a voxel call springls_remesh next: the time of a
    search grows with the springls in a cell.
    BAD_MESH: an index is out of range, no triangle has an area, or all lie outside the grid; or nothing is inside, as with a
