@@ -1554,7 +1554,7 @@ typedef enum springls_snapshot_kind {
 } springls_snapshot_kind;
 
 /* Writes the model into `out`, at most `capacity` bytes, and their number into *size; out NULL: the number only. A context
-   of the same springls_desc.grid that restores it continues with the same bits as this one, on any backend,
+   of the same springls_desc.grid and .follow that restores it continues with the same bits as this one, on any backend,
    number of threads, or machine. Equal states are equal bytes. The bytes are a file format, which later versions of the library
    read too (docs/snapshot-format.md). Completes a step in progress, and finds components that are out of date: their failures are
    returned, too. INVALID_ARGUMENT: also when capacity is less than *size. */
@@ -13371,14 +13371,14 @@ SPRINGLS__FN const char *springls__grid_fault(const springls_grid_desc *grid)
 {
     int k;
     for (k = 0; k < 3; k++) {
-        if (grid->size[k] < 1) return "grid.size is not positive: it may be 4 to 4096";
-        if (grid->size[k] > 4096) return "grid.size is more than 4096 voxels a side: it may be 4 to 4096";
+        if (grid->size[k] < 1) return "grid.size is not positive";
+        if (grid->size[k] > 4096) return "grid.size is more than 4096 voxels a side";
         if (springls__is_nan(grid->spacing[k])) return "grid.spacing is not positive along all axes, or 0 along all";
-        if (!springls__finite(grid->origin[k])) return "grid.origin is no number between -1e30 and 1e30";
+        if (!springls__finite(grid->origin[k])) return "grid.origin is no number between -1e15 and 1e15";
     }
     for (k = 0; k < 12; k++)
         if (!springls__finite(k < 9 ? grid->direction[k] : grid->spacing[k - 9]))
-            return "grid.spacing times grid.direction is no number between -1e30 and 1e30";
+            return "grid.spacing times grid.direction is no number between -1e15 and 1e15";
     return NULL;
 }
 
@@ -13386,7 +13386,7 @@ SPRINGLS__FN const char *springls__grid_fault(const springls_grid_desc *grid)
    none. */
 SPRINGLS__FN const char *springls__grid_transform(const springls_grid_desc *grid, double *forward, double *inverse)
 {
-    double m[12], det;
+    double m[12], det, size = 1.0;
     int row, column;
     bool no_spacing = grid->spacing[0] == 0.0 && grid->spacing[1] == 0.0 && grid->spacing[2] == 0.0, no_direction = true;
     const char *fault = springls__grid_fault(grid);
@@ -13400,12 +13400,17 @@ SPRINGLS__FN const char *springls__grid_transform(const springls_grid_desc *grid
         }
         m[4 * row + 3] = grid->origin[row];
         for (column = 0; column < 4; column++)
-            if (!springls__finite(m[4 * row + column]) || fabs(m[4 * row + column]) >= 1e30)
-                return column == 3 ? "grid.origin is no number between -1e30 and 1e30"
-                                   : "grid.spacing times grid.direction is no number between -1e30 and 1e30";
+            if (!springls__finite(m[4 * row + column]) || fabs(m[4 * row + column]) >= 1e15)
+                return column == 3 ? "grid.origin is no number between -1e15 and 1e15"
+                                   : "grid.spacing times grid.direction is no number between -1e15 and 1e15";
     }
     det = springls__determinant(m);
-    if (fabs(det) <= 1e-30) return "the axes of grid.direction lie in one plane";
+    for (column = 0; column < 3; column++) {
+        const double length = sqrt(m[column] * m[column] + m[4 + column] * m[4 + column] + m[8 + column] * m[8 + column]);
+        if (length <= 1e-15 && length > 0.0) return "grid.spacing times grid.direction is less than 1e-15";
+        size *= length;
+    }
+    if (fabs(det) <= 1e-9 * size) return "the axes of grid.direction lie in one plane";
     if (forward) memcpy(forward, m, sizeof m);
     inverse[0] = (m[5] * m[10] - m[6] * m[9]) / det;
     inverse[1] = (m[2] * m[9] - m[1] * m[10]) / det;
@@ -14383,6 +14388,7 @@ SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const
     memset(motion, 0, sizeof *motion);
     motion->ctx = ctx;
     if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: forces is NULL");
+    if (!springls__finite_float(dt)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is %g, not finite", (double)dt);
     SPRINGLS__TRY(springls__check_forces(ctx, forces));
     motion->forces = *forces;
     motion->rule.pressure_weight = forces->pressure_weight != 0.0f ? forces->pressure_weight : 1.0f;
@@ -14402,17 +14408,14 @@ SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const
 }
 
 /* Writes the times of the Runge-Kutta stages into the rule. */
-SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
+SPRINGLS__FN void springls__motion_times(springls__motion *motion)
 {
     const float spread = motion->ctx->model.params.half_time_sampling ? 0.5f * motion->dt : motion->dt;
-    if (!springls__finite_float(motion->dt))
-        return springls__fail(motion->ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is %g, not finite", (double)motion->dt);
     motion->rule.dt = motion->dt;
     motion->rule.stage_time[0] = motion->time;
     motion->rule.stage_time[1] = motion->rule.stage_time[2] = motion->time + 0.5f * spread;
     motion->rule.stage_time[3] = motion->time + spread;
     motion->rule.stop_at_topology = motion->stop_at_topology;
-    return SPRINGLS_OK;
 }
 
 /* Lists the springls in the region of the forces, ascending. With a fresh cell list, as in a model at rest, only the cells of the
@@ -14526,7 +14529,7 @@ SPRINGLS__FN springls_status springls__displace_all(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
     int count = ctx->model.set.count;
-    SPRINGLS__TRY(springls__motion_times(motion));
+    springls__motion_times(motion);
     motion->listed = NULL;
     motion->count = springls__has_no_force(motion) ? 0 : count;
     if (motion->count == 0) return SPRINGLS_OK;
@@ -19019,15 +19022,24 @@ SPRINGLS_API springls_status springls_settle(springls_context *ctx, int steps)
     return SPRINGLS_OK;
 }
 
-/* Makes phi follow springls that springls_write or a lone springls_advect has moved. Calls that replace phi as a whole do this
-   first, so that no motion is lost. No step is in progress. */
+/* Finds whether springls have moved since phi followed them, by springls_write or a lone springls_advect: *moved. No step is in
+   progress. */
+SPRINGLS__FN springls_status springls__moved_since_phi(springls_context *ctx, bool *moved)
+{
+    float displacement = 0.0f;
+    if (ctx->model.set.count && ctx->model.params.carry_level_set)
+        SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
+    *moved = displacement > 0.0f;
+    return SPRINGLS_OK;
+}
+
+/* Makes phi follow springls that have moved. Calls that replace phi as a whole do this first, so that no motion is lost. */
 SPRINGLS__FN springls_status springls__follow_written(springls_context *ctx)
 {
     springls_step_desc rest;
-    float displacement;
-    if (ctx->model.set.count == 0 || !ctx->model.params.carry_level_set) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
-    if (!(displacement > 0.0f)) return SPRINGLS_OK;
+    bool moved;
+    SPRINGLS__TRY(springls__moved_since_phi(ctx, &moved));
+    if (!moved) return SPRINGLS_OK;
     memset(&rest, 0, sizeof rest);
     return springls_step(ctx, &rest);
 }
@@ -19307,7 +19319,11 @@ static const springls__param springls__param_list[] = { SPRINGLS__PARAMS(SPRINGL
 #undef SPRINGLS__PARAM_INTEGER
 #define SPRINGLS__PARAM_COUNT (sizeof springls__param_list / sizeof springls__param_list[0])
 
-/* Has no value when a member is missing from the list. */
+/* Do not compile with -fshort-enums and -fsingle-precision-constant: snapshots and state would have other bits. */
+typedef char springls__enumerations_are_integers[sizeof(springls_contact) == sizeof(int) ? 1 : -1];
+typedef char springls__constants_are_double[sizeof 1.0 == sizeof(double) ? 1 : -1];
+
+/* Does not compile when a member is missing from the list. */
 typedef char springls__all_params_are_listed[4 * (SPRINGLS__PARAM_COUNT + 1) == sizeof(springls_params) ? 1 : -1];
 
 /* Returns whether a member is in its range. Enumerations are read as integers, whatever value they have. */
@@ -25756,15 +25772,20 @@ SPRINGLS__FN void springls__to_near_world(const springls_context *ctx, const flo
 SPRINGLS__FN double springls__springls_area(const springls_context *ctx)
 {
     double sum = 0.0;
-    float corners[9];
-    springls__tri t;
-    int i;
+    float q[9];
+    int i, k;
     for (i = 0; i < ctx->model.set.count; i++) {
-        springls__to_near_world(ctx, &ctx->model.set.s[i].q[0].x, 3, corners);
-        t.a = springls__v3_make(corners[0], corners[1], corners[2]);
-        t.b = springls__v3_make(corners[3], corners[4], corners[5]);
-        t.c = springls__v3_make(corners[6], corners[7], corners[8]);
-        sum += 0.5 * (double)springls__length(springls__tri_area2(t));
+        double u[3], v[3], n2 = 0.0;
+        springls__to_near_world(ctx, &ctx->model.set.s[i].q[0].x, 3, q);
+        for (k = 0; k < 3; k++) {
+            u[k] = (double)q[3 + k] - (double)q[k];
+            v[k] = (double)q[6 + k] - (double)q[k];
+        }
+        for (k = 0; k < 3; k++) {
+            const double n = u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3];
+            n2 += n * n;
+        }
+        sum += 0.5 * sqrt(n2);
     }
     return sum;
 }
@@ -36714,7 +36735,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_scatter, LISTS, 128) X(brick_lists_sort, LISTS, 8)                                                             \\\n",
     "    X(compact_flag, LISTS, 4096) X(compact_out, LISTS, 256) X(compact_in, LISTS, 256)                                            \\\n",
     "    X(region_begin, SIGNS, 64) X(region_join, SIGNS, 64) X(region_vote, SIGNS, 64) X(region_resolve, SIGNS, 64)\n",
-    "#line 36718 \"springls.h\"\n",
+    "#line 36739 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -38295,11 +38316,13 @@ SPRINGLS__FN void springls__widen_range(const springls_context *ctx, const int *
     }
 }
 
-/* Moves the window of a model, if it follows, to the middle of both models. Fails, and changes nothing, when both do not lie in one
-   window. */
-SPRINGLS__FN springls_status springls__center_window(springls_context *ctx, const springls_context *other)
+/* Finds by how many bricks the window of a model, if it follows, moves to the middle of both models. Fails when both do not lie in
+   one window. */
+SPRINGLS__FN springls_status springls__window_of_both(springls_context *ctx, springls_context *other, int bricks[3])
 {
-    int bricks[3], axis;
+    int axis;
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S)));
+    SPRINGLS__TRY(springls__ensure_on_host(other, SPRINGLS__BIT(S)));
     for (axis = 0; axis < 3; axis++) {
         const double last = (double)ctx->model.grid.size[axis] - 0.5; /* voxel: the border of the domain */
         double lower = DBL_MAX, upper = -DBL_MAX, moved;
@@ -38312,7 +38335,7 @@ SPRINGLS__FN springls_status springls__center_window(springls_context *ctx, cons
                                   "combine: along axis %d both models reach from voxel %.0f to %.0f: a window has %d", axis, lower,
                                   upper, ctx->model.grid.size[axis]);
     }
-    return ctx->desc.follow ? springls__move_window(ctx, bricks) : SPRINGLS_OK;
+    return SPRINGLS_OK;
 }
 
 /* Makes `to` equal to `from`; both have grids of the same lattice. On failure the reason is in the error of one of them. */
@@ -38330,13 +38353,14 @@ SPRINGLS__FN springls_status springls__copy_model(springls_context *to, springls
     return status;
 }
 
-/* Makes a copy of the other model in the window of this one: what lies beyond that is left out. */
+/* Makes a copy of the other model in the window of this one, whose phi has followed its springls: what lies beyond that is left out. */
 SPRINGLS__FN springls_status springls__copy_into_window(springls_context *ctx, springls_context *other, springls_context **copy)
 {
     springls_status status;
     int bricks[3], axis;
     SPRINGLS__TRY(springls__create_alike(ctx, "combine", copy));
     status = springls__copy_model(*copy, other);
+    if (status == SPRINGLS_OK) status = springls__follow_written(*copy);
     if (status == SPRINGLS_OK) status = springls__change_level_set(*copy); /* a snapshot has phi as the steps have left it */
     for (axis = 0; axis < 3; axis++) /* where windows are further apart, nothing is in both */
         bricks[axis] = springls__iclamp(ctx->window.offset[axis] / SPRINGLS__BRICK - other->window.offset[axis] / SPRINGLS__BRICK,
@@ -38396,12 +38420,17 @@ SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_o
     return SPRINGLS_OK;
 }
 
+SPRINGLS__FN springls_status springls__check_operation(springls_context *ctx, springls_operation operation)
+{
+    if (operation == SPRINGLS_OPERATION_UNION || operation == SPRINGLS_OPERATION_INTERSECTION
+        || operation == SPRINGLS_OPERATION_DIFFERENCE) return SPRINGLS_OK;
+    return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: there is no operation %d: it may be 0 to 2", (int)operation);
+}
+
 SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, springls_operation operation,
                                                       const springls_context *other)
 {
-    if (operation != SPRINGLS_OPERATION_UNION && operation != SPRINGLS_OPERATION_INTERSECTION
-        && operation != SPRINGLS_OPERATION_DIFFERENCE)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: there is no operation %d: it may be 0 to 2", (int)operation);
+    SPRINGLS__TRY(springls__check_operation(ctx, operation));
     if (!other) return springls__fail_null(ctx, "combine", "the other model");
     if (other == ctx) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model is this one");
     if (memcmp(ctx->desc.grid.size, other->desc.grid.size, sizeof ctx->desc.grid.size) != 0
@@ -38428,39 +38457,71 @@ SPRINGLS__FN springls_status springls__combine_in_window(springls_context *ctx, 
     return springls__clear_on_failure(ctx, status);
 }
 
-SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other)
+/* Combines a model with a copy of another one, which has another window, or springls that its phi has not followed. */
+SPRINGLS__FN springls_status springls__combine_copy(springls_context *ctx, springls_operation operation, springls_context *other)
 {
     springls_context *copy = NULL;
-    springls_status status;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__check_operands(ctx, operation, other));
-    SPRINGLS__TRY(springls__follow_all(ctx));
-    status = springls__begin_reading(other);
-    if (status == SPRINGLS_OK) status = springls__follow_written(other);
-    if (status == SPRINGLS_OK) status = springls__use_host(other, false);
-    if (status != SPRINGLS_OK) return springls__other_failed(ctx, status, other);
-    SPRINGLS__TRY(springls__use_host_calmly(ctx, true));
-    if (springls__same_place(&ctx->window, &other->window)) return springls__combine_in_window(ctx, operation, other);
-    if (operation == SPRINGLS_OPERATION_UNION) SPRINGLS__TRY(springls__center_window(ctx, other));
-    status = springls__copy_into_window(ctx, other, &copy);
+    springls_status status = springls__copy_into_window(ctx, other, &copy);
     if (status == SPRINGLS_OK) status = springls__combine_in_window(ctx, operation, copy);
     springls_destroy(copy);
+    return status;
+}
+
+SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other)
+{
+    springls_status status;
+    int bricks[3];
+    bool apart, moved = false;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__check_operands(ctx, operation, other));
+    SPRINGLS__TRY(springls__begin_change(ctx));
+    status = springls__begin_reading(other);
+    if (status == SPRINGLS_OK) status = springls__moved_since_phi(other, &moved);
+    if (status == SPRINGLS_OK) status = springls__use_host(other, false);
+    if (status != SPRINGLS_OK) return springls__other_failed(ctx, status, other);
+    apart = !springls__same_place(&ctx->window, &other->window);
+    if (operation == SPRINGLS_OPERATION_UNION && apart) SPRINGLS__TRY(springls__window_of_both(ctx, other, bricks)); /* or refuse */
+    SPRINGLS__TRY(springls__follow_written(ctx));
+    SPRINGLS__TRY(springls__use_host_calmly(ctx, true));
+    apart = !springls__same_place(&ctx->window, &other->window);
+    if (operation == SPRINGLS_OPERATION_UNION && apart) {
+        SPRINGLS__TRY(springls__window_of_both(ctx, other, bricks));
+        if (ctx->desc.follow) SPRINGLS__TRY(springls__move_window(ctx, bricks));
+    }
+    return apart || moved ? springls__combine_copy(ctx, operation, other) : springls__combine_in_window(ctx, operation, other);
+}
+
+/* Samples the function in the window of the model into a new one. */
+SPRINGLS__FN springls_status springls__implicit_alike(springls_context *ctx, springls_implicit_fn fn, void *user,
+                                                      springls_context **other)
+{
+    springls_status status;
+    SPRINGLS__TRY(springls__create_alike(ctx, "combine_implicit", other));
+    memcpy((*other)->home, ctx->window.offset, sizeof (*other)->home);
+    status = springls_set_implicit(*other, fn, user);
+    if (status == SPRINGLS_OK) return SPRINGLS_OK;
+    springls__fail(ctx, status, "combine_implicit: %.200s", (*other)->error);
+    springls_destroy(*other);
+    *other = NULL;
     return status;
 }
 
 SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation,
                                                        springls_implicit_fn fn, void *user)
 {
-    springls_context *other;
+    springls_context *other = NULL;
     springls_status status;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!fn) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine_implicit: the function is NULL");
-    SPRINGLS__TRY(springls__follow_all(ctx));
-    SPRINGLS__TRY(springls__create_alike(ctx, "combine_implicit", &other));
-    memcpy(other->home, ctx->window.offset, sizeof other->home);
-    status = springls_set_implicit(other, fn, user);
+    SPRINGLS__TRY(springls__check_operation(ctx, operation));
+    SPRINGLS__TRY(springls__begin_change(ctx));
+    SPRINGLS__TRY(springls__implicit_alike(ctx, fn, user, &other));
+    status = springls__follow_written(ctx);
+    if (status == SPRINGLS_OK && !springls__same_place(&ctx->window, &other->window)) { /* the model followed out of it */
+        springls_destroy(other);
+        status = springls__implicit_alike(ctx, fn, user, &other);
+    }
     if (status == SPRINGLS_OK) status = springls_combine(ctx, operation, other);
-    else springls__fail(ctx, status, "combine_implicit: %.200s", other->error);
     springls_destroy(other);
     return status;
 }

@@ -566,7 +566,7 @@ typedef enum springls_snapshot_kind {
 } springls_snapshot_kind;
 
 /* Writes the model into `out`, at most `capacity` bytes, and their number into *size; out NULL: the number only. A context
-   of the same springls_desc.grid that restores it continues with the same bits as this one, on any backend,
+   of the same springls_desc.grid and .follow that restores it continues with the same bits as this one, on any backend,
    number of threads, or machine. Equal states are equal bytes. The bytes are a file format, which later versions of the library
    read too (docs/snapshot-format.md). Completes a step in progress, and finds components that are out of date: their failures are
    returned, too. INVALID_ARGUMENT: also when capacity is less than *size. */

@@ -173,7 +173,11 @@ static const springls__param springls__param_list[] = { SPRINGLS__PARAMS(SPRINGL
 #undef SPRINGLS__PARAM_INTEGER
 #define SPRINGLS__PARAM_COUNT (sizeof springls__param_list / sizeof springls__param_list[0])
 
-/* Has no value when a member is missing from the list. */
+/* Do not compile with -fshort-enums and -fsingle-precision-constant: snapshots and state would have other bits. */
+typedef char springls__enumerations_are_integers[sizeof(springls_contact) == sizeof(int) ? 1 : -1];
+typedef char springls__constants_are_double[sizeof 1.0 == sizeof(double) ? 1 : -1];
+
+/* Does not compile when a member is missing from the list. */
 typedef char springls__all_params_are_listed[4 * (SPRINGLS__PARAM_COUNT + 1) == sizeof(springls_params) ? 1 : -1];
 
 /* Returns whether a member is in its range. Enumerations are read as integers, whatever value they have. */

@@ -42,14 +42,14 @@ SPRINGLS__FN const char *springls__grid_fault(const springls_grid_desc *grid)
 {
     int k;
     for (k = 0; k < 3; k++) {
-        if (grid->size[k] < 1) return "grid.size is not positive: it may be 4 to 4096";
-        if (grid->size[k] > 4096) return "grid.size is more than 4096 voxels a side: it may be 4 to 4096";
+        if (grid->size[k] < 1) return "grid.size is not positive";
+        if (grid->size[k] > 4096) return "grid.size is more than 4096 voxels a side";
         if (springls__is_nan(grid->spacing[k])) return "grid.spacing is not positive along all axes, or 0 along all";
-        if (!springls__finite(grid->origin[k])) return "grid.origin is no number between -1e30 and 1e30";
+        if (!springls__finite(grid->origin[k])) return "grid.origin is no number between -1e15 and 1e15";
     }
     for (k = 0; k < 12; k++)
         if (!springls__finite(k < 9 ? grid->direction[k] : grid->spacing[k - 9]))
-            return "grid.spacing times grid.direction is no number between -1e30 and 1e30";
+            return "grid.spacing times grid.direction is no number between -1e15 and 1e15";
     return NULL;
 }
 
@@ -57,7 +57,7 @@ SPRINGLS__FN const char *springls__grid_fault(const springls_grid_desc *grid)
    none. */
 SPRINGLS__FN const char *springls__grid_transform(const springls_grid_desc *grid, double *forward, double *inverse)
 {
-    double m[12], det;
+    double m[12], det, size = 1.0;
     int row, column;
     bool no_spacing = grid->spacing[0] == 0.0 && grid->spacing[1] == 0.0 && grid->spacing[2] == 0.0, no_direction = true;
     const char *fault = springls__grid_fault(grid);
@@ -71,12 +71,17 @@ SPRINGLS__FN const char *springls__grid_transform(const springls_grid_desc *grid
         }
         m[4 * row + 3] = grid->origin[row];
         for (column = 0; column < 4; column++)
-            if (!springls__finite(m[4 * row + column]) || fabs(m[4 * row + column]) >= 1e30)
-                return column == 3 ? "grid.origin is no number between -1e30 and 1e30"
-                                   : "grid.spacing times grid.direction is no number between -1e30 and 1e30";
+            if (!springls__finite(m[4 * row + column]) || fabs(m[4 * row + column]) >= 1e15)
+                return column == 3 ? "grid.origin is no number between -1e15 and 1e15"
+                                   : "grid.spacing times grid.direction is no number between -1e15 and 1e15";
     }
     det = springls__determinant(m);
-    if (fabs(det) <= 1e-30) return "the axes of grid.direction lie in one plane";
+    for (column = 0; column < 3; column++) {
+        const double length = sqrt(m[column] * m[column] + m[4 + column] * m[4 + column] + m[8 + column] * m[8 + column]);
+        if (length <= 1e-15 && length > 0.0) return "grid.spacing times grid.direction is less than 1e-15";
+        size *= length;
+    }
+    if (fabs(det) <= 1e-9 * size) return "the axes of grid.direction lie in one plane";
     if (forward) memcpy(forward, m, sizeof m);
     inverse[0] = (m[5] * m[10] - m[6] * m[9]) / det;
     inverse[1] = (m[2] * m[9] - m[1] * m[10]) / det;

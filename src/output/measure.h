@@ -27,15 +27,20 @@ SPRINGLS__FN void springls__to_near_world(const springls_context *ctx, const flo
 SPRINGLS__FN double springls__springls_area(const springls_context *ctx)
 {
     double sum = 0.0;
-    float corners[9];
-    springls__tri t;
-    int i;
+    float q[9];
+    int i, k;
     for (i = 0; i < ctx->model.set.count; i++) {
-        springls__to_near_world(ctx, &ctx->model.set.s[i].q[0].x, 3, corners);
-        t.a = springls__v3_make(corners[0], corners[1], corners[2]);
-        t.b = springls__v3_make(corners[3], corners[4], corners[5]);
-        t.c = springls__v3_make(corners[6], corners[7], corners[8]);
-        sum += 0.5 * (double)springls__length(springls__tri_area2(t));
+        double u[3], v[3], n2 = 0.0;
+        springls__to_near_world(ctx, &ctx->model.set.s[i].q[0].x, 3, q);
+        for (k = 0; k < 3; k++) {
+            u[k] = (double)q[3 + k] - (double)q[k];
+            v[k] = (double)q[6 + k] - (double)q[k];
+        }
+        for (k = 0; k < 3; k++) {
+            const double n = u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3];
+            n2 += n * n;
+        }
+        sum += 0.5 * sqrt(n2);
     }
     return sum;
 }

@@ -189,15 +189,24 @@ SPRINGLS_API springls_status springls_settle(springls_context *ctx, int steps)
     return SPRINGLS_OK;
 }
 
-/* Makes phi follow springls that springls_write or a lone springls_advect has moved. Calls that replace phi as a whole do this
-   first, so that no motion is lost. No step is in progress. */
+/* Finds whether springls have moved since phi followed them, by springls_write or a lone springls_advect: *moved. No step is in
+   progress. */
+SPRINGLS__FN springls_status springls__moved_since_phi(springls_context *ctx, bool *moved)
+{
+    float displacement = 0.0f;
+    if (ctx->model.set.count && ctx->model.params.carry_level_set)
+        SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
+    *moved = displacement > 0.0f;
+    return SPRINGLS_OK;
+}
+
+/* Makes phi follow springls that have moved. Calls that replace phi as a whole do this first, so that no motion is lost. */
 SPRINGLS__FN springls_status springls__follow_written(springls_context *ctx)
 {
     springls_step_desc rest;
-    float displacement;
-    if (ctx->model.set.count == 0 || !ctx->model.params.carry_level_set) return SPRINGLS_OK;
-    SPRINGLS__TRY(springls__displacement_since_phi(ctx, &displacement));
-    if (!(displacement > 0.0f)) return SPRINGLS_OK;
+    bool moved;
+    SPRINGLS__TRY(springls__moved_since_phi(ctx, &moved));
+    if (!moved) return SPRINGLS_OK;
     memset(&rest, 0, sizeof rest);
     return springls_step(ctx, &rest);
 }

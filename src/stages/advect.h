@@ -41,6 +41,7 @@ SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const
     memset(motion, 0, sizeof *motion);
     motion->ctx = ctx;
     if (!forces) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: forces is NULL");
+    if (!springls__finite_float(dt)) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is %g, not finite", (double)dt);
     SPRINGLS__TRY(springls__check_forces(ctx, forces));
     motion->forces = *forces;
     motion->rule.pressure_weight = forces->pressure_weight != 0.0f ? forces->pressure_weight : 1.0f;
@@ -60,17 +61,14 @@ SPRINGLS__FN springls_status springls__motion_begin(springls_context *ctx, const
 }
 
 /* Writes the times of the Runge-Kutta stages into the rule. */
-SPRINGLS__FN springls_status springls__motion_times(springls__motion *motion)
+SPRINGLS__FN void springls__motion_times(springls__motion *motion)
 {
     const float spread = motion->ctx->model.params.half_time_sampling ? 0.5f * motion->dt : motion->dt;
-    if (!springls__finite_float(motion->dt))
-        return springls__fail(motion->ctx, SPRINGLS_INVALID_ARGUMENT, "advect: dt is %g, not finite", (double)motion->dt);
     motion->rule.dt = motion->dt;
     motion->rule.stage_time[0] = motion->time;
     motion->rule.stage_time[1] = motion->rule.stage_time[2] = motion->time + 0.5f * spread;
     motion->rule.stage_time[3] = motion->time + spread;
     motion->rule.stop_at_topology = motion->stop_at_topology;
-    return SPRINGLS_OK;
 }
 
 /* Lists the springls in the region of the forces, ascending. With a fresh cell list, as in a model at rest, only the cells of the
@@ -184,7 +182,7 @@ SPRINGLS__FN springls_status springls__displace_all(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
     int count = ctx->model.set.count;
-    SPRINGLS__TRY(springls__motion_times(motion));
+    springls__motion_times(motion);
     motion->listed = NULL;
     motion->count = springls__has_no_force(motion) ? 0 : count;
     if (motion->count == 0) return SPRINGLS_OK;

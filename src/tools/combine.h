@@ -474,11 +474,13 @@ SPRINGLS__FN void springls__widen_range(const springls_context *ctx, const int *
     }
 }
 
-/* Moves the window of a model, if it follows, to the middle of both models. Fails, and changes nothing, when both do not lie in one
-   window. */
-SPRINGLS__FN springls_status springls__center_window(springls_context *ctx, const springls_context *other)
+/* Finds by how many bricks the window of a model, if it follows, moves to the middle of both models. Fails when both do not lie in
+   one window. */
+SPRINGLS__FN springls_status springls__window_of_both(springls_context *ctx, springls_context *other, int bricks[3])
 {
-    int bricks[3], axis;
+    int axis;
+    SPRINGLS__TRY(springls__ensure_on_host(ctx, SPRINGLS__BIT(S)));
+    SPRINGLS__TRY(springls__ensure_on_host(other, SPRINGLS__BIT(S)));
     for (axis = 0; axis < 3; axis++) {
         const double last = (double)ctx->model.grid.size[axis] - 0.5; /* voxel: the border of the domain */
         double lower = DBL_MAX, upper = -DBL_MAX, moved;
@@ -491,7 +493,7 @@ SPRINGLS__FN springls_status springls__center_window(springls_context *ctx, cons
                                   "combine: along axis %d both models reach from voxel %.0f to %.0f: a window has %d", axis, lower,
                                   upper, ctx->model.grid.size[axis]);
     }
-    return ctx->desc.follow ? springls__move_window(ctx, bricks) : SPRINGLS_OK;
+    return SPRINGLS_OK;
 }
 
 /* Makes `to` equal to `from`; both have grids of the same lattice. On failure the reason is in the error of one of them. */
@@ -509,13 +511,14 @@ SPRINGLS__FN springls_status springls__copy_model(springls_context *to, springls
     return status;
 }
 
-/* Makes a copy of the other model in the window of this one: what lies beyond that is left out. */
+/* Makes a copy of the other model in the window of this one, whose phi has followed its springls: what lies beyond that is left out. */
 SPRINGLS__FN springls_status springls__copy_into_window(springls_context *ctx, springls_context *other, springls_context **copy)
 {
     springls_status status;
     int bricks[3], axis;
     SPRINGLS__TRY(springls__create_alike(ctx, "combine", copy));
     status = springls__copy_model(*copy, other);
+    if (status == SPRINGLS_OK) status = springls__follow_written(*copy);
     if (status == SPRINGLS_OK) status = springls__change_level_set(*copy); /* a snapshot has phi as the steps have left it */
     for (axis = 0; axis < 3; axis++) /* where windows are further apart, nothing is in both */
         bricks[axis] = springls__iclamp(ctx->window.offset[axis] / SPRINGLS__BRICK - other->window.offset[axis] / SPRINGLS__BRICK,
@@ -575,12 +578,17 @@ SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_o
     return SPRINGLS_OK;
 }
 
+SPRINGLS__FN springls_status springls__check_operation(springls_context *ctx, springls_operation operation)
+{
+    if (operation == SPRINGLS_OPERATION_UNION || operation == SPRINGLS_OPERATION_INTERSECTION
+        || operation == SPRINGLS_OPERATION_DIFFERENCE) return SPRINGLS_OK;
+    return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: there is no operation %d: it may be 0 to 2", (int)operation);
+}
+
 SPRINGLS__FN springls_status springls__check_operands(springls_context *ctx, springls_operation operation,
                                                       const springls_context *other)
 {
-    if (operation != SPRINGLS_OPERATION_UNION && operation != SPRINGLS_OPERATION_INTERSECTION
-        && operation != SPRINGLS_OPERATION_DIFFERENCE)
-        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: there is no operation %d: it may be 0 to 2", (int)operation);
+    SPRINGLS__TRY(springls__check_operation(ctx, operation));
     if (!other) return springls__fail_null(ctx, "combine", "the other model");
     if (other == ctx) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine: the other model is this one");
     if (memcmp(ctx->desc.grid.size, other->desc.grid.size, sizeof ctx->desc.grid.size) != 0
@@ -607,39 +615,71 @@ SPRINGLS__FN springls_status springls__combine_in_window(springls_context *ctx, 
     return springls__clear_on_failure(ctx, status);
 }
 
-SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other)
+/* Combines a model with a copy of another one, which has another window, or springls that its phi has not followed. */
+SPRINGLS__FN springls_status springls__combine_copy(springls_context *ctx, springls_operation operation, springls_context *other)
 {
     springls_context *copy = NULL;
-    springls_status status;
-    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
-    SPRINGLS__TRY(springls__check_operands(ctx, operation, other));
-    SPRINGLS__TRY(springls__follow_all(ctx));
-    status = springls__begin_reading(other);
-    if (status == SPRINGLS_OK) status = springls__follow_written(other);
-    if (status == SPRINGLS_OK) status = springls__use_host(other, false);
-    if (status != SPRINGLS_OK) return springls__other_failed(ctx, status, other);
-    SPRINGLS__TRY(springls__use_host_calmly(ctx, true));
-    if (springls__same_place(&ctx->window, &other->window)) return springls__combine_in_window(ctx, operation, other);
-    if (operation == SPRINGLS_OPERATION_UNION) SPRINGLS__TRY(springls__center_window(ctx, other));
-    status = springls__copy_into_window(ctx, other, &copy);
+    springls_status status = springls__copy_into_window(ctx, other, &copy);
     if (status == SPRINGLS_OK) status = springls__combine_in_window(ctx, operation, copy);
     springls_destroy(copy);
+    return status;
+}
+
+SPRINGLS_API springls_status springls_combine(springls_context *ctx, springls_operation operation, springls_context *other)
+{
+    springls_status status;
+    int bricks[3];
+    bool apart, moved = false;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    SPRINGLS__TRY(springls__check_operands(ctx, operation, other));
+    SPRINGLS__TRY(springls__begin_change(ctx));
+    status = springls__begin_reading(other);
+    if (status == SPRINGLS_OK) status = springls__moved_since_phi(other, &moved);
+    if (status == SPRINGLS_OK) status = springls__use_host(other, false);
+    if (status != SPRINGLS_OK) return springls__other_failed(ctx, status, other);
+    apart = !springls__same_place(&ctx->window, &other->window);
+    if (operation == SPRINGLS_OPERATION_UNION && apart) SPRINGLS__TRY(springls__window_of_both(ctx, other, bricks)); /* or refuse */
+    SPRINGLS__TRY(springls__follow_written(ctx));
+    SPRINGLS__TRY(springls__use_host_calmly(ctx, true));
+    apart = !springls__same_place(&ctx->window, &other->window);
+    if (operation == SPRINGLS_OPERATION_UNION && apart) {
+        SPRINGLS__TRY(springls__window_of_both(ctx, other, bricks));
+        if (ctx->desc.follow) SPRINGLS__TRY(springls__move_window(ctx, bricks));
+    }
+    return apart || moved ? springls__combine_copy(ctx, operation, other) : springls__combine_in_window(ctx, operation, other);
+}
+
+/* Samples the function in the window of the model into a new one. */
+SPRINGLS__FN springls_status springls__implicit_alike(springls_context *ctx, springls_implicit_fn fn, void *user,
+                                                      springls_context **other)
+{
+    springls_status status;
+    SPRINGLS__TRY(springls__create_alike(ctx, "combine_implicit", other));
+    memcpy((*other)->home, ctx->window.offset, sizeof (*other)->home);
+    status = springls_set_implicit(*other, fn, user);
+    if (status == SPRINGLS_OK) return SPRINGLS_OK;
+    springls__fail(ctx, status, "combine_implicit: %.200s", (*other)->error);
+    springls_destroy(*other);
+    *other = NULL;
     return status;
 }
 
 SPRINGLS_API springls_status springls_combine_implicit(springls_context *ctx, springls_operation operation,
                                                        springls_implicit_fn fn, void *user)
 {
-    springls_context *other;
+    springls_context *other = NULL;
     springls_status status;
     if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
     if (!fn) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "combine_implicit: the function is NULL");
-    SPRINGLS__TRY(springls__follow_all(ctx));
-    SPRINGLS__TRY(springls__create_alike(ctx, "combine_implicit", &other));
-    memcpy(other->home, ctx->window.offset, sizeof other->home);
-    status = springls_set_implicit(other, fn, user);
+    SPRINGLS__TRY(springls__check_operation(ctx, operation));
+    SPRINGLS__TRY(springls__begin_change(ctx));
+    SPRINGLS__TRY(springls__implicit_alike(ctx, fn, user, &other));
+    status = springls__follow_written(ctx);
+    if (status == SPRINGLS_OK && !springls__same_place(&ctx->window, &other->window)) { /* the model followed out of it */
+        springls_destroy(other);
+        status = springls__implicit_alike(ctx, fn, user, &other);
+    }
     if (status == SPRINGLS_OK) status = springls_combine(ctx, operation, other);
-    else springls__fail(ctx, status, "combine_implicit: %.200s", other->error);
     springls_destroy(other);
     return status;
 }

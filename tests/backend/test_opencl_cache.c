@@ -408,7 +408,9 @@ TEST the_cache_is_checked(void)
     springls_cl_desc desc = cache_desc(folder, &memory);
     springls_backend *backend;
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_cl_create(&desc, &backend));
-    desc.cache.folder = NULL;
+    desc = cache_desc("", NULL);
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_cl_create(&desc, &backend));
+    desc = cache_desc(NULL, &memory);
     desc.cache.load = NULL;
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_cl_create(&desc, &backend));
     desc.cache.load = cache_load;

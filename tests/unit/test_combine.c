@@ -559,6 +559,79 @@ TEST remesh_keeps_the_volume(int depth)
     PASS();
 }
 
+/* Pushes one side of a model's springls in by half a voxel, without a step: phi has yet to follow. */
+static void push_side(springls_context *ctx)
+{
+    const int count = springls_count(ctx);
+    float *q = (float *)malloc((size_t)count * 9 * sizeof *q);
+    int i, k;
+    for (i = 0; q && i < count; i++) {
+        const fixture_springl s = fixture_get(ctx, i);
+        for (k = 0; k < 3; k++) {
+            q[9 * i + 3 * k] = s.q[k].x + (s.p.x > 19.0f ? -0.5f : 0.0f);
+            q[9 * i + 3 * k + 1] = s.q[k].y;
+            q[9 * i + 3 * k + 2] = s.q[k].z;
+        }
+    }
+    if (q) springls_write(ctx, 0, count, q, NULL);
+    free(q);
+}
+
+static springls_status not_a_number(springls_context *ctx)
+{
+    springls_sphere strange = fixture_ball(NAN, 19.0f, 19.0f, 3.0f);
+    return springls_combine_implicit(ctx, SPRINGLS_OPERATION_UNION, springls_implicit_sphere, &strange);
+}
+
+static springls_status nowhere(springls_context *ctx)
+{
+    springls_sphere gone = fixture_ball(500.0f, 0.0f, 0.0f, 3.0f);
+    return springls_combine_implicit(ctx, SPRINGLS_OPERATION_UNION, springls_implicit_sphere, &gone);
+}
+
+static springls_status no_operation(springls_context *ctx)
+{
+    springls_sphere ball = fixture_ball(19.0f, 19.0f, 19.0f, 3.0f);
+    return springls_combine_implicit(ctx, (springls_operation)3, springls_implicit_sphere, &ball);
+}
+
+static springls_status endless_advect(springls_context *ctx)
+{
+    springls_forces forces;
+    memset(&forces, 0, sizeof forces);
+    return springls_advect(ctx, &forces, 0.0f, NAN);
+}
+
+/* Springls that the caller has moved wait for the next step, in a second operand and in a model whose call is refused. */
+TEST springls_that_wait(void)
+{
+    static springls_status (*const refused[])(springls_context *) = { not_a_number, nowhere, no_operation, endless_advect };
+    springls_context *a = ball_at(24.0f, 6.0f), *b = ball_at(17.0f, 6.0f), *twin = ball_at(17.0f, 6.0f);
+    springls_measures early, late;
+    uint64_t hash;
+    size_t i;
+    push_side(b);
+    push_side(twin);
+    hash = springls_state_hash(b);
+    for (i = 0; i < sizeof refused / sizeof refused[0]; i++) {
+        ASSERT(refused[i](b) != SPRINGLS_OK);
+        ASSERT_EQ(hash, springls_state_hash(b));
+    }
+    ASSERT_OK(springls_combine(a, SPRINGLS_OPERATION_UNION, b));
+    ASSERT_EQ(hash, springls_state_hash(b));
+    ASSERT_OK(springls_measure(a, &early));
+    springls_destroy(a);
+    a = ball_at(24.0f, 6.0f);
+    ASSERT_OK(springls_step(twin, &(springls_step_desc){ 0 })); /* follows before */
+    ASSERT_OK(springls_combine(a, SPRINGLS_OPERATION_UNION, twin));
+    ASSERT_OK(springls_measure(a, &late));
+    ASSERT_IN_RANGE(late.volume, early.volume, 1e-9 * late.volume);
+    springls_destroy(a);
+    springls_destroy(b);
+    springls_destroy(twin);
+    PASS();
+}
+
 TEST wrong_calls_are_refused(void)
 {
     springls_context *a = ball_at(19.0f, 6.0f), *b = ball_at(19.0f, 6.0f),
@@ -662,6 +735,7 @@ int main(int argc, char **argv)
     RUN_TEST(long_lengths_take_few_steps);
     RUN_TEST(remesh_makes_springls_of_a_voxel);
     for (i = 0; i < 6; i++) RUN_TESTp(remesh_keeps_the_volume, i);
+    RUN_TEST(springls_that_wait);
     RUN_TEST(wrong_calls_are_refused);
     for (i = 0; i < 4; i++) RUN_TESTp(every_allocation_may_fail, i);
     GREATEST_MAIN_END();

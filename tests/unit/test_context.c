@@ -684,6 +684,34 @@ TEST create_has_reasons(void)
     PASS();
 }
 
+/* From voxels of 1e-15 to those of 1e15 all measures are numbers; beyond that the grid is refused. */
+TEST worlds_of_any_size(void)
+{
+    static const double spacing[] = { 1e-14, 1e-10, 1.0, 1e10, 1e14 }, refused[] = { 1e-16, 1e16 };
+    int i, k;
+    for (i = 0; i < 7; i++) {
+        springls_desc desc = fixture_desc(16, NULL);
+        const double unit = i < 5 ? spacing[i] : refused[i - 5];
+        springls_sphere ball = fixture_ball((float)(7.3 * unit), (float)(7.4 * unit), (float)(7.5 * unit), (float)(4.0 * unit));
+        springls_measures m;
+        springls_context *ctx;
+        for (k = 0; k < 3; k++) desc.grid.spacing[k] = unit;
+        if (i >= 5) {
+            ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_create(&desc, &ctx));
+            ASSERT(strstr(springls_create_error(&desc), "1e") != NULL);
+            continue;
+        }
+        ASSERT_OK(springls_create(&desc, &ctx));
+        ASSERT_OK(springls_set_implicit(ctx, springls_implicit_sphere, &ball));
+        ASSERT_OK(springls_measure(ctx, &m));
+        ASSERT_IN_RANGE(1.0, m.volume / (268.08 * unit * unit * unit), 0.05);
+        ASSERT_IN_RANGE(1.0, m.area / (201.06 * unit * unit), 0.05);
+        ASSERT_IN_RANGE(1.0, m.coverage, 0.1);
+        springls_destroy(ctx);
+    }
+    PASS();
+}
+
 /* The defaults mean what zeros mean. */
 TEST defaults_are_those_of_zeros(void)
 {
@@ -752,6 +780,7 @@ int main(int argc, char **argv)
     GREATEST_MAIN_BEGIN();
     RUN_SUITE(context);
     RUN_TEST(create_has_reasons);
+    RUN_TEST(worlds_of_any_size);
     RUN_TEST(defaults_are_those_of_zeros);
     RUN_TEST(steps_have_reasons);
     GREATEST_MAIN_END();
