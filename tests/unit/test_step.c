@@ -612,6 +612,7 @@ static springls_context *reported(reports *r)
     springls_desc desc = fixture_desc(32, NULL);
     springls_sphere sphere = fixture_ball(13.5f, 15.5f, 15.5f, 7.0f);
     springls_context *ctx = NULL;
+    memset(r, 0, sizeof *r);
     desc.progress.report = report;
     desc.progress.user = r;
     springls_create(&desc, &ctx);
