@@ -9627,28 +9627,43 @@ SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const
 
 #define SPRINGLS__BESIDE_ZERO 1.2f /* voxels: none beyond it is next to the zero level */
 
-/* Returns phi at voxel v near springls, which have carried `phi` there: their distance, on the other side where phi has lost a sheet
-   or gap thinner than a voxel and v lies between its two sides. A thread may break. */
-SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,
-                                              const int origin[3], int v, springls__moments sum, springls__arguments args,
-                                              springls__box edges, float phi)
+/* Returns phi at a voxel that the surface may have passed and no springl is near: on its side of two bodies (0: they are not near),
+   else as it was where it lies deep, or with the mark of an unknown side. */
+SPRINGLS__MATHS float springls__passed_phi(const springls__model *model, int side, float phi, float max_displacement)
 {
+    if (side != 0 && (side < 0) == (phi < 0.0f)) return phi;
+    if (side != 0) return (float)side * SPRINGLS__PROJECT_RADIUS;
+    return springls__fabs(phi) < max_displacement ? springls__side_unknown(phi, model->grid.far_value) : phi;
+}
+
+/* Returns phi at voxel v of the brick. Where springls are near, which have carried `phi` there: their distance, on the other side
+   where phi has lost a sheet or gap thinner than a voxel and v lies between its two sides; a thread may break. passed: none is near.
+   sums: of the voxel. The side of bodies is found in one place: a compiler that inlines all doubles the kernel otherwise. */
+SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,
+                                              const int origin[3], int v, bool passed, SPRINGLS__LOCAL const float *sums,
+                                              springls__arguments args, springls__box edges, float phi)
+{
+    const float max_displacement = args.project.max_displacement;
     springls__v3 x = springls__voxel_place(origin, v);
-    springls__projection f = springls__moments_distance(sum);
+    springls__projection f;
     springls__estimate edge;
-    edge.weight = edge.distance = 0.0f;
-    if (springls__fabs(phi) < SPRINGLS__BESIDE_ZERO && springls__box_contains(edges, x))
-        edge = springls__height_at_edge(model, near_by, v, x);
-    if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance))
-        return springls__on_known_side(edge.distance, phi);
-    if (model->params.nucleate && springls__can_nucleate(phi, f)
-        && springls__between_sides(model, near_by, x, springls__normalize(sum.normal), phi < 0.0f ? -1.0f : 1.0f)
-        && springls__in_sheet(model, x, springls__normalize(sum.normal)))
-        return f.distance;
-    if (springls__other_side(f.distance, phi)) {
-        int side = springls__side_of_bodies(model, x, args.project.max_displacement);
-        if (side != 0 && (side < 0) == (f.distance < 0.0f)) return f.distance;
+    int side = 0;
+    f.distance = f.trust = edge.weight = edge.distance = 0.0f;
+    if (!passed) {
+        springls__moments sum = springls__moments_load(sums);
+        f = springls__moments_distance(sum);
+        if (springls__fabs(phi) < SPRINGLS__BESIDE_ZERO && springls__box_contains(edges, x))
+            edge = springls__height_at_edge(model, near_by, v, x);
+        if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance))
+            return springls__on_known_side(edge.distance, phi);
+        if (model->params.nucleate && springls__can_nucleate(phi, f)
+            && springls__between_sides(model, near_by, x, springls__normalize(sum.normal), phi < 0.0f ? -1.0f : 1.0f)
+            && springls__in_sheet(model, x, springls__normalize(sum.normal)))
+            return f.distance;
     }
+    if (passed || springls__other_side(f.distance, phi)) side = springls__side_of_bodies(model, x, max_displacement);
+    if (passed) return springls__passed_phi(model, side, phi, max_displacement);
+    if (side != 0 && (side < 0) == (f.distance < 0.0f)) return f.distance;
     return edge.weight > 0.0f ? phi : springls__on_known_side(springls__corrected_phi(phi, f), phi);
 }
 
@@ -9675,26 +9690,27 @@ SPRINGLS__MATHS void springls__carry_row(const springls__grid *g, const int orig
 {
     const float y = (float)(row & 7), z = (float)(row >> 3);
     float from[3][8];
+    uint32_t carried = 0u;
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
         springls__vec_moments sum = springls__vec_moments_load(sums + i);
         springls__vec back = -1.0f / sum.weight;
+        carried |= springls__vec_bits(sum.weight > SPRINGLS__MIN_WEIGHT) << i;
         springls__vec_store(from[0] + i, springls__vec_from(i) + sum.moved.x * back);
         springls__vec_store(from[1] + i, y + sum.moved.y * back);
         springls__vec_store(from[2] + i, z + sum.moved.z * back);
     }
-    for (i = 0; i < 8; i++)
-        if (sums[8 * SPRINGLS__SUM_WEIGHT + i] > SPRINGLS__MIN_WEIGHT)
-            phi[i] = springls__grid_sample_from(g, g->phi, origin, springls__v3_make(from[0][i], from[1][i], from[2][i]));
+    for (; carried; carried &= carried - 1u) {
+        i = springls__lowest_bit(carried);
+        phi[i] = springls__grid_sample_from(g, g->phi, origin, springls__v3_make(from[0][i], from[1][i], from[2][i]));
+    }
 }
 
-/* Makes phi of a row's voxels exact where springls are near. */
-SPRINGLS__MATHS void springls__correct_row(const springls__model *model, const springls__near_ranges *near_by, const int origin[3],
-                                           int row, SPRINGLS__LOCAL const float *sums, springls__arguments args,
-                                           springls__box edges, float phi[8])
+/* Makes phi of a row's voxels exact where springls are near; returns a bit for each that needs springls__project_voxel instead. */
+SPRINGLS__MATHS uint32_t springls__correct_row(const springls__model *model, const int origin[3], int row,
+                                               SPRINGLS__LOCAL const float *sums, springls__box edges, float phi[8])
 {
-    float needed[8];
-    bool some_needed = false;
+    uint32_t needed = 0u;
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
         springls__vec_moments sum = springls__vec_moments_load(sums + i);
@@ -9702,62 +9718,31 @@ SPRINGLS__MATHS void springls__correct_row(const springls__model *model, const s
         springls__vec_projection f = springls__vec_moments_distance(sum);
         springls__vmask counts = sum.weight > SPRINGLS__MIN_WEIGHT;
         springls__vmask needs = counts & springls__needs_project_voxel(model, origin, 8 * row + i, edges, old, f);
-        some_needed = some_needed || springls__vec_any(needs);
-        springls__vec_store(needed + i, springls__vec_select(needs, springls__vec_broadcast(1.0f), springls__vec_broadcast(0.0f)));
+        needed |= springls__vec_bits(needs) << i;
         exact = springls__vec_on_known_side(springls__vec_corrected_phi(old, f), old);
         springls__vec_store(phi + i, springls__vec_select(counts & springls__vec_not(needs), exact, old));
     }
-    for (i = 0; some_needed && i < 8; i++)
-        if (needed[i] > 0.0f)
-            phi[i] = springls__project_voxel(model, near_by, origin, 8 * row + i, springls__moments_load(sums + i), args, edges,
-                                             phi[i]);
+    return needed;
 }
 
-/* Returns whether the surface may have passed a voxel that no springl is near. Where bodies overlap phi is that of their union,
-   and does not bound how deep a voxel lies in the gap that opens when they part. */
-SPRINGLS__MATHS bool springls__may_be_passed(const springls__model *model, float phi, float max_displacement)
+/* Returns a bit for each voxel of a row that the surface may have passed and no springl is near. Where bodies overlap phi is that of
+   their union, and does not bound how deep a voxel lies in the gap that opens when they part. sums: of the row, if a springl has
+   reached it. */
+SPRINGLS__MATHS uint32_t springls__passed_voxels(const springls__model *model, SPRINGLS__GLOBAL const float *phi, bool reached,
+                                                 SPRINGLS__LOCAL const float *sums, float max_displacement)
 {
-    if (springls__fabs(phi) < max_displacement) return true;
-    return model->params.contact == SPRINGLS_CONTACT_SEPARATE && phi < 0.0f && max_displacement > SPRINGLS__PROJECT_RADIUS;
-}
-
-/* Returns phi at a voxel x that the surface may have passed and no springl is near: on its side of two bodies, else as it was
-   where it lies deep, or with the mark of an unknown side. */
-SPRINGLS__MATHS float springls__passed_phi(const springls__model *model, springls__v3 x, float phi, float max_displacement)
-{
-    int side = springls__side_of_bodies(model, x, max_displacement);
-    if (side != 0 && (side < 0) == (phi < 0.0f)) return phi;
-    if (side != 0) return (float)side * SPRINGLS__PROJECT_RADIUS;
-    return springls__fabs(phi) < max_displacement ? springls__side_unknown(phi, model->grid.far_value) : phi;
-}
-
-/* Returns whether the surface may have passed a voxel of a row that no springl is near; true with contact SEPARATE, where
-   springls__may_be_passed decides. sums: of the row, if a springl has reached it. */
-SPRINGLS__MATHS bool springls__some_passed(const springls__model *model, SPRINGLS__GLOBAL const float *phi, bool reached,
-                                           SPRINGLS__LOCAL const float *sums, float max_displacement)
-{
+    const bool in_gaps = model->params.contact == SPRINGLS_CONTACT_SEPARATE && max_displacement > SPRINGLS__PROJECT_RADIUS;
+    uint32_t bits = 0u;
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vmask passed = springls__vec_fabs(springls__vec_load(phi + i)) < max_displacement;
-        if (reached) passed = passed & (springls__vec_load(sums + 8 * SPRINGLS__SUM_WEIGHT + i) <= SPRINGLS__MIN_WEIGHT);
-        if (springls__vec_any(passed)) return true;
+        springls__vec value = springls__vec_load(phi + i);
+        springls__vmask passed = springls__vec_fabs(value) < max_displacement;
+        if (in_gaps) passed = passed | (value < 0.0f);
+        if (reached)
+            passed = passed & springls__vec_not(springls__vec_load(sums + 8 * SPRINGLS__SUM_WEIGHT + i) > SPRINGLS__MIN_WEIGHT);
+        bits |= springls__vec_bits(passed) << i;
     }
-    return model->params.contact == SPRINGLS_CONTACT_SEPARATE;
-}
-
-/* Marks the voxels of a row that the surface may have passed and no springl is near; returns whether the side of one is unknown. */
-SPRINGLS__MATHS bool springls__mark_passed(const springls__model *model, const int origin[3], int row, bool reached,
-                                           SPRINGLS__LOCAL const float *sums, float max_displacement, float phi[8])
-{
-    bool unknown = false;
-    int i;
-    for (i = 0; i < 8; i++) {
-        if (reached && sums[8 * SPRINGLS__SUM_WEIGHT + i] > SPRINGLS__MIN_WEIGHT) continue;
-        if (!springls__may_be_passed(model, phi[i], max_displacement)) continue;
-        phi[i] = springls__passed_phi(model, springls__voxel_place(origin, 8 * row + i), phi[i], max_displacement);
-        unknown = unknown || springls__fabs(phi[i]) > model->grid.far_value;
-    }
-    return unknown;
+    return bits;
 }
 
 /* Projects a row of a brick, from phi to out, by its sums, if a springl has reached it; returns whether the side of a voxel is
@@ -9768,19 +9753,23 @@ SPRINGLS__MATHS bool springls__project_row(const springls__model *model, const s
                                            SPRINGLS__GLOBAL const float *phi, SPRINGLS__GLOBAL float *out)
 {
     const bool carry = args.project.carry != 0;
-    const float max_displacement = args.project.max_displacement;
-    bool some_passed = carry && springls__some_passed(model, phi, reached, sums, max_displacement), unknown = false;
+    const uint32_t passed = carry ? springls__passed_voxels(model, phi, reached, sums, args.project.max_displacement) : 0u;
+    uint32_t alone = passed; /* voxels that are found one by one: a loop over all eight would be unrolled, at eight times the code */
+    bool unknown = false;
     float value[8];
     int i;
-    if (!reached && !some_passed) {
+    if (!reached && !passed) {
         springls__copy_voxel_row(phi, out);
         return false;
     }
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__vec_store(value + i, springls__vec_load(phi + i));
-    if (some_passed) unknown = springls__mark_passed(model, origin, row, reached, sums, max_displacement, value);
     if (reached && carry) springls__carry_row(&model->grid, origin, row, sums, value);
-    if (reached && model->params.project_level_set)
-        springls__correct_row(model, near_by, origin, row, sums, args, edges, value);
+    if (reached && model->params.project_level_set) alone |= springls__correct_row(model, origin, row, sums, edges, value);
+    for (; alone; alone &= alone - 1u) {
+        i = springls__lowest_bit(alone);
+        value[i] = springls__project_voxel(model, near_by, origin, 8 * row + i, passed >> i & 1u, sums + i, args, edges, value[i]);
+        unknown = unknown || ((passed >> i & 1u) && springls__fabs(value[i]) > model->grid.far_value);
+    }
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__vec_store(out + i, springls__vec_load(value + i));
     return unknown;
 }
@@ -34540,28 +34529,43 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "#define SPRINGLS__BESIDE_ZERO 1.2f /* voxels: none beyond it is next to the zero level */\n",
     "\n",
-    "/* Returns phi at voxel v near springls, which have carried `phi` there: their distance, on the other side where phi has lost a sheet\n",
-    "   or gap thinner than a voxel and v lies between its two sides. A thread may break. */\n",
-    "SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,\n",
-    "                                              const int origin[3], int v, springls__moments sum, springls__arguments args,\n",
-    "                                              springls__box edges, float phi)\n",
+    "/* Returns phi at a voxel that the surface may have passed and no springl is near: on its side of two bodies (0: they are not near),\n",
+    "   else as it was where it lies deep, or with the mark of an unknown side. */\n",
+    "SPRINGLS__MATHS float springls__passed_phi(const springls__model *model, int side, float phi, float max_displacement)\n",
     "{\n",
+    "    if (side != 0 && (side < 0) == (phi < 0.0f)) return phi;\n",
+    "    if (side != 0) return (float)side * SPRINGLS__PROJECT_RADIUS;\n",
+    "    return springls__fabs(phi) < max_displacement ? springls__side_unknown(phi, model->grid.far_value) : phi;\n",
+    "}\n",
+    "\n",
+    "/* Returns phi at voxel v of the brick. Where springls are near, which have carried `phi` there: their distance, on the other side\n",
+    "   where phi has lost a sheet or gap thinner than a voxel and v lies between its two sides; a thread may break. passed: none is near.\n",
+    "   sums: of the voxel. The side of bodies is found in one place: a compiler that inlines all doubles the kernel otherwise. */\n",
+    "SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,\n",
+    "                                              const int origin[3], int v, bool passed, SPRINGLS__LOCAL const float *sums,\n",
+    "                                              springls__arguments args, springls__box edges, float phi)\n",
+    "{\n",
+    "    const float max_displacement = args.project.max_displacement;\n",
     "    springls__v3 x = springls__voxel_place(origin, v);\n",
-    "    springls__projection f = springls__moments_distance(sum);\n",
+    "    springls__projection f;\n",
     "    springls__estimate edge;\n",
-    "    edge.weight = edge.distance = 0.0f;\n",
-    "    if (springls__fabs(phi) < SPRINGLS__BESIDE_ZERO && springls__box_contains(edges, x))\n",
-    "        edge = springls__height_at_edge(model, near_by, v, x);\n",
-    "    if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance))\n",
-    "        return springls__on_known_side(edge.distance, phi);\n",
-    "    if (model->params.nucleate && springls__can_nucleate(phi, f)\n",
-    "        && springls__between_sides(model, near_by, x, springls__normalize(sum.normal), phi < 0.0f ? -1.0f : 1.0f)\n",
-    "        && springls__in_sheet(model, x, springls__normalize(sum.normal)))\n",
-    "        return f.distance;\n",
-    "    if (springls__other_side(f.distance, phi)) {\n",
-    "        int side = springls__side_of_bodies(model, x, args.project.max_displacement);\n",
-    "        if (side != 0 && (side < 0) == (f.distance < 0.0f)) return f.distance;\n",
+    "    int side = 0;\n",
+    "    f.distance = f.trust = edge.weight = edge.distance = 0.0f;\n",
+    "    if (!passed) {\n",
+    "        springls__moments sum = springls__moments_load(sums);\n",
+    "        f = springls__moments_distance(sum);\n",
+    "        if (springls__fabs(phi) < SPRINGLS__BESIDE_ZERO && springls__box_contains(edges, x))\n",
+    "            edge = springls__height_at_edge(model, near_by, v, x);\n",
+    "        if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance))\n",
+    "            return springls__on_known_side(edge.distance, phi);\n",
+    "        if (model->params.nucleate && springls__can_nucleate(phi, f)\n",
+    "            && springls__between_sides(model, near_by, x, springls__normalize(sum.normal), phi < 0.0f ? -1.0f : 1.0f)\n",
+    "            && springls__in_sheet(model, x, springls__normalize(sum.normal)))\n",
+    "            return f.distance;\n",
     "    }\n",
+    "    if (passed || springls__other_side(f.distance, phi)) side = springls__side_of_bodies(model, x, max_displacement);\n",
+    "    if (passed) return springls__passed_phi(model, side, phi, max_displacement);\n",
+    "    if (side != 0 && (side < 0) == (f.distance < 0.0f)) return f.distance;\n",
     "    return edge.weight > 0.0f ? phi : springls__on_known_side(springls__corrected_phi(phi, f), phi);\n",
     "}\n",
     "\n",
@@ -34588,26 +34592,27 @@ static const char *const springls__kernel_lines[] = {
     "{\n",
     "    const float y = (float)(row & 7), z = (float)(row >> 3);\n",
     "    float from[3][8];\n",
+    "    uint32_t carried = 0u;\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
     "        springls__vec_moments sum = springls__vec_moments_load(sums + i);\n",
     "        springls__vec back = -1.0f / sum.weight;\n",
+    "        carried |= springls__vec_bits(sum.weight > SPRINGLS__MIN_WEIGHT) << i;\n",
     "        springls__vec_store(from[0] + i, springls__vec_from(i) + sum.moved.x * back);\n",
     "        springls__vec_store(from[1] + i, y + sum.moved.y * back);\n",
     "        springls__vec_store(from[2] + i, z + sum.moved.z * back);\n",
     "    }\n",
-    "    for (i = 0; i < 8; i++)\n",
-    "        if (sums[8 * SPRINGLS__SUM_WEIGHT + i] > SPRINGLS__MIN_WEIGHT)\n",
-    "            phi[i] = springls__grid_sample_from(g, g->phi, origin, springls__v3_make(from[0][i], from[1][i], from[2][i]));\n",
+    "    for (; carried; carried &= carried - 1u) {\n",
+    "        i = springls__lowest_bit(carried);\n",
+    "        phi[i] = springls__grid_sample_from(g, g->phi, origin, springls__v3_make(from[0][i], from[1][i], from[2][i]));\n",
+    "    }\n",
     "}\n",
     "\n",
-    "/* Makes phi of a row's voxels exact where springls are near. */\n",
-    "SPRINGLS__MATHS void springls__correct_row(const springls__model *model, const springls__near_ranges *near_by, const int origin[3],\n",
-    "                                           int row, SPRINGLS__LOCAL const float *sums, springls__arguments args,\n",
-    "                                           springls__box edges, float phi[8])\n",
+    "/* Makes phi of a row's voxels exact where springls are near; returns a bit for each that needs springls__project_voxel instead. */\n",
+    "SPRINGLS__MATHS uint32_t springls__correct_row(const springls__model *model, const int origin[3], int row,\n",
+    "                                               SPRINGLS__LOCAL const float *sums, springls__box edges, float phi[8])\n",
     "{\n",
-    "    float needed[8];\n",
-    "    bool some_needed = false;\n",
+    "    uint32_t needed = 0u;\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
     "        springls__vec_moments sum = springls__vec_moments_load(sums + i);\n",
@@ -34615,62 +34620,31 @@ static const char *const springls__kernel_lines[] = {
     "        springls__vec_projection f = springls__vec_moments_distance(sum);\n",
     "        springls__vmask counts = sum.weight > SPRINGLS__MIN_WEIGHT;\n",
     "        springls__vmask needs = counts & springls__needs_project_voxel(model, origin, 8 * row + i, edges, old, f);\n",
-    "        some_needed = some_needed || springls__vec_any(needs);\n",
-    "        springls__vec_store(needed + i, springls__vec_select(needs, springls__vec_broadcast(1.0f), springls__vec_broadcast(0.0f)));\n",
+    "        needed |= springls__vec_bits(needs) << i;\n",
     "        exact = springls__vec_on_known_side(springls__vec_corrected_phi(old, f), old);\n",
     "        springls__vec_store(phi + i, springls__vec_select(counts & springls__vec_not(needs), exact, old));\n",
     "    }\n",
-    "    for (i = 0; some_needed && i < 8; i++)\n",
-    "        if (needed[i] > 0.0f)\n",
-    "            phi[i] = springls__project_voxel(model, near_by, origin, 8 * row + i, springls__moments_load(sums + i), args, edges,\n",
-    "                                             phi[i]);\n",
+    "    return needed;\n",
     "}\n",
     "\n",
-    "/* Returns whether the surface may have passed a voxel that no springl is near. Where bodies overlap phi is that of their union,\n",
-    "   and does not bound how deep a voxel lies in the gap that opens when they part. */\n",
-    "SPRINGLS__MATHS bool springls__may_be_passed(const springls__model *model, float phi, float max_displacement)\n",
+    "/* Returns a bit for each voxel of a row that the surface may have passed and no springl is near. Where bodies overlap phi is that of\n",
+    "   their union, and does not bound how deep a voxel lies in the gap that opens when they part. sums: of the row, if a springl has\n",
+    "   reached it. */\n",
+    "SPRINGLS__MATHS uint32_t springls__passed_voxels(const springls__model *model, SPRINGLS__GLOBAL const float *phi, bool reached,\n",
+    "                                                 SPRINGLS__LOCAL const float *sums, float max_displacement)\n",
     "{\n",
-    "    if (springls__fabs(phi) < max_displacement) return true;\n",
-    "    return model->params.contact == SPRINGLS_CONTACT_SEPARATE && phi < 0.0f && max_displacement > SPRINGLS__PROJECT_RADIUS;\n",
-    "}\n",
-    "\n",
-    "/* Returns phi at a voxel x that the surface may have passed and no springl is near: on its side of two bodies, else as it was\n",
-    "   where it lies deep, or with the mark of an unknown side. */\n",
-    "SPRINGLS__MATHS float springls__passed_phi(const springls__model *model, springls__v3 x, float phi, float max_displacement)\n",
-    "{\n",
-    "    int side = springls__side_of_bodies(model, x, max_displacement);\n",
-    "    if (side != 0 && (side < 0) == (phi < 0.0f)) return phi;\n",
-    "    if (side != 0) return (float)side * SPRINGLS__PROJECT_RADIUS;\n",
-    "    return springls__fabs(phi) < max_displacement ? springls__side_unknown(phi, model->grid.far_value) : phi;\n",
-    "}\n",
-    "\n",
-    "/* Returns whether the surface may have passed a voxel of a row that no springl is near; true with contact SEPARATE, where\n",
-    "   springls__may_be_passed decides. sums: of the row, if a springl has reached it. */\n",
-    "SPRINGLS__MATHS bool springls__some_passed(const springls__model *model, SPRINGLS__GLOBAL const float *phi, bool reached,\n",
-    "                                           SPRINGLS__LOCAL const float *sums, float max_displacement)\n",
-    "{\n",
+    "    const bool in_gaps = model->params.contact == SPRINGLS_CONTACT_SEPARATE && max_displacement > SPRINGLS__PROJECT_RADIUS;\n",
+    "    uint32_t bits = 0u;\n",
     "    int i;\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) {\n",
-    "        springls__vmask passed = springls__vec_fabs(springls__vec_load(phi + i)) < max_displacement;\n",
-    "        if (reached) passed = passed & (springls__vec_load(sums + 8 * SPRINGLS__SUM_WEIGHT + i) <= SPRINGLS__MIN_WEIGHT);\n",
-    "        if (springls__vec_any(passed)) return true;\n",
+    "        springls__vec value = springls__vec_load(phi + i);\n",
+    "        springls__vmask passed = springls__vec_fabs(value) < max_displacement;\n",
+    "        if (in_gaps) passed = passed | (value < 0.0f);\n",
+    "        if (reached)\n",
+    "            passed = passed & springls__vec_not(springls__vec_load(sums + 8 * SPRINGLS__SUM_WEIGHT + i) > SPRINGLS__MIN_WEIGHT);\n",
+    "        bits |= springls__vec_bits(passed) << i;\n",
     "    }\n",
-    "    return model->params.contact == SPRINGLS_CONTACT_SEPARATE;\n",
-    "}\n",
-    "\n",
-    "/* Marks the voxels of a row that the surface may have passed and no springl is near; returns whether the side of one is unknown. */\n",
-    "SPRINGLS__MATHS bool springls__mark_passed(const springls__model *model, const int origin[3], int row, bool reached,\n",
-    "                                           SPRINGLS__LOCAL const float *sums, float max_displacement, float phi[8])\n",
-    "{\n",
-    "    bool unknown = false;\n",
-    "    int i;\n",
-    "    for (i = 0; i < 8; i++) {\n",
-    "        if (reached && sums[8 * SPRINGLS__SUM_WEIGHT + i] > SPRINGLS__MIN_WEIGHT) continue;\n",
-    "        if (!springls__may_be_passed(model, phi[i], max_displacement)) continue;\n",
-    "        phi[i] = springls__passed_phi(model, springls__voxel_place(origin, 8 * row + i), phi[i], max_displacement);\n",
-    "        unknown = unknown || springls__fabs(phi[i]) > model->grid.far_value;\n",
-    "    }\n",
-    "    return unknown;\n",
+    "    return bits;\n",
     "}\n",
     "\n",
     "/* Projects a row of a brick, from phi to out, by its sums, if a springl has reached it; returns whether the side of a voxel is\n",
@@ -34681,19 +34655,23 @@ static const char *const springls__kernel_lines[] = {
     "                                           SPRINGLS__GLOBAL const float *phi, SPRINGLS__GLOBAL float *out)\n",
     "{\n",
     "    const bool carry = args.project.carry != 0;\n",
-    "    const float max_displacement = args.project.max_displacement;\n",
-    "    bool some_passed = carry && springls__some_passed(model, phi, reached, sums, max_displacement), unknown = false;\n",
+    "    const uint32_t passed = carry ? springls__passed_voxels(model, phi, reached, sums, args.project.max_displacement) : 0u;\n",
+    "    uint32_t alone = passed; /* voxels that are found one by one: a loop over all eight would be unrolled, at eight times the code */\n",
+    "    bool unknown = false;\n",
     "    float value[8];\n",
     "    int i;\n",
-    "    if (!reached && !some_passed) {\n",
+    "    if (!reached && !passed) {\n",
     "        springls__copy_voxel_row(phi, out);\n",
     "        return false;\n",
     "    }\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__vec_store(value + i, springls__vec_load(phi + i));\n",
-    "    if (some_passed) unknown = springls__mark_passed(model, origin, row, reached, sums, max_displacement, value);\n",
     "    if (reached && carry) springls__carry_row(&model->grid, origin, row, sums, value);\n",
-    "    if (reached && model->params.project_level_set)\n",
-    "        springls__correct_row(model, near_by, origin, row, sums, args, edges, value);\n",
+    "    if (reached && model->params.project_level_set) alone |= springls__correct_row(model, origin, row, sums, edges, value);\n",
+    "    for (; alone; alone &= alone - 1u) {\n",
+    "        i = springls__lowest_bit(alone);\n",
+    "        value[i] = springls__project_voxel(model, near_by, origin, 8 * row + i, passed >> i & 1u, sums + i, args, edges, value[i]);\n",
+    "        unknown = unknown || ((passed >> i & 1u) && springls__fabs(value[i]) > model->grid.far_value);\n",
+    "    }\n",
     "    for (i = 0; i < 8; i += SPRINGLS__LANES) springls__vec_store(out + i, springls__vec_load(value + i));\n",
     "    return unknown;\n",
     "}\n",
@@ -34772,7 +34750,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9864 \"springls.h\"\n",
+    "#line 9853 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -34922,7 +34900,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10015 \"springls.h\"\n",
+    "#line 10004 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -35026,7 +35004,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10120 \"springls.h\"\n",
+    "#line 10109 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -35123,7 +35101,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10218 \"springls.h\"\n",
+    "#line 10207 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -35661,7 +35639,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10757 \"springls.h\"\n",
+    "#line 10746 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -35739,7 +35717,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10836 \"springls.h\"\n",
+    "#line 10825 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -35988,7 +35966,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11086 \"springls.h\"\n",
+    "#line 11075 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -36021,7 +35999,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11120 \"springls.h\"\n",
+    "#line 11109 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -36046,14 +36024,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11146 \"springls.h\"\n",
+    "#line 11135 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11153 \"springls.h\"\n",
+    "#line 11142 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36068,7 +36046,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11169 \"springls.h\"\n",
+    "#line 11158 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -36194,7 +36172,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11295 \"springls.h\"\n",
+    "#line 11284 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36209,7 +36187,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11310 \"springls.h\"\n",
+    "#line 11299 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -36335,7 +36313,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11437 \"springls.h\"\n",
+    "#line 11426 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -36626,7 +36604,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11729 \"springls.h\"\n",
+    "#line 11718 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -36735,7 +36713,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_scatter, LISTS, 128) X(brick_lists_sort, LISTS, 8)                                                             \\\n",
     "    X(compact_flag, LISTS, 4096) X(compact_out, LISTS, 256) X(compact_in, LISTS, 256)                                            \\\n",
     "    X(region_begin, SIGNS, 64) X(region_join, SIGNS, 64) X(region_vote, SIGNS, 64) X(region_resolve, SIGNS, 64)\n",
-    "#line 36739 \"springls.h\"\n",
+    "#line 36717 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

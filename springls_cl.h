@@ -71,8 +71,9 @@ typedef struct springls_cl_desc {
     void *device;             /* a cl_device_id of `context`; NULL: its first                                        */
     void *queue;              /* the caller's in-order cl_command_queue for that device, retained; NULL: a new one   */
     const char *library;      /* file name of the OpenCL library; NULL: the system's                                 */
-    int brick_items;          /* work items that share a brick, 1..64; 0: 64 on a GPU, 1 on a processor. With 1 an item
-                                 does many elements, as suits a processor, with more it does one                     */
+    int brick_items;          /* work items that share a brick, 1..64; 0: 64 on a GPU, 1 on a processor, but 64 where its driver
+                                 runs several items in the lanes of a vector, as on a GPU. With 1 an item does many
+                                 elements, as suits a processor, with more it does one                               */
     bool timed;               /* wait at the end of every stage, so that springls_stats.seconds are each stage's own */
     springls_velocity_fn velocity; /* a velocity callback that velocity_source replaces on the device                */
     const char *velocity_source;   /* the same function in OpenCL C:
@@ -1057,6 +1058,15 @@ SPRINGLS__FN bool springls__cl_choose_device(springls__cl *cl, springls_cl_kind 
     return false;
 }
 
+/* Returns how many work items are to share a brick: one on a processor whose items have vectors of their own. Where they have none the
+   driver gives an item one lane of a vector, and vectors of eight in there would not end to compile (Rusticl's llvmpipe). */
+SPRINGLS__FN size_t springls__cl_brick_items(const springls__cl *cl, cl_device_type type)
+{
+    cl_uint width = 0;
+    cl->GetDeviceInfo(cl->device, CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT, sizeof width, &width, NULL);
+    return (type & CL_DEVICE_TYPE_CPU) && width > 1 ? 1 : SPRINGLS__ROWS;
+}
+
 SPRINGLS__FN cl_int springls__cl_describe(springls__cl *cl)
 {
     cl_int error;
@@ -1070,7 +1080,7 @@ SPRINGLS__FN cl_int springls__cl_describe(springls__cl *cl)
     error = cl->GetDeviceInfo(cl->device, CL_DEVICE_TYPE, sizeof type, &type, NULL);
     if (error == CL_SUCCESS) error = cl->GetDeviceInfo(cl->device, CL_DEVICE_SINGLE_FP_CONFIG, sizeof config, &config, NULL);
     snprintf(cl->device_name, sizeof cl->device_name, "%s: %s", platform, device);
-    if (cl->group == 0) cl->group = type & CL_DEVICE_TYPE_CPU ? 1 : SPRINGLS__ROWS;
+    if (cl->group == 0) cl->group = springls__cl_brick_items(cl, type);
     /* To ask PoCL for a program makes it compile every kernel once more, for work groups of any size; it keeps them itself. */
     if (strcmp(platform, "Portable Computing Language") == 0) memset(&cl->cache, 0, sizeof cl->cache);
     cl->exact = (config & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT) && (config & CL_FP_DENORM);

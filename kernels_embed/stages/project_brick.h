@@ -318,28 +318,43 @@ SPRINGLS__MATHS bool springls__between_sides(const springls__model *model, const
 
 #define SPRINGLS__BESIDE_ZERO 1.2f /* voxels: none beyond it is next to the zero level */
 
-/* Returns phi at voxel v near springls, which have carried `phi` there: their distance, on the other side where phi has lost a sheet
-   or gap thinner than a voxel and v lies between its two sides. A thread may break. */
-SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,
-                                              const int origin[3], int v, springls__moments sum, springls__arguments args,
-                                              springls__box edges, float phi)
+/* Returns phi at a voxel that the surface may have passed and no springl is near: on its side of two bodies (0: they are not near),
+   else as it was where it lies deep, or with the mark of an unknown side. */
+SPRINGLS__MATHS float springls__passed_phi(const springls__model *model, int side, float phi, float max_displacement)
 {
+    if (side != 0 && (side < 0) == (phi < 0.0f)) return phi;
+    if (side != 0) return (float)side * SPRINGLS__PROJECT_RADIUS;
+    return springls__fabs(phi) < max_displacement ? springls__side_unknown(phi, model->grid.far_value) : phi;
+}
+
+/* Returns phi at voxel v of the brick. Where springls are near, which have carried `phi` there: their distance, on the other side
+   where phi has lost a sheet or gap thinner than a voxel and v lies between its two sides; a thread may break. passed: none is near.
+   sums: of the voxel. The side of bodies is found in one place: a compiler that inlines all doubles the kernel otherwise. */
+SPRINGLS__MATHS float springls__project_voxel(const springls__model *model, const springls__near_ranges *near_by,
+                                              const int origin[3], int v, bool passed, SPRINGLS__LOCAL const float *sums,
+                                              springls__arguments args, springls__box edges, float phi)
+{
+    const float max_displacement = args.project.max_displacement;
     springls__v3 x = springls__voxel_place(origin, v);
-    springls__projection f = springls__moments_distance(sum);
+    springls__projection f;
     springls__estimate edge;
-    edge.weight = edge.distance = 0.0f;
-    if (springls__fabs(phi) < SPRINGLS__BESIDE_ZERO && springls__box_contains(edges, x))
-        edge = springls__height_at_edge(model, near_by, v, x);
-    if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance))
-        return springls__on_known_side(edge.distance, phi);
-    if (model->params.nucleate && springls__can_nucleate(phi, f)
-        && springls__between_sides(model, near_by, x, springls__normalize(sum.normal), phi < 0.0f ? -1.0f : 1.0f)
-        && springls__in_sheet(model, x, springls__normalize(sum.normal)))
-        return f.distance;
-    if (springls__other_side(f.distance, phi)) {
-        int side = springls__side_of_bodies(model, x, args.project.max_displacement);
-        if (side != 0 && (side < 0) == (f.distance < 0.0f)) return f.distance;
+    int side = 0;
+    f.distance = f.trust = edge.weight = edge.distance = 0.0f;
+    if (!passed) {
+        springls__moments sum = springls__moments_load(sums);
+        f = springls__moments_distance(sum);
+        if (springls__fabs(phi) < SPRINGLS__BESIDE_ZERO && springls__box_contains(edges, x))
+            edge = springls__height_at_edge(model, near_by, v, x);
+        if (edge.weight > 0.0f && springls__is_of_edge(phi, edge.distance))
+            return springls__on_known_side(edge.distance, phi);
+        if (model->params.nucleate && springls__can_nucleate(phi, f)
+            && springls__between_sides(model, near_by, x, springls__normalize(sum.normal), phi < 0.0f ? -1.0f : 1.0f)
+            && springls__in_sheet(model, x, springls__normalize(sum.normal)))
+            return f.distance;
     }
+    if (passed || springls__other_side(f.distance, phi)) side = springls__side_of_bodies(model, x, max_displacement);
+    if (passed) return springls__passed_phi(model, side, phi, max_displacement);
+    if (side != 0 && (side < 0) == (f.distance < 0.0f)) return f.distance;
     return edge.weight > 0.0f ? phi : springls__on_known_side(springls__corrected_phi(phi, f), phi);
 }
 
@@ -366,26 +381,27 @@ SPRINGLS__MATHS void springls__carry_row(const springls__grid *g, const int orig
 {
     const float y = (float)(row & 7), z = (float)(row >> 3);
     float from[3][8];
+    uint32_t carried = 0u;
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
         springls__vec_moments sum = springls__vec_moments_load(sums + i);
         springls__vec back = -1.0f / sum.weight;
+        carried |= springls__vec_bits(sum.weight > SPRINGLS__MIN_WEIGHT) << i;
         springls__vec_store(from[0] + i, springls__vec_from(i) + sum.moved.x * back);
         springls__vec_store(from[1] + i, y + sum.moved.y * back);
         springls__vec_store(from[2] + i, z + sum.moved.z * back);
     }
-    for (i = 0; i < 8; i++)
-        if (sums[8 * SPRINGLS__SUM_WEIGHT + i] > SPRINGLS__MIN_WEIGHT)
-            phi[i] = springls__grid_sample_from(g, g->phi, origin, springls__v3_make(from[0][i], from[1][i], from[2][i]));
+    for (; carried; carried &= carried - 1u) {
+        i = springls__lowest_bit(carried);
+        phi[i] = springls__grid_sample_from(g, g->phi, origin, springls__v3_make(from[0][i], from[1][i], from[2][i]));
+    }
 }
 
-/* Makes phi of a row's voxels exact where springls are near. */
-SPRINGLS__MATHS void springls__correct_row(const springls__model *model, const springls__near_ranges *near_by, const int origin[3],
-                                           int row, SPRINGLS__LOCAL const float *sums, springls__arguments args,
-                                           springls__box edges, float phi[8])
+/* Makes phi of a row's voxels exact where springls are near; returns a bit for each that needs springls__project_voxel instead. */
+SPRINGLS__MATHS uint32_t springls__correct_row(const springls__model *model, const int origin[3], int row,
+                                               SPRINGLS__LOCAL const float *sums, springls__box edges, float phi[8])
 {
-    float needed[8];
-    bool some_needed = false;
+    uint32_t needed = 0u;
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
         springls__vec_moments sum = springls__vec_moments_load(sums + i);
@@ -393,62 +409,31 @@ SPRINGLS__MATHS void springls__correct_row(const springls__model *model, const s
         springls__vec_projection f = springls__vec_moments_distance(sum);
         springls__vmask counts = sum.weight > SPRINGLS__MIN_WEIGHT;
         springls__vmask needs = counts & springls__needs_project_voxel(model, origin, 8 * row + i, edges, old, f);
-        some_needed = some_needed || springls__vec_any(needs);
-        springls__vec_store(needed + i, springls__vec_select(needs, springls__vec_broadcast(1.0f), springls__vec_broadcast(0.0f)));
+        needed |= springls__vec_bits(needs) << i;
         exact = springls__vec_on_known_side(springls__vec_corrected_phi(old, f), old);
         springls__vec_store(phi + i, springls__vec_select(counts & springls__vec_not(needs), exact, old));
     }
-    for (i = 0; some_needed && i < 8; i++)
-        if (needed[i] > 0.0f)
-            phi[i] = springls__project_voxel(model, near_by, origin, 8 * row + i, springls__moments_load(sums + i), args, edges,
-                                             phi[i]);
+    return needed;
 }
 
-/* Returns whether the surface may have passed a voxel that no springl is near. Where bodies overlap phi is that of their union,
-   and does not bound how deep a voxel lies in the gap that opens when they part. */
-SPRINGLS__MATHS bool springls__may_be_passed(const springls__model *model, float phi, float max_displacement)
+/* Returns a bit for each voxel of a row that the surface may have passed and no springl is near. Where bodies overlap phi is that of
+   their union, and does not bound how deep a voxel lies in the gap that opens when they part. sums: of the row, if a springl has
+   reached it. */
+SPRINGLS__MATHS uint32_t springls__passed_voxels(const springls__model *model, SPRINGLS__GLOBAL const float *phi, bool reached,
+                                                 SPRINGLS__LOCAL const float *sums, float max_displacement)
 {
-    if (springls__fabs(phi) < max_displacement) return true;
-    return model->params.contact == SPRINGLS_CONTACT_SEPARATE && phi < 0.0f && max_displacement > SPRINGLS__PROJECT_RADIUS;
-}
-
-/* Returns phi at a voxel x that the surface may have passed and no springl is near: on its side of two bodies, else as it was
-   where it lies deep, or with the mark of an unknown side. */
-SPRINGLS__MATHS float springls__passed_phi(const springls__model *model, springls__v3 x, float phi, float max_displacement)
-{
-    int side = springls__side_of_bodies(model, x, max_displacement);
-    if (side != 0 && (side < 0) == (phi < 0.0f)) return phi;
-    if (side != 0) return (float)side * SPRINGLS__PROJECT_RADIUS;
-    return springls__fabs(phi) < max_displacement ? springls__side_unknown(phi, model->grid.far_value) : phi;
-}
-
-/* Returns whether the surface may have passed a voxel of a row that no springl is near; true with contact SEPARATE, where
-   springls__may_be_passed decides. sums: of the row, if a springl has reached it. */
-SPRINGLS__MATHS bool springls__some_passed(const springls__model *model, SPRINGLS__GLOBAL const float *phi, bool reached,
-                                           SPRINGLS__LOCAL const float *sums, float max_displacement)
-{
+    const bool in_gaps = model->params.contact == SPRINGLS_CONTACT_SEPARATE && max_displacement > SPRINGLS__PROJECT_RADIUS;
+    uint32_t bits = 0u;
     int i;
     for (i = 0; i < 8; i += SPRINGLS__LANES) {
-        springls__vmask passed = springls__vec_fabs(springls__vec_load(phi + i)) < max_displacement;
-        if (reached) passed = passed & (springls__vec_load(sums + 8 * SPRINGLS__SUM_WEIGHT + i) <= SPRINGLS__MIN_WEIGHT);
-        if (springls__vec_any(passed)) return true;
+        springls__vec value = springls__vec_load(phi + i);
+        springls__vmask passed = springls__vec_fabs(value) < max_displacement;
+        if (in_gaps) passed = passed | (value < 0.0f);
+        if (reached)
+            passed = passed & springls__vec_not(springls__vec_load(sums + 8 * SPRINGLS__SUM_WEIGHT + i) > SPRINGLS__MIN_WEIGHT);
+        bits |= springls__vec_bits(passed) << i;
     }
-    return model->params.contact == SPRINGLS_CONTACT_SEPARATE;
-}
-
-/* Marks the voxels of a row that the surface may have passed and no springl is near; returns whether the side of one is unknown. */
-SPRINGLS__MATHS bool springls__mark_passed(const springls__model *model, const int origin[3], int row, bool reached,
-                                           SPRINGLS__LOCAL const float *sums, float max_displacement, float phi[8])
-{
-    bool unknown = false;
-    int i;
-    for (i = 0; i < 8; i++) {
-        if (reached && sums[8 * SPRINGLS__SUM_WEIGHT + i] > SPRINGLS__MIN_WEIGHT) continue;
-        if (!springls__may_be_passed(model, phi[i], max_displacement)) continue;
-        phi[i] = springls__passed_phi(model, springls__voxel_place(origin, 8 * row + i), phi[i], max_displacement);
-        unknown = unknown || springls__fabs(phi[i]) > model->grid.far_value;
-    }
-    return unknown;
+    return bits;
 }
 
 /* Projects a row of a brick, from phi to out, by its sums, if a springl has reached it; returns whether the side of a voxel is
@@ -459,19 +444,23 @@ SPRINGLS__MATHS bool springls__project_row(const springls__model *model, const s
                                            SPRINGLS__GLOBAL const float *phi, SPRINGLS__GLOBAL float *out)
 {
     const bool carry = args.project.carry != 0;
-    const float max_displacement = args.project.max_displacement;
-    bool some_passed = carry && springls__some_passed(model, phi, reached, sums, max_displacement), unknown = false;
+    const uint32_t passed = carry ? springls__passed_voxels(model, phi, reached, sums, args.project.max_displacement) : 0u;
+    uint32_t alone = passed; /* voxels that are found one by one: a loop over all eight would be unrolled, at eight times the code */
+    bool unknown = false;
     float value[8];
     int i;
-    if (!reached && !some_passed) {
+    if (!reached && !passed) {
         springls__copy_voxel_row(phi, out);
         return false;
     }
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__vec_store(value + i, springls__vec_load(phi + i));
-    if (some_passed) unknown = springls__mark_passed(model, origin, row, reached, sums, max_displacement, value);
     if (reached && carry) springls__carry_row(&model->grid, origin, row, sums, value);
-    if (reached && model->params.project_level_set)
-        springls__correct_row(model, near_by, origin, row, sums, args, edges, value);
+    if (reached && model->params.project_level_set) alone |= springls__correct_row(model, origin, row, sums, edges, value);
+    for (; alone; alone &= alone - 1u) {
+        i = springls__lowest_bit(alone);
+        value[i] = springls__project_voxel(model, near_by, origin, 8 * row + i, passed >> i & 1u, sums + i, args, edges, value[i]);
+        unknown = unknown || ((passed >> i & 1u) && springls__fabs(value[i]) > model->grid.far_value);
+    }
     for (i = 0; i < 8; i += SPRINGLS__LANES) springls__vec_store(out + i, springls__vec_load(value + i));
     return unknown;
 }
