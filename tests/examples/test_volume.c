@@ -390,6 +390,29 @@ TEST collection_fits_together(void)
     PASS();
 }
 
+/* Units of length of a NRRD file by the spellings that are in use; a word that is not known is warned about. */
+TEST nrrd_units_are_known(void)
+{
+    static const struct {
+        const char *name;
+        float mm;
+    } units[] = {{"microns", 2e-3f}, {"micrometer", 2e-3f}, {"micrometers", 2e-3f}, {"um", 2e-3f}, {"nm", 2e-6f}, {"inch", 50.8f},
+                 {"mm", 2.0f}, {"cubits", 2.0f}};
+    char text[300];
+    for (size_t u = 0; u < sizeof units / sizeof *units; ++u) {
+        struct volume volume;
+        snprintf(text, sizeof text, "NRRD0004\ntype: uchar\ndimension: 3\nspace dimension: 3\nsizes: 2 2 2\n"
+                 "space directions: (2,0,0) (0,2,0) (0,0,2)\nspace units: \"%s\" \"%s\" \"%s\"\nencoding: raw\n\n",
+                 units[u].name, units[u].name, units[u].name);
+        const char *path = make_file("units.nrrd", text, "12345678", 8);
+        ASSERTm(error, volume_read(path, 0, &volume, error));
+        ASSERT(fabsf(volume.spacing[0] / units[u].mm - 1.0f) < 1e-5f);
+        ASSERT((strstr(volume.warning, "not known") != NULL) == (strcmp(units[u].name, "cubits") == 0));
+        volume_free(&volume);
+    }
+    PASS();
+}
+
 int main(int argc, char **argv)
 {
     GREATEST_MAIN_BEGIN();
@@ -403,6 +426,7 @@ int main(int argc, char **argv)
     RUN_TEST(bad_headers_end_in_one_line);
     RUN_TEST(collection_of_bad_files);
     RUN_TEST(collection_fits_together);
+    RUN_TEST(nrrd_units_are_known);
     char command[300];
     snprintf(command, sizeof command, "rm -rf '%s'", folder);
     if (system(command) != 0) return 1;

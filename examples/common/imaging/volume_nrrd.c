@@ -73,16 +73,28 @@ static bool find_space(const Nrrd *nrrd, double affine[4][4], int axes[3], int *
     return true;
 }
 
-/* Returns millimetres a unit of the file. */
+/* Returns millimetres a unit of the file, by the spellings that are in use; 0: a word that is not known. */
 static double unit_of(const Nrrd *nrrd)
 {
+    static const struct {
+        const char *name;
+        double mm;
+    } units[] = {{"mm", 1.0},           {"millimeter", 1.0},       {"millimetre", 1.0}, {"m", 1000.0},       {"meter", 1000.0},
+                 {"metre", 1000.0},     {"cm", 10.0},              {"centimeter", 10.0}, {"centimetre", 10.0}, {"um", 1e-3},
+                 {"\xc2\xb5m", 1e-3}, {"\xce\xbcm", 1e-3},     {"micron", 1e-3},    {"micrometer", 1e-3}, {"micrometre", 1e-3},
+                 {"nm", 1e-6},          {"nanometer", 1e-6},       {"nanometre", 1e-6}, {"in", 25.4},        {"inch", 25.4},
+                 {"inche", 25.4}}; /* and a plural s */
     const char *name = nrrd->spaceDim > 0 ? nrrd->spaceUnits[0] : nrrd->axis[0].units;
-    return !name                            ? 1.0
-           : strcmp(name, "m") == 0         ? 1000.0
-           : strcmp(name, "cm") == 0        ? 10.0
-           : strcmp(name, "um") == 0        ? 1e-3
-           : strcmp(name, "\xc2\xb5m") == 0 ? 1e-3
-                                            : 1.0;
+    if (!name || !name[0]) {
+        return 1.0;
+    }
+    for (size_t u = 0; u < sizeof units / sizeof *units; ++u) {
+        const size_t length = strlen(units[u].name);
+        if (strncmp(name, units[u].name, length) == 0 && (name[length] == '\0' || (length > 2 && strcmp(name + length, "s") == 0))) {
+            return units[u].mm;
+        }
+    }
+    return 0.0;
 }
 
 /* ---- reading ---- */
@@ -188,7 +200,11 @@ static bool check_header(const char *path, int frame, struct volume *volume, int
             }
             sizes[place >= 0 ? place : all++] = size;
         }
-        const double unit = unit_of(nrrd);
+        double unit = unit_of(nrrd);
+        if (!(unit > 0.0)) {
+            volume_add_warning(volume, "a unit of length that is not known: taken for mm");
+            unit = 1.0;
+        }
         for (int n = 0; n < 12; ++n) {
             volume->affine[n / 4][n % 4] *= unit;
         }
