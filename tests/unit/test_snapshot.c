@@ -583,6 +583,7 @@ TEST the_first_version_can_be_read(void)
     const springls_component *components;
     springls_attribute_desc heat;
     springls_params params;
+    springls_step_desc step = springls_default_step_desc();
     springls_stats stats;
     block b;
     int count;
@@ -609,7 +610,9 @@ TEST the_first_version_can_be_read(void)
     ASSERT_EQ(1u, components[0].id);
     ASSERT_IN_RANGE(2.97209711, components[0].volume, 1e-8);
     ASSERT_OK(springls_relax(ctx));
-    ASSERT_OK(springls_step(ctx, &(springls_step_desc){ NULL, SPRINGLS_MODE_FLUID, 0.1f, 0, false, false, false }));
+    step.dt = 0.1f;
+    step.max_displacement = 0.0f;
+    ASSERT_OK(springls_step(ctx, &step));
     springls_destroy(ctx);
     free(b.bytes);
     PASS();
