@@ -81,7 +81,7 @@ for compiler in clang clang-13 clang-14 clang-15 clang-16 clang-19; do
     platform "x86-64, fused multiply-add at hand" - $compiler -O2 -march=x86-64-v3
 done
 platform "x86-64, musl" - musl-gcc -static -O1
-platform "i686, SSE2" - i686-linux-gnu-gcc -static -O1 -msse2 -mfpmath=sse
+platform "i686, SSE2" qemu-i386 i686-linux-gnu-gcc -static -O1 -msse2 -mfpmath=sse
 refused "i686, x87" "compile with -msse2 -mfpmath=sse" i686-linux-gnu-gcc
 platform "arm64" qemu-aarch64 aarch64-linux-gnu-gcc -static -O1
 platform "arm64, denormal numbers flushed" qemu-aarch64 aarch64-linux-gnu-gcc -static -O1 -DFLUSH_DENORMALS
