@@ -402,13 +402,17 @@ TEST keys_differ(void)
     PASS();
 }
 
-TEST the_cache_is_checked(void)
+TEST descriptions_are_checked(void)
 {
     cache_memory memory;
     springls_cl_desc desc = cache_desc(folder, &memory);
     springls_backend *backend;
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_cl_create(&desc, &backend));
     desc = cache_desc("", NULL);
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_cl_create(&desc, &backend));
+    desc = cache_desc(NULL, NULL);
+    desc.velocity = exact_flow_velocity;
+    desc.velocity_source = "float3 springls_velocty(float3 x, float t, __global const float *u) { return x; }\n";
     ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_cl_create(&desc, &backend));
     desc = cache_desc(NULL, &memory);
     desc.cache.load = NULL;
@@ -539,7 +543,7 @@ SUITE(cache)
     RUN_TESTp(nothing_can_be_kept, NULL);
     RUN_TEST(callbacks_fail);
     RUN_TEST(keys_differ);
-    RUN_TEST(the_cache_is_checked);
+    RUN_TEST(descriptions_are_checked);
     RUN_TESTp(allocations_fail, 0);
     RUN_TESTp(allocations_fail, 1);
     RUN_TESTp(threads_compile, 0);
