@@ -415,7 +415,8 @@ static bool read_reference(struct atlas_segment *run)
     char error[VOLUME_TEXT];
     int labels[ATLAS_MAX_LABELS];
     const int count = set->label_text ? atlas_read_labels(set->label_text, labels) : 0;
-    if (!volume_read_like(&run->image, "the image", set->reference, set->frame, reference, error)) {
+    if (!volume_read_like(&run->image, "the image", set->reference, set->frame, reference, error)
+        || !volume_check_labels(reference, set->reference, error)) {
         return atlas_fail("%s", error);
     }
     const size_t voxels = volume_voxels(reference);

@@ -350,7 +350,8 @@ bool atlas_label_surface(const char *path, const int *labels, int count, const c
     if (!volume_read_one(path, -1, NULL, &all, error)) {
         return atlas_fail("%s", error);
     }
-    const bool good = crop_labels(&all, labels, count, name, part) && mask_surface(part, name, mesh);
+    const bool good = (volume_check_labels(&all, path, error) || atlas_fail("%s", error))
+        && crop_labels(&all, labels, count, name, part) && mask_surface(part, name, mesh);
     volume_free(&all);
     return good;
 }
@@ -446,7 +447,8 @@ static bool read_label_map(const char *path, const int *labels, int count, const
                                    0.5f * (float)(all.dims[2] - 1)};
     float middle[3];
     volume_index_to_world(&all, middle_index, middle);
-    bool good = crop_labels(&all, labels, count, subject->name, &subject->labels)
+    bool good = (volume_check_labels(&all, path, error) || atlas_fail("%s", error))
+        && crop_labels(&all, labels, count, subject->name, &subject->labels)
              && mask_surface(&subject->labels, subject->name, &subject->mesh)
              && (!images || read_image(images, path, subject));
     volume_free(&all);

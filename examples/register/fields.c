@@ -49,7 +49,9 @@ static bool labels_compare(const struct run *run, bool of_moving, const char *pa
     if (!path) {
         return true;
     }
+    char error[VOLUME_TEXT];
     bool good = register_read_labels(run, of_moving, path, &labels);
+    good = good && (volume_check_labels(&labels, path, error) || register_fail("%s", error));
     if (good && overlap_labels(labels.data, labels.data, volume_voxels(&labels), (float)run->label).both == 0) {
         good = run->label < 0 ? register_fail("%s: no voxel has a label", path)
                               : register_fail("%s: no voxel has the label %d", path, run->label);

@@ -47,7 +47,8 @@ static bool read_reference(struct segment *run)
     if (!run->settings.reference) {
         return true;
     }
-    if (!volume_read_like(&run->image, "the image", run->settings.reference, run->settings.frame, &run->reference, error)) {
+    if (!volume_read_like(&run->image, "the image", run->settings.reference, run->settings.frame, &run->reference, error)
+        || !volume_check_labels(&run->reference, run->settings.reference, error)) {
         return segment_fail("%s", error);
     }
     run->truth = malloc(run->voxels);

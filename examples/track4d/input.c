@@ -194,11 +194,13 @@ bool track_frame_image(const struct track *track, int frame, struct volume *imag
 
 static bool mask_of(const struct track *track, const char *path, int frame, const struct volume *labels, float **mask)
 {
+    char error[VOLUME_TEXT];
     const size_t total = volume_voxels(labels);
     unsigned char *inside = malloc(total);
     *mask = malloc(total * sizeof **mask);
     const int label = track->settings.label;
     bool good = (inside && *mask) || track_no_memory();
+    good = good && (volume_check_labels(labels, path, error) || track_fail("%s", error));
     if (good && segment_mask(labels, &label, label >= 0, inside) == 0) {
         good = track_fail("%s: no voxel has the label asked for in frame %d%s", path, frame, label >= 0 ? " (--label)" : "");
     }

@@ -449,6 +449,7 @@ TEST wrong_usage_and_bad_files_end_in_one_line(void)
         {1, {"track4d", image_file, "--labels", labels}}, /* one frame */
         {1, {"track4d", "/nothing/there.nii", "--labels", labels, "--beat", "4"}},
         {1, {"track4d", image_file, "--labels", labels, "--label", "9", "--beat", "4"}},
+        {1, {"track4d", image_file, "--labels", image_file, "--beat", "4"}}, /* a scan for labels */
         {1, {"track4d", image_file, "--labels", labels, "--beat", "4", "--frame", "7", "--large-steps"}},
         {1, {"track4d", image_file, "--labels", "/nothing/there.nii", "--beat", "4"}},
         {1, {"track4d", image_file, "--labels", labels, "--beat", "4", "--json", "/nothing/there.json"}},

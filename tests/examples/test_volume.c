@@ -390,6 +390,32 @@ TEST collection_fits_together(void)
     PASS();
 }
 
+/* A label map has few whole numbers, in regions; a scan in its place is refused. */
+TEST scans_are_no_labels(void)
+{
+    enum { SIDE = 24 };
+    struct volume v;
+    const int dims[3] = {SIDE, SIDE, SIDE};
+    const float spacing[3] = {1, 1, 1}, origin[3] = {0, 0, 0};
+    uint32_t random = 1;
+    ASSERT(volume_create(dims, spacing, origin, &v));
+    for (int kind = 0; kind < 5; ++kind) {
+        for (int n = 0; n < SIDE * SIDE * SIDE; ++n) {
+            random = random * 1664525u + 1013904223u;
+            const float noise = (float)(random >> 22); /* 0 to 1023 */
+            v.data[n] = kind == 0 ? (float)(n % SIDE > 9) * 3000.0f     /* one label */
+                      : kind == 1 ? (float)(n / SIDE)                   /* 576 labels, in rows */
+                      : kind == 2 ? floorf(noise / 32.0f)               /* 32 labels, at random */
+                      : kind == 3 ? floorf(noise / 4.0f)                /* a scan of bytes */
+                                  : noise / 1024.0f;                    /* a scan of fractions */
+        }
+        ASSERT_EQ(kind < 3, volume_check_labels(&v, "file.nii", error));
+        ASSERT(kind < 3 || strstr(error, "file.nii: a label map is wanted"));
+    }
+    volume_free(&v);
+    PASS();
+}
+
 /* Units of length of a NRRD file by the spellings that are in use; a word that is not known is warned about. */
 TEST nrrd_units_are_known(void)
 {
@@ -426,6 +452,7 @@ int main(int argc, char **argv)
     RUN_TEST(bad_headers_end_in_one_line);
     RUN_TEST(collection_of_bad_files);
     RUN_TEST(collection_fits_together);
+    RUN_TEST(scans_are_no_labels);
     RUN_TEST(nrrd_units_are_known);
     char command[300];
     snprintf(command, sizeof command, "rm -rf '%s'", folder);

@@ -386,8 +386,8 @@ static int compare_floats(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* Returns true if the values of the image are whole numbers, and few. */
-static bool has_few_values(const struct volume *volume)
+/* Returns how many values the image has, when they are few whole numbers; else 0. */
+static size_t few_values(const struct volume *volume)
 {
     enum { MOST = 1024 };
     float values[MOST];
@@ -399,7 +399,7 @@ static bool has_few_values(const struct volume *volume)
             continue;
         }
         if (value != floorf(value) || count == MOST) {
-            return false;
+            return 0;
         }
         size_t at = count++;
         for (; at > 0 && values[at - 1] > value; --at) {
@@ -407,14 +407,14 @@ static bool has_few_values(const struct volume *volume)
         }
         values[at] = value;
     }
-    return true;
+    return count;
 }
 
 bool volume_is_label_map(const struct volume *volume)
 {
     const double mostly = 0.75;
     double pairs = 0.0, equal = 0.0;
-    if (!has_few_values(volume)) {
+    if (!few_values(volume)) {
         return false;
     }
     for (size_t n = 1; n < volume_voxels(volume); ++n) { /* neighbours along x; the ground does not count */
@@ -425,6 +425,16 @@ bool volume_is_label_map(const struct volume *volume)
         }
     }
     return equal > mostly * pairs;
+}
+
+bool volume_check_labels(const struct volume *volume, const char *path, char error[VOLUME_TEXT])
+{
+    const size_t certain = 64; /* so few values are no scan, however noisy */
+    const size_t values = few_values(volume);
+    if (values > 0 && (values <= certain || volume_is_label_map(volume))) {
+        return true;
+    }
+    return volume_error(error, "%.200s: a label map is wanted, with few whole numbers; this looks like a scan", path);
 }
 
 bool volume_write(const char *path, const struct volume *like, enum volume_type type, const void *data,

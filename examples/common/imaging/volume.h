@@ -57,6 +57,9 @@ bool volume_read_gaps(const char *path, int frame, const char *option, struct vo
 /* Returns true if the image looks like a label map: few whole numbers, of which nearly all neighbours are equal. */
 bool volume_is_label_map(const struct volume *volume);
 
+/* Returns true if the image can be a label map; else false, with the reason in `error`: a scan given in its place. */
+bool volume_check_labels(const struct volume *volume, const char *path, char error[VOLUME_TEXT]);
+
 /* Reads frame `frame`. -1: the file's only image; several are an error, which names `option` (NULL: none) to choose by. */
 bool volume_read_one(const char *path, int frame, const char *option, struct volume *volume, char error[VOLUME_TEXT]);
 
