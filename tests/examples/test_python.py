@@ -162,8 +162,7 @@ class Right(unittest.TestCase):
         left_out = {
             'for programs that draw frames': 'chunks_begin chunks_continue chunks_create chunks_destroy chunks_update step_begin '
                                              'step_continue step_in_progress',
-            'Python has functions of its own': 'implicit_box implicit_metasphere implicit_notched_sphere implicit_sphere implicit_torus '
-                                               'velocity_deformation velocity_rotation',
+            'Python has functions of its own': 'implicit_box implicit_metasphere implicit_notched_sphere implicit_sphere implicit_torus',
             'the module does it': 'default_desc default_forces default_step_desc create_error threads_count threads_destroy version '
                                   'attribute_count',
             'of the C program': 'kernel_source fp_contract_detected pack_matrix stage_name',

@@ -616,7 +616,7 @@ TEST refusals_give_the_range(void)
     CHECK_CALL(gives_range(ctx, springls_max_speed(ctx, &forces, NAN, &speed), "time is", "not finite"));
     forces.region_lower[1] = 8.0f;
     CHECK_CALL(gives_range(ctx, springls_advect(ctx, &forces, 0.0f, 1.0f), "from 8 to 0 along axis 1", "ascending and finite"));
-    CHECK_CALL(gives_range(ctx, springls_step_continue(ctx, -5.0, &done), "-5 seconds", "0 or more"));
+    CHECK_CALL(gives_range(ctx, springls_step_continue(ctx, NAN, &done), "seconds", "NaN"));
     step.dt = -2.0f;
     CHECK_CALL(gives_range(ctx, springls_step(ctx, &step), "dt is -2", "0 or more and finite"));
     step.dt = 1.0f;

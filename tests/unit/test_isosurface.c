@@ -247,8 +247,8 @@ TEST soup_is_the_springls(int mirror)
         for (m = 0; m < 3; m++) {
             springls_to_world(ctx, &s.q[m].x, 1, expected);
             ASSERT_MEM_EQ(expected, (soup.positions + 9 * i + 3 * m), sizeof expected);
-            springls_to_world(ctx, &s.a.x, 1, expected);
-            ASSERT_MEM_EQ(expected, (soup.correspondences + 9 * i + 3 * m), sizeof expected);
+            /* nothing has moved: what a corner shows of the original is the place on it that is nearest */
+            ASSERT_LT(d3_distance(at(soup.correspondences, 3 * i + m), at(soup.positions, 3 * i + m)), 0.05);
             ASSERT_EQ(i, soup.springls[3 * i + m]);
             ASSERT(t[m] / 3 == i);
             ASSERT_GT(d3_dot(n, at(soup.normals, 3 * i + m)) / d3_length(n), 0.999);
