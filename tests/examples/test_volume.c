@@ -416,6 +416,74 @@ TEST scans_are_no_labels(void)
     PASS();
 }
 
+/* Writes a NIfTI file of floats with these voxel sizes: by the sform, along x by pixdim, and moved along x by the qform. */
+static const char *make_nifti(const char *name, float sform, float pixdim, float moved, bool pair)
+{
+    static const float values[COUNT];
+    unsigned char bytes[352 + sizeof values];
+    const int16_t dim[8] = {3, 4, 3, 2, 1, 1, 1, 1}, type = 16, bits = 32, code = 1;
+    const int32_t size = 348;
+    const float pixels[4] = {1.0f, pixdim, sform, sform}, offset = pair ? 0.0f : 352.0f;
+    memset(bytes, 0, sizeof bytes);
+    memcpy(bytes, &size, 4);
+    memcpy(bytes + 40, dim, sizeof dim);
+    memcpy(bytes + 70, &type, 2);
+    memcpy(bytes + 72, &bits, 2);
+    memcpy(bytes + 76, pixels, sizeof pixels);
+    memcpy(bytes + 108, &offset, 4);
+    bytes[123] = 2; /* mm */
+    memcpy(bytes + 252, &code, 2);
+    memcpy(bytes + 254, &code, 2);
+    memcpy(bytes + 268, &moved, 4);
+    for (int r = 0; r < 3; ++r) {
+        memcpy(bytes + 280 + 20 * r, &sform, 4); /* the diagonal */
+    }
+    memcpy(bytes + 344, pair ? "ni1" : "n+1", 4);
+    if (!pair) {
+        return make_file(name, "", bytes, sizeof bytes);
+    }
+    char image[64];
+    snprintf(image, sizeof image, "%.*s.img", (int)strlen(name) - 4, name);
+    make_file(image, "", values, sizeof values);
+    return make_file(name, "", bytes, 348);
+}
+
+/* A header that contradicts itself is warned of, as are numbers that are no millimetres. */
+TEST nifti_geometry_is_compared(void)
+{
+    static const struct {
+        float sform, pixdim, moved;
+        const char *warning;
+    } files[] = {{2.0f, 2.0f, 0.0f, ""}, {2.0f, 2.0f, 30.0f, "place a corner 30 mm apart"}, {2.0f, 2.5f, 0.0f, "by pixdim"},
+                 {0.002f, 0.002f, 0.0f, "0.008 mm long"}};
+    struct volume v;
+    for (size_t f = 0; f < sizeof files / sizeof *files; ++f) {
+        ASSERTm(error, volume_read(make_nifti("compared.nii", files[f].sform, files[f].pixdim, files[f].moved, false), 0, &v, error));
+        ASSERTm(v.warning, files[f].warning[0] ? strstr(v.warning, files[f].warning) != NULL : v.warning[0] == '\0');
+        ASSERT_EQ(files[f].sform, v.spacing[0]);
+        volume_free(&v);
+    }
+    PASS();
+}
+
+/* A pair is read by either of its names. */
+TEST nifti_pairs_have_two_names(void)
+{
+    char path[512];
+    struct volume v;
+    snprintf(path, sizeof path, "%s", make_nifti("two.hdr", 2.0f, 2.0f, 0.0f, true));
+    ASSERTm(error, volume_read(path, 0, &v, error));
+    volume_free(&v);
+    memcpy(path + strlen(path) - 4, ".img", 4);
+    ASSERTm(error, volume_read(path, 0, &v, error));
+    ASSERT_EQ(4, v.dims[0]);
+    volume_free(&v);
+    ASSERT_EQ(0, remove(in_folder("two.hdr")));
+    ASSERT_FALSE(volume_read(path, 0, &v, error));
+    ASSERT(strstr(error, ".hdr file is missing") != NULL);
+    PASS();
+}
+
 /* Units of length of a NRRD file by the spellings that are in use; a word that is not known is warned about. */
 TEST nrrd_units_are_known(void)
 {
@@ -452,6 +520,8 @@ int main(int argc, char **argv)
     RUN_TEST(bad_headers_end_in_one_line);
     RUN_TEST(collection_of_bad_files);
     RUN_TEST(collection_fits_together);
+    RUN_TEST(nifti_geometry_is_compared);
+    RUN_TEST(nifti_pairs_have_two_names);
     RUN_TEST(scans_are_no_labels);
     RUN_TEST(nrrd_units_are_known);
     char command[300];

@@ -5,19 +5,23 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Finds the file with the voxels of a .hdr: the same name with .img or .img.gz. */
-static bool image_path(const char *header_path, char *path, size_t size)
+/* Finds the other file of a pair: of the same name, with one of the endings in place of .hdr, .img or either and .gz. */
+static bool pair_path(const char *one, const char *const endings[3], char *path, size_t size)
 {
-    static const char *const endings[] = {".img", ".img.gz", ".IMG"};
-    size_t stem = strlen(header_path);
-    stem -= volume_ends_with(header_path, ".gz") ? 3 : 0;
+    size_t stem = strlen(one);
+    stem -= volume_ends_with(one, ".gz") ? 3 : 0;
     stem -= stem >= 4 ? 4 : 0;
-    for (size_t i = 0; i < sizeof endings / sizeof *endings; ++i) {
-        if (snprintf(path, size, "%.*s%s", (int)stem, header_path, endings[i]) < (int)size && volume_file_size(path) >= 0) {
+    for (int i = 0; i < 3; ++i) {
+        if (snprintf(path, size, "%.*s%s", (int)stem, one, endings[i]) < (int)size && volume_file_size(path) >= 0) {
             return true;
         }
     }
     return false;
+}
+
+static bool is_of_voxels(const char *path)
+{
+    return volume_ends_with(path, ".img") || volume_ends_with(path, ".img.gz") || volume_ends_with(path, ".IMG");
 }
 
 /* Moves to `offset` of the uncompressed bytes by reading: a seek past the end of a gzip file may go unnoticed. */
@@ -91,8 +95,15 @@ static bool read_data(const char *path, int frame, const nifti_image *header, st
 
 bool volume_read_nifti(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT])
 {
-    char data_path[4096];
+    static const char *const voxels[] = {".img", ".img.gz", ".IMG"}, *const headers[] = {".hdr", ".hdr.gz", ".HDR"};
+    char data_path[4096], header_path[4096];
     bool single = true;
+    if (is_of_voxels(path)) {
+        if (!pair_path(path, headers, header_path, sizeof header_path)) {
+            return volume_error(error, "the voxels of a pair, whose .hdr file is missing");
+        }
+        path = header_path;
+    }
     gzFile file = gzopen(path, "rb");
     if (!file) {
         return volume_error(error, "cannot open");
@@ -111,7 +122,7 @@ bool volume_read_nifti(const char *path, int frame, struct volume *volume, char 
     if (single) {
         const int64_t first = header->nifti_type == NIFTI_FTYPE_NIFTI2_1 ? 544 : 352;
         header->iname_offset = header->iname_offset > 0 ? header->iname_offset : first;
-    } else if (!image_path(path, data_path, sizeof data_path)) {
+    } else if (!pair_path(path, voxels, data_path, sizeof data_path)) {
         return volume_error(error, "the .img file with the voxels is missing");
     }
     return read_data(single ? path : data_path, frame, header, volume, error);

@@ -193,6 +193,58 @@ nifti_image *volume_header_read(gzFile file, struct volume *volume, bool *single
     return header;
 }
 
+/* Returns the furthest distance, in the file's unit, between the places that two maps give a corner of the volume. */
+static double furthest_corner(const nifti_image *header, const nifti_dmat44 *a, const nifti_dmat44 *b)
+{
+    double furthest = 0.0;
+    for (int corner = 0; corner < 8; ++corner) {
+        double apart = 0.0;
+        for (int r = 0; r < 3; ++r) {
+            double d = a->m[r][3] - b->m[r][3];
+            for (int c = 0; c < 3; ++c) {
+                d += corner >> c & 1 ? (a->m[r][c] - b->m[r][c]) * (double)(header->dim[c + 1] - 1) : 0.0;
+            }
+            apart += d * d;
+        }
+        furthest = fmax(furthest, sqrt(apart));
+    }
+    return furthest;
+}
+
+/* Warns where the header contradicts itself: sform, qform and pixel sizes; and of numbers that are metres rather than mm. */
+static void warn_of_geometry(const nifti_image *header, double unit, struct volume *volume)
+{
+    const double other_size = 0.01, shortest = 2.0; /* share of a pixel's size; mm */
+    const float *side = volume->spacing;
+    double length = 0.0, pixel = 0.0;
+    char text[200];
+    for (int a = 0; a < 3; ++a) {
+        length = fmax(length, (double)side[a] * volume->dims[a]);
+        pixel = fmax(pixel, (double)side[a]);
+    }
+    if (header->sform_code > 0 && header->qform_code > 0) {
+        const double apart = unit * furthest_corner(header, &header->sto_xyz, &header->qto_xyz);
+        if (apart > 0.5 * pixel) {
+            snprintf(text, sizeof text, "sform and qform place a corner %.3g mm apart: the sform is used", apart);
+            volume_add_warning(volume, text);
+        }
+    }
+    for (int a = 0; a < 3 && header->sform_code > 0; ++a) {
+        const double size = unit * fabs(header->pixdim[a + 1]);
+        if (size > 0.0 && volume->dims[a] > 1 && fabs(size - (double)side[a]) > other_size * size) {
+            snprintf(text, sizeof text, "voxels are %.4g x %.4g x %.4g mm by the sform, %.4g x %.4g x %.4g by pixdim: the sform is used",
+                     (double)side[0], (double)side[1], (double)side[2], unit * fabs(header->pixdim[1]), unit * fabs(header->pixdim[2]),
+                     unit * fabs(header->pixdim[3]));
+            volume_add_warning(volume, text);
+            break;
+        }
+    }
+    if (unit == 1.0 && length < shortest) {
+        snprintf(text, sizeof text, "the image is %.3g mm long: are its numbers metres?", length);
+        volume_add_warning(volume, text);
+    }
+}
+
 bool volume_header_geometry(const nifti_image *header, struct volume *volume, char error[VOLUME_TEXT])
 {
     const char *source = header->sform_code > 0 ? "sform" : header->qform_code > 0 ? "qform" : "pixel sizes";
@@ -217,5 +269,6 @@ bool volume_header_geometry(const nifti_image *header, struct volume *volume, ch
                             "bad header: the %s give%s no usable voxel-to-world map (singular, zero or not finite)",
                             source, header->sform_code > 0 || header->qform_code > 0 ? "s" : "");
     }
+    warn_of_geometry(header, unit, volume);
     return true;
 }
