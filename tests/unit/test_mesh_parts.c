@@ -129,6 +129,33 @@ TEST faces_with_cracks(void)
     PASS();
 }
 
+/* Triangles that no edge holds together, each drawn in from its corners and facing any way. */
+TEST loose_triangles(void)
+{
+    int t, k, m, turned = 0, given;
+    clear_mesh();
+    random_state = 5u;
+    add_ball(27.3, 27.1, 28.2, 15.0, true, 1.0);
+    given = triangles;
+    for (t = 0; t < given; t++) {
+        float q[3][3], middle;
+        for (m = 0; m < 3; m++) memcpy(q[m], position + 3 * triangle[3 * t + m], sizeof q[m]);
+        for (k = 0; k < 3; k++) {
+            middle = (q[0][k] + q[1][k] + q[2][k]) / 3.0f;
+            for (m = 0; m < 3; m++) q[m][k] = middle + 0.98f * (q[m][k] - middle);
+        }
+        for (m = 0; m < 3; m++) {
+            triangle[3 * t + m] = positions;
+            add_position((double)q[m][0], (double)q[m][1], (double)q[m][2]);
+        }
+        if (random_unit() < 0.5) continue;
+        turn_triangle(t);
+        turned++;
+    }
+    CHECK_CALL(becomes(ball(15.0), 0.02, turned, 0));
+    PASS();
+}
+
 /* A grid whose axes are mirrored in the world turns nothing by itself. */
 TEST mirrored_world(void)
 {
@@ -191,6 +218,7 @@ int main(int argc, char **argv)
     RUN_TEST(hollow_ones_turned_as_a_whole);
     RUN_TEST(open_parts);
     RUN_TEST(faces_with_cracks);
+    RUN_TEST(loose_triangles);
     RUN_TEST(mirrored_world);
     RUN_TEST(without_memory);
     GREATEST_MAIN_END();
