@@ -14011,13 +14011,12 @@ SPRINGLS__W_MATHS void SPRINGLS__W(integrate)(const springls__model *model, cons
     SPRINGLS__NUM3 (*k1)[SPRINGLS__GROUPS] = path->slope[0], (*k2)[SPRINGLS__GROUPS] = path->slope[1];
     SPRINGLS__NUM3 (*k3)[SPRINGLS__GROUPS] = path->slope[2], (*k4)[SPRINGLS__GROUPS] = path->slope[3];
     int stage, m, g;
-    SPRINGLS__W(find_slopes)(model, rule, path, path->x, 0);
-    for (stage = 1; stage < 4 && !rule->euler; stage++) {
+    for (stage = 0; stage < (rule->euler ? 1 : 4); stage++) { /* in one place: a device's compiler inlines all forces there */
         const SPRINGLS__NUM span = SPRINGLS__W(broadcast)(stage == 3 ? rule->dt : 0.5f * rule->dt);
-        for (m = 0; m < SPRINGLS__MOVERS; m++)
+        for (m = 0; m < SPRINGLS__MOVERS && stage > 0; m++)
             SPRINGLS__FOR_GROUPS(g)
                 path->at[m][g] = SPRINGLS__W(mad)(path->x[m][g], path->slope[stage - 1][m][g], span);
-        SPRINGLS__W(find_slopes)(model, rule, path, path->at, stage);
+        SPRINGLS__W(find_slopes)(model, rule, path, stage > 0 ? path->at : path->x, stage);
     }
     for (m = 0; m < SPRINGLS__MOVERS; m++)
         SPRINGLS__FOR_GROUPS(g)
@@ -36713,7 +36712,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_scatter, LISTS, 128) X(brick_lists_sort, LISTS, 8)                                                             \\\n",
     "    X(compact_flag, LISTS, 4096) X(compact_out, LISTS, 256) X(compact_in, LISTS, 256)                                            \\\n",
     "    X(region_begin, SIGNS, 64) X(region_join, SIGNS, 64) X(region_vote, SIGNS, 64) X(region_resolve, SIGNS, 64)\n",
-    "#line 36717 \"springls.h\"\n",
+    "#line 36716 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",
@@ -37262,13 +37261,12 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM3 (*k1)[SPRINGLS__GROUPS] = path->slope[0], (*k2)[SPRINGLS__GROUPS] = path->slope[1];\n",
     "    SPRINGLS__NUM3 (*k3)[SPRINGLS__GROUPS] = path->slope[2], (*k4)[SPRINGLS__GROUPS] = path->slope[3];\n",
     "    int stage, m, g;\n",
-    "    SPRINGLS__W(find_slopes)(model, rule, path, path->x, 0);\n",
-    "    for (stage = 1; stage < 4 && !rule->euler; stage++) {\n",
+    "    for (stage = 0; stage < (rule->euler ? 1 : 4); stage++) { /* in one place: a device's compiler inlines all forces there */\n",
     "        const SPRINGLS__NUM span = SPRINGLS__W(broadcast)(stage == 3 ? rule->dt : 0.5f * rule->dt);\n",
-    "        for (m = 0; m < SPRINGLS__MOVERS; m++)\n",
+    "        for (m = 0; m < SPRINGLS__MOVERS && stage > 0; m++)\n",
     "            SPRINGLS__FOR_GROUPS(g)\n",
     "                path->at[m][g] = SPRINGLS__W(mad)(path->x[m][g], path->slope[stage - 1][m][g], span);\n",
-    "        SPRINGLS__W(find_slopes)(model, rule, path, path->at, stage);\n",
+    "        SPRINGLS__W(find_slopes)(model, rule, path, stage > 0 ? path->at : path->x, stage);\n",
     "    }\n",
     "    for (m = 0; m < SPRINGLS__MOVERS; m++)\n",
     "        SPRINGLS__FOR_GROUPS(g)\n",
@@ -37481,13 +37479,12 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM3 (*k1)[SPRINGLS__GROUPS] = path->slope[0], (*k2)[SPRINGLS__GROUPS] = path->slope[1];\n",
     "    SPRINGLS__NUM3 (*k3)[SPRINGLS__GROUPS] = path->slope[2], (*k4)[SPRINGLS__GROUPS] = path->slope[3];\n",
     "    int stage, m, g;\n",
-    "    SPRINGLS__W(find_slopes)(model, rule, path, path->x, 0);\n",
-    "    for (stage = 1; stage < 4 && !rule->euler; stage++) {\n",
+    "    for (stage = 0; stage < (rule->euler ? 1 : 4); stage++) { /* in one place: a device's compiler inlines all forces there */\n",
     "        const SPRINGLS__NUM span = SPRINGLS__W(broadcast)(stage == 3 ? rule->dt : 0.5f * rule->dt);\n",
-    "        for (m = 0; m < SPRINGLS__MOVERS; m++)\n",
+    "        for (m = 0; m < SPRINGLS__MOVERS && stage > 0; m++)\n",
     "            SPRINGLS__FOR_GROUPS(g)\n",
     "                path->at[m][g] = SPRINGLS__W(mad)(path->x[m][g], path->slope[stage - 1][m][g], span);\n",
-    "        SPRINGLS__W(find_slopes)(model, rule, path, path->at, stage);\n",
+    "        SPRINGLS__W(find_slopes)(model, rule, path, stage > 0 ? path->at : path->x, stage);\n",
     "    }\n",
     "    for (m = 0; m < SPRINGLS__MOVERS; m++)\n",
     "        SPRINGLS__FOR_GROUPS(g)\n",

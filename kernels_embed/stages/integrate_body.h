@@ -76,13 +76,12 @@ SPRINGLS__W_MATHS void SPRINGLS__W(integrate)(const springls__model *model, cons
     SPRINGLS__NUM3 (*k1)[SPRINGLS__GROUPS] = path->slope[0], (*k2)[SPRINGLS__GROUPS] = path->slope[1];
     SPRINGLS__NUM3 (*k3)[SPRINGLS__GROUPS] = path->slope[2], (*k4)[SPRINGLS__GROUPS] = path->slope[3];
     int stage, m, g;
-    SPRINGLS__W(find_slopes)(model, rule, path, path->x, 0);
-    for (stage = 1; stage < 4 && !rule->euler; stage++) {
+    for (stage = 0; stage < (rule->euler ? 1 : 4); stage++) { /* in one place: a device's compiler inlines all forces there */
         const SPRINGLS__NUM span = SPRINGLS__W(broadcast)(stage == 3 ? rule->dt : 0.5f * rule->dt);
-        for (m = 0; m < SPRINGLS__MOVERS; m++)
+        for (m = 0; m < SPRINGLS__MOVERS && stage > 0; m++)
             SPRINGLS__FOR_GROUPS(g)
                 path->at[m][g] = SPRINGLS__W(mad)(path->x[m][g], path->slope[stage - 1][m][g], span);
-        SPRINGLS__W(find_slopes)(model, rule, path, path->at, stage);
+        SPRINGLS__W(find_slopes)(model, rule, path, stage > 0 ? path->at : path->x, stage);
     }
     for (m = 0; m < SPRINGLS__MOVERS; m++)
         SPRINGLS__FOR_GROUPS(g)
