@@ -258,16 +258,15 @@ SPRINGLS__FN void springls__mesh_look(const springls__mesh_parts *p, int triangl
 /* Decides by the view from sixteen places of equal shares of its area whether an open part is turned. */
 SPRINGLS__FN void springls__mesh_judge_open(const springls__mesh_parts *p, springls__mesh_part *part)
 {
-    enum { PLACES = 16 };
     const int clear = 8; /* rays; and one side must have half as many again as the other */
-    double area = 0.0, sum = 0.0;
-    int i, place = 0, seen[2] = { 0, 0 };
+    double area = 0.0, sum = 0.0, next = 0.5; /* sixteenths of the area: where the next place is */
+    int i, seen[2] = { 0, 0 };
     for (i = part->first; i < part->first + part->count; i++) area += springls__mesh_double_area(p->mesh, p->mesh->queue[i]);
     for (i = part->first; i < part->first + part->count; i++) {
         sum += springls__mesh_double_area(p->mesh, p->mesh->queue[i]);
-        if (!(sum * PLACES >= ((double)place + 0.5) * area) || !(area > 0.0)) continue;
+        if (!(16.0 * sum >= next * area) || !(area > 0.0)) continue;
         springls__mesh_look(p, p->mesh->queue[i], seen);
-        while (sum * PLACES >= ((double)place + 0.5) * area && place < PLACES) place++;
+        while (16.0 * sum >= next * area && next < 16.0) next += 1.0;
     }
     part->turned = 2 * seen[1] > 3 * seen[0];
     part->seen = seen[0] + seen[1] >= clear && (part->turned || 2 * seen[0] > 3 * seen[1]);
