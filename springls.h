@@ -14338,11 +14338,11 @@ SPRINGLS__FN void springls__advect_work(void *arg, int begin, int end, float *me
 {
     const springls__motion *motion = (const springls__motion *)arg;
     const size_t beyond = (size_t)(uintptr_t)memory % SPRINGLS__BLOCK_ALIGNMENT;
-    char *aligned = (char *)(void *)memory + (beyond ? SPRINGLS__BLOCK_ALIGNMENT - beyond : 0);
+    char *start = (char *)(void *)memory + (beyond ? SPRINGLS__BLOCK_ALIGNMENT - beyond : 0);
     for (; begin < end; begin++) {
         int first = begin * SPRINGLS__ADVECT_BLOCK;
         springls__advect_block(motion, first, springls__imin(SPRINGLS__ADVECT_BLOCK, motion->count - first),
-                               (springls__force_block *)(void *)aligned);
+                               (springls__force_block *)(void *)start);
     }
 }
 
@@ -21646,7 +21646,7 @@ SPRINGLS__FN springls__v3 springls__sight_direction(int i)
 /* Counts the rays from a triangle that get past all others: seen[0] from its front, seen[1] from its back. */
 SPRINGLS__FN void springls__mesh_look(const springls__mesh_parts *p, int triangle, int seen[2])
 {
-    const float off = 1e-3f, far = 4e6f, grazing = 0.1f; /* of the triangle's size; voxels; cosine */
+    const float off = 1e-3f, furthest = 4e6f, grazing = 0.1f; /* of the triangle's size; voxels; cosine */
     springls__v3 q[3], center, normal;
     springls__tri t;
     float size;
@@ -21660,7 +21660,7 @@ SPRINGLS__FN void springls__mesh_look(const springls__mesh_parts *p, int triangl
         const springls__v3 d = springls__sight_direction(i);
         const float along = springls__dot(d, normal);
         if (springls__fabs(along) < grazing) continue;
-        if (springls__surface_ray(&p->all, springls__mad(center, d, off * size), d, far).triangle < 0) seen[along < 0.0f]++;
+        if (springls__surface_ray(&p->all, springls__mad(center, d, off * size), d, furthest).triangle < 0) seen[along < 0.0f]++;
     }
 }
 

@@ -237,7 +237,7 @@ SPRINGLS__FN springls__v3 springls__sight_direction(int i)
 /* Counts the rays from a triangle that get past all others: seen[0] from its front, seen[1] from its back. */
 SPRINGLS__FN void springls__mesh_look(const springls__mesh_parts *p, int triangle, int seen[2])
 {
-    const float off = 1e-3f, far = 4e6f, grazing = 0.1f; /* of the triangle's size; voxels; cosine */
+    const float off = 1e-3f, furthest = 4e6f, grazing = 0.1f; /* of the triangle's size; voxels; cosine */
     springls__v3 q[3], center, normal;
     springls__tri t;
     float size;
@@ -251,7 +251,7 @@ SPRINGLS__FN void springls__mesh_look(const springls__mesh_parts *p, int triangl
         const springls__v3 d = springls__sight_direction(i);
         const float along = springls__dot(d, normal);
         if (springls__fabs(along) < grazing) continue;
-        if (springls__surface_ray(&p->all, springls__mad(center, d, off * size), d, far).triangle < 0) seen[along < 0.0f]++;
+        if (springls__surface_ray(&p->all, springls__mad(center, d, off * size), d, furthest).triangle < 0) seen[along < 0.0f]++;
     }
 }
 

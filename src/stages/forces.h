@@ -429,11 +429,11 @@ SPRINGLS__FN void springls__advect_work(void *arg, int begin, int end, float *me
 {
     const springls__motion *motion = (const springls__motion *)arg;
     const size_t beyond = (size_t)(uintptr_t)memory % SPRINGLS__BLOCK_ALIGNMENT;
-    char *aligned = (char *)(void *)memory + (beyond ? SPRINGLS__BLOCK_ALIGNMENT - beyond : 0);
+    char *start = (char *)(void *)memory + (beyond ? SPRINGLS__BLOCK_ALIGNMENT - beyond : 0);
     for (; begin < end; begin++) {
         int first = begin * SPRINGLS__ADVECT_BLOCK;
         springls__advect_block(motion, first, springls__imin(SPRINGLS__ADVECT_BLOCK, motion->count - first),
-                               (springls__force_block *)(void *)aligned);
+                               (springls__force_block *)(void *)start);
     }
 }
 

@@ -41,7 +41,7 @@ joined_unexpanded() { # COMPILER
 # Left out are words of C, functions of its library, and those of OpenCL, which springls_cl.h calls by their names without cl.
 uncalled() { # COMPILER
     { echo '#include "tests/portability/standard.h"'
-      own_words $1 | grep -vxE '[A-Z][a-z][A-Za-z]*|bool|double|float|for|if|int|return|size_t|sizeof|switch|void|while|calloc|clock|dl(close|open|sym)|fabsf?|f(close|open|read|seek|tell|write)|floor|free|malloc|mem(cmp|cpy|move|set)|offsetof|qsort|remove|rename|rewind|snprintf|sqrtf?|str(chr|cmp|len)|time|clock_gettime|gettimeofday|pthread_[a-z_]*|sysconf|va_(start|end)|vsnprintf' |
+      own_words $1 | grep -vxE '[A-Z][a-z][A-Za-z]*|bool|double|float|for|if|int|return|size_t|sizeof|switch|void|while|bsearch|calloc|clock|dl(close|open|sym)|fabsf?|f(close|open|read|seek|tell|write)|floor|free|malloc|mem(cmp|cpy|move|set)|offsetof|qsort|remove|rename|rewind|snprintf|sqrtf?|str(chr|cmp|len|str)|time|clock_gettime|gettimeofday|pthread_[a-z_]*|sysconf|va_(start|end)|vsnprintf' |
           sed 's/.*/#define &(...) renamed_&/'; } > $w/renamed.h
     $1 -w -DNDEBUG -DSPRINGLS_THREADS $opencl -I. -include $w/renamed.h -E -P $here/implement.c > $w/renamed.i &&
         nothing "$(grep -oE 'renamed_[A-Za-z0-9_]+' $w/renamed.i | sort -u | head -n 8)" "called by a bare name"

@@ -8,6 +8,7 @@ extern "C" {
 void *calloc(size_t count, size_t size);
 void *malloc(size_t size);
 void free(void *memory);
+void *bsearch(const void *key, const void *base, size_t count, size_t size, int (*compare)(const void *, const void *));
 void qsort(void *base, size_t count, size_t size, int (*compare)(const void *, const void *));
 #ifdef __cplusplus
 }

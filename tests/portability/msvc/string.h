@@ -10,6 +10,7 @@ void *memmove(void *to, const void *from, size_t size);
 void *memset(void *memory, int value, size_t size);
 int memcmp(const void *a, const void *b, size_t size);
 size_t strlen(const char *text);
+char *strstr(const char *text, const char *part);
 int strcmp(const char *a, const char *b);
 #ifdef __cplusplus
 }
