@@ -372,7 +372,7 @@ SPRINGLS_API springls_status springls_set_keep_mask(springls_context *ctx, const
 
 /* Evaluates the pressure rho at `count` particles, voxel coordinates, with their outward unit normals: one float each.
    Called from several threads at once with different batches; `time` is that of the Runge-Kutta stage. No callback may
-   call a function that is given the context it serves, except counts, views and ids. */
+   call a function that is given the context it serves, except counts, views, ids, springls_to_voxel and springls_to_world. */
 typedef void (*springls_pressure_fn)(void *user, const float *points, const float *normals, int count, float time, float *out);
 
 /* Evaluates the velocity sigma at `count` points, voxel coordinates: 3 floats each. Called like the pressure, and
@@ -435,11 +435,12 @@ typedef struct springls_forces {
     bool world_units;              /* false: callbacks get voxel coordinates, and velocities, pressures and samples are voxels a
                                       unit of time. true: callbacks get points, normals and correspondences in the world, as
                                       shapes and meshes are; velocities, pressures and samples are world units a unit of time,
-                                      affine maps are of the world, and curvature_weight is in squared world units. Forces then
-                                      run on the host                                                               */
-    float region_lower[3], region_upper[3]; /* voxels: springls whose particle is outside this box when a step or sub-step
-                                      begins do not move and are not visited: a tool that acts in one place takes time
-                                      for the springls there alone. Both all zero: everywhere                       */
+                                      affine maps are of the world, curvature_weight is in squared world units, and the region
+                                      is a box of the world. Forces then run on the host                            */
+    float region_lower[3], region_upper[3]; /* voxels, or world units as the rest: springls whose particle is outside this box
+                                      when a step or sub-step begins do not move and are not visited: a tool that acts in one
+                                      place takes time for the springls there alone. The logger is warned of a box outside the
+                                      grid. Both all zero: everywhere                                               */
 } springls_forces;
 
 /* Returns forces that add nothing, with all weights 1. Zeroed ones mean the same. */

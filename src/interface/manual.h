@@ -391,7 +391,8 @@
 
      - A springl that stirs in a brick or beside it wakes the brick; springls_combine wakes those that it changes.
        springls_set_params, stages that are called alone, inputs and the other tools wake all.
-     - A tool that acts in one place states its box in springls_forces.region_lower and _upper: springls outside are not visited.
+     - A tool that acts in one place states its box in springls_forces.region_lower and _upper, in the units of the forces:
+       springls outside are not visited.
      - Nothing sleeps with evolve_iterations > 0, carry_level_set = 0 or volume_lock = 1.
      - A model just set from a level set or a function is awake: springls_settle brings it to rest, springls_at_rest tells.
 
@@ -476,7 +477,7 @@
      - World coordinates do not change: shapes, meshes, queries, events and forces with world_units are where they were. Far from
        the origin a float has few digits; voxel coordinates (views, springls_write) keep theirs.
      - Forces without world_units get lattice coordinates: voxel coordinates plus the offset. So flows stay where they are.
-       Regions and samples of the model's own grid are on the lattice too.
+       Their regions, and samples of the model's own grid, are on the lattice too.
      - Chunks are named by bricks of the lattice. All are meshed again after a move.
      - Correspondences and the original surface stay in the window that they were set in: where the model has come from.
      - Snapshots hold the place of the window. An input and springls_reset put it back, to springls_desc.window.

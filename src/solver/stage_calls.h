@@ -61,6 +61,7 @@ SPRINGLS_API springls_status springls_advect(springls_context *ctx, const spring
     SPRINGLS__TRY(springls__check_time(ctx, "advect", time));
     SPRINGLS__TRY(springls__finish_step(ctx));
     SPRINGLS__TRY(springls__motion_begin(ctx, forces, time, dt));
+    springls__warn_of_region(ctx, forces);
     return springls__run_stage_call(ctx, SPRINGLS_STAGE_ADVECT, springls__advect);
 }
 

@@ -95,7 +95,10 @@ SPRINGLS_API springls_status springls_step_begin(springls_context *ctx, const sp
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "step: there is no mode %d: it may be 0 to 2", (int)step->mode);
     SPRINGLS__TRY(springls__check_amount(ctx, "step", "rest_share", (double)step->rest_share));
     SPRINGLS__TRY(springls__check_amount(ctx, "step", "rest_displacement", (double)step->rest_displacement));
-    if (step->forces) SPRINGLS__TRY(springls__check_forces(ctx, step->forces));
+    if (step->forces) {
+        SPRINGLS__TRY(springls__check_forces(ctx, step->forces));
+        springls__warn_of_region(ctx, step->forces);
+    }
     if (ctx->model.set.count == 0) return springls__fail(ctx, SPRINGLS_EMPTY_MODEL, "step: there are no springls");
     springls__abandon_step(ctx);
     springls__end_reading(ctx);

@@ -20,18 +20,59 @@
 /* Voxels, the largest motion of one advect in a window that follows: further out a float does not resolve a 16th of a voxel. */
 enum { SPRINGLS__FURTHEST_MOTION = 1000000 };
 
+SPRINGLS__FN bool springls__has_region(const springls_forces *forces)
+{
+    int k;
+    for (k = 0; k < 3; k++)
+        if (forces->region_lower[k] != 0.0f || forces->region_upper[k] != 0.0f) return true;
+    return false;
+}
+
+/* Finds the box of voxels that holds the region of the forces: that of its corners where it is given in the world. */
+SPRINGLS__FN void springls__region_box(const springls_context *ctx, const springls_forces *forces, springls__v3 *lower,
+                                       springls__v3 *upper)
+{
+    const float *first = forces->region_lower, *last = forces->region_upper;
+    int corner;
+    if (!forces->world_units) {
+        *lower = springls__from_lattice(&ctx->window, springls__load3(first));
+        *upper = springls__from_lattice(&ctx->window, springls__load3(last));
+        return;
+    }
+    *lower = *upper = springls__world_to_voxel(ctx, first);
+    for (corner = 1; corner < 8; corner++) {
+        const float world[3] = { corner & 1 ? last[0] : first[0], corner & 2 ? last[1] : first[1], corner & 4 ? last[2] : first[2] };
+        const springls__v3 x = springls__world_to_voxel(ctx, world);
+        *lower = springls__v3_make(springls__min(lower->x, x.x), springls__min(lower->y, x.y), springls__min(lower->z, x.z));
+        *upper = springls__v3_make(springls__max(upper->x, x.x), springls__max(upper->y, x.y), springls__max(upper->z, x.z));
+    }
+}
+
 /* Finds the region that forces act in: everywhere where none is given. */
 SPRINGLS__FN void springls__region_prepare(const springls_context *ctx, const springls_forces *forces, springls__motion *motion)
 {
-    const float *lower = forces->region_lower, *upper = forces->region_upper;
-    int k;
-    for (k = 0; k < 3; k++) motion->has_region = motion->has_region || lower[k] != 0.0f || upper[k] != 0.0f;
+    motion->has_region = springls__has_region(forces);
     motion->rule.window = springls__to_lattice(&ctx->window, springls__v3_make(0.0f, 0.0f, 0.0f));
     motion->rule.region_lower = springls__v3_make(-FLT_MAX, -FLT_MAX, -FLT_MAX);
     motion->rule.region_upper = springls__v3_make(FLT_MAX, FLT_MAX, FLT_MAX);
-    if (!motion->has_region) return;
-    motion->rule.region_lower = springls__from_lattice(&ctx->window, springls__load3(lower));
-    motion->rule.region_upper = springls__from_lattice(&ctx->window, springls__load3(upper));
+    if (motion->has_region) springls__region_box(ctx, forces, &motion->rule.region_lower, &motion->rule.region_upper);
+}
+
+/* Warns of a region that lies outside the grid: most likely it is given in other units. */
+SPRINGLS__FN void springls__warn_of_region(const springls_context *ctx, const springls_forces *forces)
+{
+    const int *size = ctx->model.grid.size;
+    const bool world = forces->world_units;
+    const float *first = forces->region_lower, *last = forces->region_upper;
+    springls__v3 lower, upper;
+    if (!springls__has_region(forces)) return;
+    springls__region_box(ctx, forces, &lower, &upper);
+    if (lower.x < (float)size[0] && lower.y < (float)size[1] && lower.z < (float)size[2] && upper.x > -1.0f && upper.y > -1.0f
+        && upper.z > -1.0f)
+        return;
+    springls__log(ctx, 2, "forces: the region from (%g, %g, %g) to (%g, %g, %g), in %s, lies outside the grid: nothing moves",
+                  (double)first[0], (double)first[1], (double)first[2], (double)last[0], (double)last[1], (double)last[2],
+                  world ? "world units" : "voxels, since world_units is false");
 }
 
 /* Begins the motion by `forces` from `time` to time + dt. */
@@ -71,13 +112,24 @@ SPRINGLS__FN void springls__motion_times(springls__motion *motion)
     motion->rule.stop_at_topology = motion->stop_at_topology;
 }
 
+/* Returns whether the forces act on a particle: it lies in their region. A box of the world may be oblique in voxels. */
+SPRINGLS__FN bool springls__acts_on(const springls__motion *motion, springls__v3 p)
+{
+    const springls_forces *forces = &motion->forces;
+    float world[3];
+    if (!springls__in_force_region(motion->rule.region_lower, motion->rule.region_upper, p)) return false;
+    if (!forces->world_units) return true;
+    springls__voxel_to_world(motion->ctx, p, world);
+    return springls__in_force_region(springls__load3(forces->region_lower), springls__load3(forces->region_upper),
+                                     springls__load3(world));
+}
+
 /* Lists the springls in the region of the forces, ascending. With a fresh cell list, as in a model at rest, only the cells of the
    region are visited. */
 SPRINGLS__FN springls_status springls__list_region(springls__motion *motion)
 {
     springls_context *ctx = motion->ctx;
     const springls__springl *s = ctx->model.set.s;
-    springls__v3 lower = motion->rule.region_lower, upper = motion->rule.region_upper;
     int i;
     if (ctx->at_rest) SPRINGLS__TRY(springls__cell_list_cover(ctx));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, region_springls, ctx->model.set.count));
@@ -87,14 +139,14 @@ SPRINGLS__FN springls_status springls__list_region(springls__motion *motion)
                                              | SPRINGLS__BIT(TOP),
                                     SPRINGLS__ROLE_BIT(region_springls)));
     if (ctx->cells_fresh) {
-        springls__cell_walk walk = springls__cell_walk_begin(&ctx->model, lower, upper);
+        springls__cell_walk walk = springls__cell_walk_begin(&ctx->model, motion->rule.region_lower, motion->rule.region_upper);
         while ((i = springls__cell_walk_next(&ctx->model, &walk)) >= 0)
-            if (springls__in_force_region(lower, upper, s[i].p)) motion->listed[motion->count++] = i;
+            if (springls__acts_on(motion, s[i].p)) motion->listed[motion->count++] = i;
         qsort(motion->listed, (size_t)motion->count, sizeof *motion->listed, springls__compare_int);
         return SPRINGLS_OK;
     }
     for (i = 0; i < ctx->model.set.count; i++)
-        if (springls__in_force_region(lower, upper, s[i].p)) motion->listed[motion->count++] = i;
+        if (springls__acts_on(motion, s[i].p)) motion->listed[motion->count++] = i;
     return SPRINGLS_OK;
 }
 

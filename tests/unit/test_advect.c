@@ -858,6 +858,99 @@ TEST pressure_may_be_of_the_world(int curvature)
     PASS();
 }
 
+static void along_y(void *user, const float *points, int count, float time, float *out)
+{
+    int i;
+    (void)user; (void)points; (void)time;
+    for (i = 0; i < count; i++) {
+        out[3 * i] = out[3 * i + 2] = 0.0f;
+        out[3 * i + 1] = 1.0f;
+    }
+}
+
+/* With world units the region is a box of the world, oblique in voxels: just those whose particle lies in it move. */
+TEST regions_may_be_of_the_world(int at_rest)
+{
+    springls_context *ctx = in_the_world(2.0);
+    springls_forces forces = springls_default_forces();
+    float *before, *after, center[3] = { 11.0f, 12.0f, 11.5f };
+    int i, k, inside = 0;
+    ASSERT(ctx);
+    springls_to_world(ctx, center, 1, center);
+    if (at_rest) ASSERT_OK(springls_settle(ctx, 60));
+    before = world_particles(ctx);
+    forces.world_units = true;
+    forces.velocity = along_y;
+    forces.integrator = SPRINGLS_INTEGRATOR_EULER;
+    for (k = 0; k < 3; k++) {
+        forces.region_lower[k] = center[k] - 0.2f;
+        forces.region_upper[k] = center[k] + 2.0f;
+    }
+    ASSERT_OK(springls_advect(ctx, &forces, 0.0f, 0.125f));
+    after = world_particles(ctx);
+    for (i = 0; i < springls_count(ctx); i++) {
+        bool in = true;
+        for (k = 0; k < 3; k++)
+            in = in && before[3 * i + k] >= forces.region_lower[k] && before[3 * i + k] <= forces.region_upper[k];
+        ASSERT_IN_RANGE(before[3 * i + 1] + (in ? 0.125f : 0.0f), after[3 * i + 1], 2e-5f);
+        inside += in;
+    }
+    ASSERT_GT(inside, 20);
+    ASSERT_LT(inside, springls_count(ctx) / 2);
+    springls_destroy(ctx);
+    free(before);
+    free(after);
+    PASS();
+}
+
+typedef struct warnings { int count; char last[256]; } warnings;
+
+static void count_warnings(void *user, int level, const char *message)
+{
+    warnings *w = (warnings *)user;
+    if (level != 2) return;
+    w->count++;
+    snprintf(w->last, sizeof w->last, "%s", message);
+}
+
+/* A region that lies outside the grid, as one in other units does, is warned of; one in the grid that has no springl is not. */
+TEST a_region_outside_is_warned_of(void)
+{
+    warnings w = { 0, "" };
+    springls_desc desc = fixture_desc(24, NULL);
+    springls_context *ctx = NULL;
+    springls_sphere ball = fixture_ball(11.0f, 11.0f, 11.0f, 5.0f);
+    springls_forces forces = springls_default_forces();
+    springls_step_desc step;
+    int k;
+    desc.logger.log = count_warnings;
+    desc.logger.user = &w;
+    for (k = 0; k < 3; k++) {
+        desc.grid.origin[k] = 100.0;
+        ball.center[k] += 100.0f;
+        forces.region_lower[k] = 105.0f;
+        forces.region_upper[k] = 112.0f;
+    }
+    ASSERT_OK(springls_create(&desc, &ctx));
+    ASSERT_OK(springls_set_implicit(ctx, springls_implicit_sphere, &ball));
+    forces.velocity = along_y;
+    step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 0.1f);
+    w.count = 0;
+    ASSERT_OK(springls_step(ctx, &step));
+    ASSERT_EQ(1, w.count);
+    ASSERT(strstr(w.last, "world_units is false"));
+    ASSERT_EQ(0.0f, springls_get_stats(ctx).moving_share);
+    forces.world_units = true;
+    ASSERT_OK(springls_step(ctx, &step));
+    ASSERT_EQ(1, w.count);
+    ASSERT_GT(springls_get_stats(ctx).moving_share, 0.1f);
+    for (k = 0; k < 3; k++) forces.region_lower[k] = 111.0f; /* within the ball, where there are no springls */
+    ASSERT_OK(springls_step(ctx, &step));
+    ASSERT_EQ(1, w.count);
+    springls_destroy(ctx);
+    PASS();
+}
+
 GREATEST_MAIN_DEFS();
 
 int main(int argc, char **argv)
@@ -868,5 +961,8 @@ int main(int argc, char **argv)
     RUN_TESTp(forces_may_be_of_the_world, 1);
     RUN_TESTp(pressure_may_be_of_the_world, 0);
     RUN_TESTp(pressure_may_be_of_the_world, 1);
+    RUN_TESTp(regions_may_be_of_the_world, 0);
+    RUN_TESTp(regions_may_be_of_the_world, 1);
+    RUN_TEST(a_region_outside_is_warned_of);
     GREATEST_MAIN_END();
 }

@@ -257,12 +257,15 @@ static springls_forces any_forces(const random_life *l, life_flow *f)
     forces.world_units = world;
     if (one_in(5)) forces.curvature_weight = fixture_between(0.0f, 0.3f);
     if (one_in(4)) forces.integrator = SPRINGLS_INTEGRATOR_EULER;
-    if (one_in(4))
+    if (one_in(4)) {
+        float middle[3];
+        if (world) world_point(l, 0.0f, middle);
+        else middle_point(l, 0.0f, middle);
         for (k = 0; k < 3; k++) {
-            const float middle = 0.5f * (float)l->desc.grid.size[k];
-            forces.region_lower[k] = middle - fixture_between(0.0f, 5.0f);
-            forces.region_upper[k] = middle + fixture_between(0.0f, 5.0f);
+            forces.region_lower[k] = middle[k] - fixture_between(0.0f, 5.0f);
+            forces.region_upper[k] = middle[k] + fixture_between(0.0f, 5.0f);
         }
+    }
     if (kind < 2) {
         forces.velocity = NULL;
         forces.pressure = flow_pressure;

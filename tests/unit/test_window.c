@@ -192,7 +192,7 @@ static void watched_wind(void *user, const springls_batch *batch, float *out)
     }
 }
 
-/* Forces are given where they were before the window moved: on the lattice, or in the world. */
+/* Forces and their region are given where they were before the window moved: on the lattice, or in the world. */
 TEST forces_stay_in_place(bool in_world)
 {
     springls_context *ctx = ball(true, NULL, (float)MIDDLE, 6.0f, NULL);
