@@ -26,6 +26,7 @@ soft_body_USES    = springls
 attributes_USES   = springls
 csg_USES          = springls surface
 segment_USES      = springls surface imaging
+surfaces_USES     = springls surface imaging
 register_USES     = springls surface registration
 track4d_USES      = springls surface shapes registration
 atlas_USES        = springls surface shapes registration

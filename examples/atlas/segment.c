@@ -424,7 +424,11 @@ static bool read_reference(struct atlas_segment *run)
     if (!mask) {
         return atlas_no_memory();
     }
-    const bool found = segment_mask(reference, labels, count, mask) > 0;
+    uint32_t wanted[ATLAS_MAX_LABELS];
+    for (int l = 0; l < count; ++l) {
+        wanted[l] = (uint32_t)labels[l];
+    }
+    const bool found = segment_mask(reference, wanted, count, mask) > 0;
     for (size_t n = 0; n < voxels; ++n) {
         reference->data[n] = mask[n];
     }

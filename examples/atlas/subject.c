@@ -343,15 +343,38 @@ static void mirror_mesh(struct shape_mesh *mesh, float about)
     }
 }
 
+/* Reads a label map. With labels that a float does not hold, those that are wanted become 1, 2, ..., in `numbers` too, and others 0. */
+static bool read_map(const char *path, const int *labels, int count, struct volume *all, int numbers[ATLAS_MAX_LABELS])
+{
+    char error[VOLUME_TEXT];
+    if (!volume_read_companion(path, -1, all, error)) {
+        return atlas_fail("%s", error);
+    }
+    if (count > 0) {
+        memcpy(numbers, labels, (size_t)count * sizeof *labels);
+    }
+    if (!all->ids || all->maximum <= 16777216.0f) {
+        return volume_check_labels(all, path, error) || atlas_fail("%s", error);
+    }
+    for (size_t n = 0; n < volume_voxels(all); ++n) {
+        int number = count == 0 && all->ids[n] != 0 ? 1 : 0;
+        for (int l = 0; l < count; ++l) {
+            number = all->ids[n] == (uint32_t)labels[l] ? l + 1 : number;
+        }
+        all->data[n] = (float)number;
+    }
+    for (int l = 0; l < count; ++l) {
+        numbers[l] = l + 1;
+    }
+    return true;
+}
+
 bool atlas_label_surface(const char *path, const int *labels, int count, const char *name, struct volume *part,
                          struct shape_mesh *mesh) {
     struct volume all;
-    char error[VOLUME_TEXT];
-    if (!volume_read_one(path, -1, NULL, &all, error)) {
-        return atlas_fail("%s", error);
-    }
-    const bool good = (volume_check_labels(&all, path, error) || atlas_fail("%s", error))
-        && crop_labels(&all, labels, count, name, part) && mask_surface(part, name, mesh);
+    int numbers[ATLAS_MAX_LABELS];
+    const bool good = read_map(path, labels, count, &all, numbers) && crop_labels(&all, numbers, count, name, part)
+        && mask_surface(part, name, mesh);
     volume_free(&all);
     return good;
 }
@@ -439,16 +462,16 @@ static bool read_label_map(const char *path, const int *labels, int count, const
                            struct atlas_subject *subject)
 {
     struct volume all;
-    char error[VOLUME_TEXT];
-    if (!volume_read_one(path, -1, NULL, &all, error)) {
-        return atlas_fail("%s", error);
+    int numbers[ATLAS_MAX_LABELS];
+    if (!read_map(path, labels, count, &all, numbers)) {
+        volume_free(&all);
+        return false;
     }
     const float middle_index[3] = {0.5f * (float)(all.dims[0] - 1), 0.5f * (float)(all.dims[1] - 1),
                                    0.5f * (float)(all.dims[2] - 1)};
     float middle[3];
     volume_index_to_world(&all, middle_index, middle);
-    bool good = (volume_check_labels(&all, path, error) || atlas_fail("%s", error))
-        && crop_labels(&all, labels, count, subject->name, &subject->labels)
+    bool good = crop_labels(&all, numbers, count, subject->name, &subject->labels)
              && mask_surface(&subject->labels, subject->name, &subject->mesh)
              && (!images || read_image(images, path, subject));
     volume_free(&all);

@@ -25,7 +25,7 @@ static void path_of(const struct transport *t, const char *what, char path[1024]
     run_path(t->out, name, path, 1024);
 }
 
-/* Writes 16-bit integers where all labels are such. */
+/* Writes what is not labels from 0 on: 16-bit integers where all are such. */
 static bool write_labels(const char *path, const struct volume *like, const float *labels, char error[VOLUME_TEXT])
 {
     const size_t total = volume_voxels(like);
@@ -53,16 +53,20 @@ static bool carry_labels(const struct run *run, const struct transport *t, const
     if (!register_read_labels(run, t->of_moving, file, &labels)) {
         return false;
     }
-    float *carried = malloc(volume_voxels(t->to) * sizeof *carried);
-    bool good = carried != NULL;
-    if (!good) {
-        register_no_memory();
+    float *carried = labels.ids ? NULL : malloc(volume_voxels(t->to) * sizeof *carried);
+    uint32_t *ids = labels.ids ? malloc(volume_voxels(t->to) * sizeof *ids) : NULL;
+    bool good = true;
+    path_of(t, "labels.nii.gz", path);
+    if (!(carried || ids) || (ids && !field_warp_ids(t->pull, &labels, ids))) {
+        good = register_no_memory();
+    } else if (ids) {
+        good = volume_write_labels(path, t->to, ids, error) || register_fail("%s", error);
     } else {
-        path_of(t, "labels.nii.gz", path);
         field_warp_labels(t->pull, &labels, carried);
         good = write_labels(path, t->to, carried, error) || register_fail("%s", error);
     }
     free(carried);
+    free(ids);
     volume_free(&labels);
     return good;
 }

@@ -1,7 +1,7 @@
 /* fields.c - the two images, and the fields between them: found, or read from a file. */
 #include "register/run.h"
 
-#include "imaging/overlap.h"
+#include "imaging/segment_image.h"
 #include "registration/points.h"
 #include "surface/mesh_io.h"
 
@@ -42,6 +42,33 @@ static bool labels_fit(const struct run *run, bool of_moving, const char *path)
     return fit;
 }
 
+bool register_mark_label(const struct run *run, struct volume *labels)
+{
+    const size_t total = volume_voxels(labels);
+    const uint32_t wanted = (uint32_t)run->label;
+    uint8_t *mask = malloc(total);
+    if (!mask) {
+        return register_no_memory();
+    }
+    segment_mask(labels, &wanted, run->label >= 0, mask);
+    for (size_t n = 0; n < total; ++n) {
+        labels->data[n] = mask[n];
+    }
+    free(mask);
+    return true;
+}
+
+static bool has_label(const struct run *run, const struct volume *labels)
+{
+    bool found = false;
+    for (size_t n = 0; !found && n < volume_voxels(labels); ++n) {
+        const uint32_t id = labels->ids ? labels->ids[n] : 0;
+        found = labels->ids ? (run->label < 0 ? id != 0 : id == (uint32_t)run->label)
+                            : (run->label < 0 ? labels->data[n] != 0.0f : labels->data[n] == (float)run->label);
+    }
+    return found;
+}
+
 /* The same of a label map that is to be compared: two empty objects would overlap perfectly. */
 static bool labels_compare(const struct run *run, bool of_moving, const char *path)
 {
@@ -52,7 +79,7 @@ static bool labels_compare(const struct run *run, bool of_moving, const char *pa
     char error[VOLUME_TEXT];
     bool good = register_read_labels(run, of_moving, path, &labels);
     good = good && (volume_check_labels(&labels, path, error) || register_fail("%s", error));
-    if (good && overlap_labels(labels.data, labels.data, volume_voxels(&labels), (float)run->label).both == 0) {
+    if (good && !has_label(run, &labels)) {
         good = run->label < 0 ? register_fail("%s: no voxel has a label", path)
                               : register_fail("%s: no voxel has the label %d", path, run->label);
     }

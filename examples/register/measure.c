@@ -171,13 +171,15 @@ static bool compare_labels(struct run *run)
     }
     float *moved = malloc(volume_voxels(&run->fixed) * sizeof *moved);
     bool good = true;
-    if (!moved || !field_create(&run->fixed, &still)) {
+    if (!register_mark_label(run, &fixed) || !register_mark_label(run, &moving)) {
+        good = false;
+    } else if (!moved || !field_create(&run->fixed, &still)) {
         good = register_no_memory();
     } else {
         field_warp_labels(&still, &moving, moved);
-        run->dice_before = overlap_labels(fixed.data, moved, volume_voxels(&fixed), (float)run->label).dice;
+        run->dice_before = overlap_labels(fixed.data, moved, volume_voxels(&fixed), 1.0f).dice;
         field_warp_labels(&run->forward, &moving, moved);
-        run->dice_after = overlap_labels(fixed.data, moved, volume_voxels(&fixed), (float)run->label).dice;
+        run->dice_after = overlap_labels(fixed.data, moved, volume_voxels(&fixed), 1.0f).dice;
         run->has_labels = true;
         field_free(&still);
     }

@@ -56,6 +56,8 @@ bool register_no_memory(void);
 bool register_read(struct run *run);
 /* Reads a label map of the moving image, or of the fixed one. */
 bool register_read_labels(const struct run *run, bool of_moving, const char *path, struct volume *labels);
+/* Sets the data of a label map to 1 where it has the label to compare, else to 0. */
+bool register_mark_label(const struct run *run, struct volume *labels);
 /* Reads the landmarks of both images, of which there are to be as many in one as in the other. *fixed, *moving: 3 floats each, mm,
  * RAS+, to be freed; NULL on failure. Both paths are to be given. */
 bool register_read_landmarks(const struct run *run, float **fixed, float **moving, size_t *count);

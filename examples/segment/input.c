@@ -183,7 +183,7 @@ static bool place_mask(struct segment *run, const struct volume *mask, struct vo
 
 static bool start_from_mask(struct segment *run)
 {
-    const int wanted = run->result->object->mask_label;
+    const struct segment_object *object = run->result->object;
     char error[VOLUME_TEXT];
     struct volume mask, placed;
     memset(&placed, 0, sizeof placed);
@@ -192,9 +192,9 @@ static bool start_from_mask(struct segment *run)
     }
     uint8_t *inside = malloc(volume_voxels(&mask));
     bool started = inside || segment_no_memory();
-    if (started && segment_mask(&mask, &wanted, wanted < 0 ? 0 : 1, inside) == 0) {
+    if (started && segment_mask(&mask, &object->mask_label, object->any_label ? 0 : 1, inside) == 0) {
         started = segment_fail("%.200s: no voxel has the label asked for%s", run->settings.mask,
-                               wanted < 0 ? "" : " (--mask-label)");
+                               object->any_label ? "" : " (--mask-label)");
     }
     if (started) {
         for (size_t n = 0; n < volume_voxels(&mask); ++n) {

@@ -68,7 +68,7 @@ static bool draw_slices(const struct segment *run, const char *path)
     for (int o = 0; o < set->object_count; ++o, ++count) {
         const bool alone = set->object_count == 1;
         contours[count].data = alone ? run->distance : run->labels.data;
-        contours[count].label = alone ? 0.0f : (float)set->objects[o].written;
+        contours[count].label = alone ? 0.0f : (float)(o + 1);
         contours[count].color = alone ? color_rgb(1.0f, 0.35f, 0.2f) : color_category(o);
         contours[count].name = alone ? "springls" : NULL;
     }
@@ -93,7 +93,7 @@ static const char *object_path(const struct segment *run, const char *name, cons
 {
     char file[64];
     if (run->settings.object_count > 1) {
-        snprintf(file, sizeof file, "%s_%d%s", name, run->result->object->written, extension);
+        snprintf(file, sizeof file, "%s_%lu%s", name, (unsigned long)run->result->object->written, extension);
     } else {
         snprintf(file, sizeof file, "%s%s", name, extension);
     }
@@ -129,19 +129,20 @@ bool segment_write_object(const struct segment *run)
 static bool write_labels(const struct segment *run)
 {
     char path[1024], name[32], error[VOLUME_TEXT];
-    int16_t *labels = malloc(run->voxels * sizeof *labels);
+    uint32_t *labels = malloc(run->voxels * sizeof *labels);
     if (!labels) {
         return segment_no_memory();
     }
     for (size_t n = 0; n < run->voxels; ++n) {
-        labels[n] = (int16_t)run->labels.data[n];
+        const int object = (int)run->labels.data[n];
+        labels[n] = object > 0 ? run->settings.objects[object - 1].written : 0;
     }
     const char *const extensions[] = {".nii.gz", run->image.extension};
     bool good = true;
     for (int f = 0; good && f < (strcmp(extensions[0], extensions[1]) == 0 ? 1 : 2); ++f) {
         snprintf(name, sizeof name, "labels%s", extensions[f]);
         run_path(run->settings.common.out, name, path, sizeof path);
-        good = volume_write(path, &run->image, VOLUME_INT16, labels, error) || segment_fail("%s", error);
+        good = volume_write_labels(path, &run->image, labels, error) || segment_fail("%s", error);
     }
     free(labels);
     return good;
@@ -164,7 +165,7 @@ static const char *how_it_ended(const struct segment_result *result)
 static void report_object(const struct segment *run, const struct segment_result *result, struct json_writer *json)
 {
     const double none = (double)NAN;
-    json_integer(json, "label", result->object->written);
+    json_integer(json, "label", (int64_t)result->object->written);
     json_number(json, "window_low", (double)result->low);
     json_number(json, "window_high", (double)result->high);
     json_number(json, "ramp", (double)result->ramp);
@@ -266,7 +267,7 @@ void segment_print_summary(const struct segment *run)
         return;
     }
     if (run->settings.object_count > 1) {
-        printf("label %d: ", result->object->written);
+        printf("label %lu: ", (unsigned long)result->object->written);
     }
     printf("%s after %d steps, %.1f s; %.2f %% of %d springls still moving\n", how_it_ended(result), result->steps,
            result->seconds, 100.0 * (double)result->moving, result->springls);

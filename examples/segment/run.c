@@ -196,7 +196,7 @@ void segment_keep(struct segment *run)
     for (size_t n = 0; n < run->voxels; ++n) {
         if (run->distance[n] < run->depth[n]) {
             run->depth[n] = run->distance[n];
-            run->labels.data[n] = (float)run->result->object->written;
+            run->labels.data[n] = (float)(run->result - run->results + 1);
         }
     }
 }

@@ -11,6 +11,8 @@
  * sampled in the image's resolution, blurred where the grid is coarser. A starting shape runs on coarser grids first, where
  * fewer steps lead to the object. All places and lengths are millimetres in the image's RAS+ axes. */
 #include "segment/segment.h"
+
+#include "imaging/label_names.h"
 #include "springls/run_options.h"
 
 #include <math.h>
@@ -41,7 +43,8 @@ static bool read_window(const char *text, struct segment_object *object)
 
 static bool read_mask_label(const char *text, struct segment_object *object)
 {
-    return cli_read_int(text, &object->mask_label) && object->mask_label >= -1;
+    object->any_label = strcmp(text, "-1") == 0;
+    return object->any_label || label_read(text, &object->mask_label);
 }
 
 /* Reads "a,b,c". */
@@ -51,7 +54,7 @@ static bool read_labels(const char *text, struct segment_object *object)
         char item[16];
         const size_t length = next_item(text, ",", item, sizeof item);
         if (length == 0 || object->label_count == SEGMENT_MAX_LABELS
-            || !cli_read_int(item, &object->labels[object->label_count++])) {
+            || !label_read(item, &object->labels[object->label_count++])) {
             return false;
         }
         text += length;
@@ -59,7 +62,8 @@ static bool read_labels(const char *text, struct segment_object *object)
     return true;
 }
 
-/* Reads a list with an item for each object, between semicolons. Returns their number, 0 when one is wrong, 1 without a text. */
+/* Reads a list with an item for each object, between semicolons. Returns their number, 0 when one is wrong, 1 without a text, -1 if there
+ * are too many. */
 static int read_objects(const char *text, bool (*read)(const char *, struct segment_object *), struct segment_object *objects)
 {
     int count = 0;
@@ -69,7 +73,10 @@ static int read_objects(const char *text, bool (*read)(const char *, struct segm
     do {
         char item[512];
         const size_t length = next_item(text, ";", item, sizeof item);
-        if (length == 0 || count == SEGMENT_MAX_OBJECTS || !read(item, &objects[count++])) {
+        if (count == SEGMENT_MAX_OBJECTS) {
+            return -1;
+        }
+        if (length == 0 || !read(item, &objects[count++])) {
             return 0;
         }
         text += length;
@@ -83,21 +90,24 @@ static const char *read_all_objects(struct segment_settings *set)
 {
     struct segment_object *objects = set->objects;
     for (int o = 0; o < SEGMENT_MAX_OBJECTS; ++o) {
-        objects[o].mask_label = -1;
+        objects[o].any_label = true;
     }
     const int windows = read_objects(set->window_text, read_window, objects);
     const int masks = read_objects(set->mask_label_text, read_mask_label, objects);
     const int labels = read_objects(set->label_text, read_labels, objects);
     const int count = windows > masks ? windows : masks;
     set->object_count = count;
+    if (windows < 0 || masks < 0 || labels < 0) {
+        return "there are at most 32 objects; build/surfaces makes the surfaces of all labels of a map";
+    }
     if (windows == 0) {
         return "--window wants LO,HI with LO < HI; more of them between semicolons";
     }
     if (masks == 0) {
-        return "--mask-label wants whole numbers from -1 on: K or K1;K2;...";
+        return "--mask-label wants whole numbers from -1 to 4294967295: K or K1;K2;...";
     }
     if (labels == 0) {
-        return "--label wants whole numbers: K or K1,K2,...; for more than one object K1;K2,K3;...";
+        return "--label wants whole numbers from 0 to 4294967295: K or K1,K2,..., 64 at most; for more than one object K1;K2,K3;...";
     }
     if ((windows > 1 && windows < count) || (masks > 1 && masks < count) || (set->label_text && labels != count)) {
         return "--window, --mask-label and --label do not name as many objects";
@@ -109,10 +119,13 @@ static const char *read_all_objects(struct segment_settings *set)
         }
         if (o > 0 && masks == 1) {
             object->mask_label = objects[0].mask_label;
+            object->any_label = objects[0].any_label;
         }
-        object->written = object->label_count > 0 ? object->labels[0] : object->mask_label > 0 ? object->mask_label : o + 1;
-        if (object->written < 1 || object->written > 32767) {
-            return "labels that are to be written lie between 1 and 32767";
+        object->written = object->label_count > 0                          ? object->labels[0]
+                          : !object->any_label && object->mask_label > 0 ? object->mask_label
+                                                                         : (uint32_t)o + 1;
+        if (object->written == 0) {
+            return "labels that are to be written lie between 1 and 4294967295";
         }
     }
     return NULL;

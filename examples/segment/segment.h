@@ -18,9 +18,11 @@ enum { SEGMENT_MAX_LEVELS = 4, SEGMENT_MAX_LABELS = 64, SEGMENT_MAX_OBJECTS = 32
 /* An object to find, with a contour of its own. */
 struct segment_object {
     double window[2];                           /* low < high: used instead of the level */
-    int mask_label;                             /* label to start from; -1: all but 0 */
-    int labels[SEGMENT_MAX_LABELS], label_count; /* of the reference; none: all but 0 */
-    int written;                                /* label in the result */
+    uint32_t mask_label;                        /* label to start from */
+    bool any_label;                             /* start from all but 0 instead */
+    uint32_t labels[SEGMENT_MAX_LABELS];        /* of the reference */
+    int label_count;                            /* none: all but 0 */
+    uint32_t written;                           /* label in the result */
 };
 
 /* Settings from the command line. */
@@ -74,7 +76,7 @@ struct segment {
     size_t voxels;           /* of the image */
     float side;              /* of the finest grid's voxels, mm */
     struct segment_result results[SEGMENT_MAX_OBJECTS];
-    struct volume labels;    /* of all objects; data: the label, and in another map how deep inside the voxel is */
+    struct volume labels;    /* of all objects; data: the object's number from 1, and in another map how deep inside the voxel is */
     float *depth;
     /* The present object: */
     struct segment_result *result;

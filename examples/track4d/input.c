@@ -56,15 +56,20 @@ static bool read_onto(const struct volume *grid, const char *path, bool labels, 
     struct volume read;
     struct field still;
     memset(volume, 0, sizeof *volume);
-    if (!volume_read(path, 0, &read, error)) {
+    if (!(labels ? volume_read_companion(path, 0, &read, error) : volume_read(path, 0, &read, error))) {
         return track_fail("%s", error);
     }
     bool good = volume_create_padded(grid, 0, volume);
-    if (good && !field_create(grid, &still)) {
+    if (good && read.ids) {
+        volume->ids = malloc(volume_voxels(volume) * sizeof *volume->ids);
+        good = volume->ids != NULL;
+    }
+    if (!good || !field_create(grid, &still)) {
         volume_free(volume);
         good = false;
     }
     if (good) {
+        good = !volume->ids || field_warp_ids(&still, &read, volume->ids);
         (labels ? field_warp_labels(&still, &read, volume->data) : field_warp(&still, &read, read.minimum, volume->data));
         volume->minimum = read.minimum;
         volume->maximum = read.maximum;
@@ -199,9 +204,10 @@ static bool mask_of(const struct track *track, const char *path, int frame, cons
     unsigned char *inside = malloc(total);
     *mask = malloc(total * sizeof **mask);
     const int label = track->settings.label;
+    const uint32_t wanted = (uint32_t)label;
     bool good = (inside && *mask) || track_no_memory();
     good = good && (volume_check_labels(labels, path, error) || track_fail("%s", error));
-    if (good && segment_mask(labels, &label, label >= 0, inside) == 0) {
+    if (good && segment_mask(labels, &wanted, label >= 0, inside) == 0) {
         good = track_fail("%s: no voxel has the label asked for in frame %d%s", path, frame, label >= 0 ? " (--label)" : "");
     }
     for (size_t n = 0; good && n < total; ++n) {

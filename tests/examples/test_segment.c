@@ -251,7 +251,7 @@ TEST masks_take_the_labels_asked_for(void)
 {
     struct volume labels;
     uint8_t mask[12 * 10 * 8];
-    const int wanted[2] = {2, 5};
+    const uint32_t wanted[2] = {2, 5};
     ASSERT(make_image(&labels));
     for (size_t n = 0; n < volume_voxels(&labels); ++n) labels.data[n] = (float)(n % 6);
     ASSERT_EQ(320u, segment_mask(&labels, wanted, 2, mask)); /* 960 voxels, 160 of each label */

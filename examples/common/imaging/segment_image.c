@@ -318,12 +318,18 @@ void segment_combine(const struct volume *image, const struct segment_push *push
     threads_for(image->dims[2] + 2 * margin, 1, run_combine_loop, &loop);
 }
 
-size_t segment_mask(const struct volume *labels, const int *wanted, int count, uint8_t *mask)
+/* Returns the label of a voxel; of values below 0, which are no labels, 2^32 or more. */
+static uint64_t label_of(const struct volume *labels, size_t n)
+{
+    return labels->ids ? labels->ids[n] : (uint64_t)llroundf(fmaxf(-1e9f, fminf(1e9f, labels->data[n])));
+}
+
+size_t segment_mask(const struct volume *labels, const uint32_t *wanted, int count, uint8_t *mask)
 {
     const size_t total = volume_voxels(labels);
     size_t set = 0;
     for (size_t n = 0; n < total; n++) {
-        const long value = lroundf(fmaxf(-1e9f, fminf(1e9f, labels->data[n])));
+        const uint64_t value = label_of(labels, n);
         bool inside = count == 0 && value != 0;
         for (int c = 0; c < count; c++) inside = inside || value == wanted[c];
         mask[n] = inside;

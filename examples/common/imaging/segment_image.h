@@ -43,8 +43,9 @@ struct segment_push {
 };
 void segment_combine(const struct volume *image, const struct segment_push *push, const struct volume *padded);
 
-/* Sets the mask to 1 where the volume has one of the labels (count = 0: any label but 0). Returns the number of voxels set. */
-size_t segment_mask(const struct volume *labels, const int *wanted, int count, uint8_t *mask);
+/* Sets the mask to 1 where the volume has one of the labels (count = 0: any label but 0), by its ids where it was read with them. Returns
+ * the number of voxels set. */
+size_t segment_mask(const struct volume *labels, const uint32_t *wanted, int count, uint8_t *mask);
 
 /* Keeps only the largest component (joined through faces) of the voxels below zero: the signs of the others, and of enclosed
  * voxels above zero, are reversed. Returns false if memory is short. */

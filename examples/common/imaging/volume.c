@@ -133,13 +133,19 @@ bool volume_allocate(struct volume *volume, char error[VOLUME_TEXT])
     volume->minimum = INFINITY;
     volume->maximum = -INFINITY;
     volume->data = malloc(volume_voxels(volume) * sizeof *volume->data);
-    return volume->data || volume_error(error, "not enough memory for %zu voxels", volume_voxels(volume));
+    volume->ids = volume->data && volume->wants_ids ? malloc(volume_voxels(volume) * sizeof *volume->ids) : NULL;
+    return (volume->data && (volume->ids || !volume->wants_ids)) || volume_error(error, "not enough memory for %zu voxels", volume_voxels(volume));
 }
 
 void volume_store(struct volume *volume, size_t voxel, double value)
 {
     const float stored = (float)value;
     volume->data[voxel] = stored;
+    if (volume->ids) {
+        const bool is_id = value >= 0.0 && value <= (double)UINT32_MAX && value == floor(value);
+        volume->ids[voxel] = is_id ? (uint32_t)value : 0;
+        volume->wants_ids = volume->wants_ids && is_id;
+    }
     if (isfinite(stored)) {
         volume->minimum = fminf(volume->minimum, stored);
         volume->maximum = fmaxf(volume->maximum, stored);
@@ -191,7 +197,7 @@ double volume_sample(const unsigned char *bytes, enum volume_sample type, bool s
 
 size_t volume_type_size(enum volume_type type)
 {
-    static const size_t sizes[] = {1, 2, 4};
+    static const size_t sizes[] = {1, 2, 4, 4};
     return sizes[type];
 }
 
@@ -288,7 +294,10 @@ static void fill_gaps(struct volume *volume, bool keep_gaps)
     volume->replaced = keep_gaps ? 0 : volume->replaced;
 }
 
-static bool read_all(const char *path, int frame, bool keep_gaps, struct volume *volume, char error[VOLUME_TEXT])
+/* What is kept of a file's values. */
+enum keep { KEEP_FINITE, KEEP_GAPS, KEEP_IDS };
+
+static bool read_all(const char *path, int frame, enum keep keep, struct volume *volume, char error[VOLUME_TEXT])
 {
     if (is_folder(path)) {
         return volume_error(error, "a folder, not an image");
@@ -307,17 +316,22 @@ static bool read_all(const char *path, int frame, bool keep_gaps, struct volume 
         return volume_error(error, "no voxel is finite");
     }
     if (volume->replaced > 0) {
-        fill_gaps(volume, keep_gaps);
+        fill_gaps(volume, keep == KEEP_GAPS);
+    }
+    if (!volume->wants_ids) {
+        free(volume->ids);
+        volume->ids = NULL;
     }
     return true;
 }
 
-static bool read_named(const char *path, int frame, bool keep_gaps, struct volume *volume, char error[VOLUME_TEXT])
+static bool read_named(const char *path, int frame, enum keep keep, struct volume *volume, char error[VOLUME_TEXT])
 {
     char reason[VOLUME_TEXT] = "";
     memset(volume, 0, sizeof *volume);
+    volume->wants_ids = keep == KEEP_IDS;
     error[0] = '\0';
-    if (read_all(path, frame, keep_gaps, volume, reason)) {
+    if (read_all(path, frame, keep, volume, reason)) {
         return true;
     }
     volume_free(volume);
@@ -328,12 +342,12 @@ static bool read_named(const char *path, int frame, bool keep_gaps, struct volum
 
 bool volume_read(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT])
 {
-    return read_named(path, frame, false, volume, error);
+    return read_named(path, frame, KEEP_FINITE, volume, error);
 }
 
-static bool read_one(const char *path, int frame, const char *option, bool keep_gaps, struct volume *volume, char error[VOLUME_TEXT])
+static bool read_one(const char *path, int frame, const char *option, enum keep keep, struct volume *volume, char error[VOLUME_TEXT])
 {
-    if (!read_named(path, frame < 0 ? 0 : frame, keep_gaps, volume, error)) {
+    if (!read_named(path, frame < 0 ? 0 : frame, keep, volume, error)) {
         return false;
     }
     const int count = volume->frame_count, dimension = volume->dimension;
@@ -347,24 +361,36 @@ static bool read_one(const char *path, int frame, const char *option, bool keep_
 
 bool volume_read_one(const char *path, int frame, const char *option, struct volume *volume, char error[VOLUME_TEXT])
 {
-    return read_one(path, frame, option, false, volume, error);
+    return read_one(path, frame, option, KEEP_FINITE, volume, error);
 }
 
 bool volume_read_gaps(const char *path, int frame, const char *option, struct volume *volume, char error[VOLUME_TEXT])
 {
-    return read_one(path, frame, option, true, volume, error);
+    return read_one(path, frame, option, KEEP_GAPS, volume, error);
+}
+
+bool volume_read_labels(const char *path, int frame, const char *option, struct volume *volume, char error[VOLUME_TEXT])
+{
+    if (!read_one(path, frame, option, KEEP_IDS, volume, error)) {
+        return false;
+    }
+    if (volume->ids) {
+        return true;
+    }
+    volume_free(volume);
+    return volume_error(error, "%.200s: labels are whole numbers from 0 to 4294967295; this has others: a scan?", path);
 }
 
 bool volume_read_companion(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT])
 {
-    if (!volume_read(path, 0, volume, error)) {
+    if (!read_named(path, 0, KEEP_IDS, volume, error)) {
         return false;
     }
     if (volume->frame_count == 1) {
         return true;
     }
     volume_free(volume);
-    return volume_read_one(path, frame, NULL, volume, error);
+    return read_one(path, frame, NULL, KEEP_IDS, volume, error);
 }
 
 bool volume_read_like(const struct volume *like, const char *name, const char *path, int frame, struct volume *volume,
@@ -446,6 +472,28 @@ bool volume_write(const char *path, const struct volume *like, enum volume_type 
                                             : volume_write_nifti(path, like, type, data, error);
 }
 
+bool volume_write_labels(const char *path, const struct volume *like, const uint32_t *labels, char error[VOLUME_TEXT])
+{
+    const size_t total = volume_voxels(like);
+    uint32_t most = 0;
+    for (size_t n = 0; n < total; ++n) {
+        most = labels[n] > most ? labels[n] : most;
+    }
+    if (most > INT16_MAX) {
+        return volume_write(path, like, VOLUME_UINT32, labels, error);
+    }
+    int16_t *narrow = malloc(total * sizeof *narrow);
+    if (!narrow) {
+        return volume_error(error, "not enough memory");
+    }
+    for (size_t n = 0; n < total; ++n) {
+        narrow[n] = (int16_t)labels[n];
+    }
+    const bool good = volume_write(path, like, VOLUME_INT16, narrow, error);
+    free(narrow);
+    return good;
+}
+
 /* ---- new volumes ---- */
 
 bool volume_create(const int dims[3], const float spacing[3], const float origin[3], struct volume *volume)
@@ -507,6 +555,7 @@ void volume_free(struct volume *volume)
         nifti_image_free((nifti_image *)volume->header);
     }
     free(volume->data);
+    free(volume->ids);
     memset(volume, 0, sizeof *volume);
 }
 

@@ -16,6 +16,7 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 enum { VOLUME_TEXT = 320 }; /* size of error and warning buffers */
 
@@ -25,13 +26,15 @@ struct volume {
     float origin[3];       /* world place of voxel (0,0,0) */
     float direction[3][3]; /* column c = direction of voxel axis c, length 1 (not always orthogonal: sheared files) */
     double affine[4][4];   /* voxel index -> world mm, RAS+ */
-    float *data;           /* scaled by the file's slope and intercept */
+    float *data;           /* scaled by the file's slope and intercept; above 2^24 not every whole number */
+    uint32_t *ids;         /* the same of a label map, exact; NULL: not read as one, or not whole numbers from 0 to 2^32 - 1 */
     float minimum, maximum;
     size_t replaced; /* voxels that were NaN or infinite: now `minimum` */
     int frame, frame_count;
     int dimension;         /* of the file: its last axis longer than 1, at least 3 */
     char warning[VOLUME_TEXT]; /* about the file, by "; "; empty if there is none */
     const char *extension;  /* of the format read, for writing in the same one: ".nii.gz", ".nrrd", ".mha"; else NULL */
+    bool wants_ids;         /* of the reader: ids are read, and all values so far are such */
     void *header;           /* a NIfTI file's header, for writing in the same geometry; else NULL */
 };
 
@@ -54,6 +57,9 @@ bool volume_read(const char *path, int frame, struct volume *volume, char error[
 /* Reads as volume_read_one does, but voxels that are NaN or infinite stay, as NaN: places without data. */
 bool volume_read_gaps(const char *path, int frame, const char *option, struct volume *volume, char error[VOLUME_TEXT]);
 
+/* Reads as volume_read_one does, with ids. A file that has none is refused. */
+bool volume_read_labels(const char *path, int frame, const char *option, struct volume *volume, char error[VOLUME_TEXT]);
+
 /* Returns true if the image looks like a label map: few whole numbers, of which nearly all neighbours are equal. */
 bool volume_is_label_map(const struct volume *volume);
 
@@ -64,7 +70,7 @@ bool volume_check_labels(const struct volume *volume, const char *path, char err
 bool volume_read_one(const char *path, int frame, const char *option, struct volume *volume, char error[VOLUME_TEXT]);
 
 /* Reads a file that belongs to frame `frame` of an image (-1: to its only one), such as a label map: the file's only image, or the
- * same frame of several. */
+ * same frame of several; with ids, where it has any. */
 bool volume_read_companion(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT]);
 /* Does the same, and refuses a file that is not on the grid of `like`, which the error calls `name`. */
 bool volume_read_like(const struct volume *like, const char *name, const char *path, int frame, struct volume *volume,
@@ -93,13 +99,15 @@ void volume_world_to_index(const struct volume *volume, const float world[3], fl
 /* Applies a map between two worlds, the rows of a 3x4 matrix. y may be x. */
 void volume_apply(const double map[3][4], const float x[3], float y[3]);
 
-enum volume_type { VOLUME_UINT8, VOLUME_INT16, VOLUME_FLOAT32 };
+enum volume_type { VOLUME_UINT8, VOLUME_INT16, VOLUME_FLOAT32, VOLUME_UINT32 };
 
 /* Writes `data` (of the given type, volume_voxels(like) items) in the geometry of `like`. The name selects the format: .nrrd
  * and .mha, compressed; else NIfTI, compressed if the name ends in .gz: NIfTI-1, or NIfTI-2 when `like` was read from one or a
  * side is longer than 32767. A failed write leaves no file. */
 bool volume_write(const char *path, const struct volume *like, enum volume_type type, const void *data,
                   char error[VOLUME_TEXT]);
+/* Writes labels so, in 16 bits where all are below 32768, else in 32. */
+bool volume_write_labels(const char *path, const struct volume *like, const uint32_t *labels, char error[VOLUME_TEXT]);
 /* Puts into `error` that a file cannot be written, with the reason in errno; always returns false. */
 bool volume_write_error(char error[VOLUME_TEXT], const char *path);
 

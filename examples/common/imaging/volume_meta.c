@@ -283,7 +283,7 @@ static bool write_header(FILE *file, const struct volume *like, const char *type
 bool volume_write_meta(const char *path, const struct volume *like, enum volume_type type, const void *data,
                        char error[VOLUME_TEXT])
 {
-    static const char *const types[] = {"MET_UCHAR", "MET_SHORT", "MET_FLOAT"};
+    static const char *const types[] = {"MET_UCHAR", "MET_SHORT", "MET_FLOAT", "MET_UINT"};
     const uLong bytes = (uLong)(volume_voxels(like) * volume_type_size(type));
     uLongf size = compressBound(bytes);
     unsigned char *packed = malloc(size);

@@ -54,7 +54,7 @@ static nifti_image *make_header(const struct volume *like, int datatype)
 bool volume_write_nifti(const char *path, const struct volume *like, enum volume_type type, const void *data,
                         char error[VOLUME_TEXT])
 {
-    static const int datatypes[] = {DT_UINT8, DT_INT16, DT_FLOAT32};
+    static const int datatypes[] = {DT_UINT8, DT_INT16, DT_FLOAT32, DT_UINT32};
     const nifti_image *original = like->header;
     const bool version_2 =
         (original && (original->nifti_type == NIFTI_FTYPE_NIFTI2_1 || original->nifti_type == NIFTI_FTYPE_NIFTI2_2))

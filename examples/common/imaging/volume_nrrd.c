@@ -243,7 +243,7 @@ bool volume_read_nrrd(const char *path, int frame, struct volume *volume, char e
 bool volume_write_nrrd(const char *path, const struct volume *like, enum volume_type type, const void *data,
                        char error[VOLUME_TEXT])
 {
-    static const int types[] = {nrrdTypeUChar, nrrdTypeShort, nrrdTypeFloat};
+    static const int types[] = {nrrdTypeUChar, nrrdTypeShort, nrrdTypeFloat, nrrdTypeUInt};
     char reason[VOLUME_TEXT] = "";
     Nrrd *nrrd = nrrdNew();
     NrrdIoState *io = nrrdIoStateNew();

@@ -227,6 +227,28 @@ void field_warp_labels(const struct field *field, const struct volume *labels, f
     pull(field, labels, take_nearest, 0.0f, warped);
 }
 
+bool field_warp_ids(const struct field *field, const struct volume *labels, uint32_t *warped)
+{
+    const size_t from = volume_voxels(labels), to = volume_voxels(&field->grid);
+    struct volume half = *labels;
+    float *pulled = malloc(to * sizeof *pulled);
+    half.data = malloc(from * sizeof *half.data);
+    const bool good = pulled && half.data;
+    memset(warped, 0, to * sizeof *warped);
+    for (int shift = 0; good && shift < 32; shift += 16) { /* a float holds 24 bits */
+        for (size_t n = 0; n < from; ++n) {
+            half.data[n] = (float)(labels->ids[n] >> shift & 0xFFFF);
+        }
+        field_warp_labels(field, &half, pulled);
+        for (size_t n = 0; n < to; ++n) {
+            warped[n] |= (uint32_t)pulled[n] << shift;
+        }
+    }
+    free(pulled);
+    free(half.data);
+    return good;
+}
+
 float field_jacobian(const struct field *field, float *determinants, size_t *folded)
 {
     const struct volume *grid = &field->grid;

@@ -42,6 +42,8 @@ bool field_invert(const struct field *field, const struct volume *like, struct f
 void field_warp(const struct field *field, const struct volume *moving, float outside, float *warped);
 /* Samples the label of the nearest voxel instead. */
 void field_warp_labels(const struct field *field, const struct volume *labels, float *warped);
+/* Does the same with the ids. Returns false if memory is short. */
+bool field_warp_ids(const struct field *field, const struct volume *labels, uint32_t *warped);
 
 /* Computes the determinants of the map's Jacobian at every voxel; returns the smallest, NaN if memory is short. *folded: the number
  * of voxels at which the map folds, where it is not positive. */
