@@ -195,7 +195,7 @@ static bool draw(const struct surfaces *run, const char *path)
         drawn = raycast_render(&scene, SIZE, SIZE, &views[v]);
     }
     drawn = drawn && image_strip(views, NULL, 2, 2, color_rgb(1.0f, 1.0f, 1.0f), &picture);
-    const bool good = drawn ? image_write_png(&picture, path) || cli_write_failed("surfaces", path) : surfaces_no_memory();
+    const bool good = drawn ? image_write_small_png(&picture, 256, path) || cli_write_failed("surfaces", path) : surfaces_no_memory();
     image_free(&views[0]);
     image_free(&views[1]);
     image_free(&picture);

@@ -102,10 +102,13 @@ static bool read_line(const char *line, struct label_name *label)
     } else {
         name = rest + strspn(rest, " \t");
         const size_t length = strcspn(name, " \t");
-        if (length == 0 || !read_numbers(name + length, 3, numbers)) {
+        if (length == 0 || isdigit((unsigned char)name[0])) {
             return false;
         }
-        set_name(label, name, length);
+        set_name(label, name, strcspn(name, " \t\r\n"));
+        if (!read_numbers(name + length, 3, numbers)) {
+            return true; /* without a color */
+        }
     }
     for (int c = 0; c < 3; ++c) {
         label->color[c] = (float)fmax(0.0, fmin(1.0, numbers[c] / 255.0));

@@ -3,7 +3,7 @@
  * A table has a label in each line, in one of two forms, and comments behind '#':
  *
  *   id  R G B  A  VIS MSH  "name"     ITK-SNAP's label descriptions: R, G, B from 0 to 255
- *   id  name  R G B  A                tables of colors of Slicer and FreeSurfer: a name without blanks
+ *   id  name  R G B  A                tables of colors of Slicer and FreeSurfer: a name without blanks; colors may be left out
  *
  * A .seg.nrrd has keys Segment0_Name, Segment0_LabelValue, Segment0_Layer, Segment0_Color and so on. Segments may overlap, then the
  * file has several layers, which are frames of the image. */
