@@ -8470,7 +8470,18 @@ SPRINGLS__MATHS void springls__split_store_element(const springls__model *model,
 
 /* ======== >>cover:kernel  (kernels_embed/stages/cover.h) ======================================================= */
 /* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the
-   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */
+   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.
+
+        . ------ .
+       /  /\     \         The share of a springl is the part of its tangent plane that is nearer to its particle p than to
+      /  /  \     .         those of its neighbours: its Voronoi cell, here of five sides. Its triangle has the cell's area,
+     .  /  p \   /          times 1.04, and points to the corners that are furthest out.
+      \/______\/
+       ' ---- '
+
+   Why: the springs of section 4.3 balance distances of edges, and no area; on a surface that flows they shrink triangles to a
+   quarter of it. Renderers and whoever meshes springls need all of the surface, and phi's normals come from triangles of a steady
+   size. Particles are where the motion took them: only triangles change. */
 
 /* Returns the direction of the first arm of the equilateral triangle that is most like the triangle of s, which faces n. */
 SPRINGLS__INNER springls__v3 springls__first_arm(springls__springl s, springls__v3 n)
@@ -11879,7 +11890,15 @@ enum { SPRINGLS__STACK_FLOATS = 2048 };
     }
 
 /* ======== >>parallel  (src/runtime/parallel.h) ================================================================= */
-/* parallel.h - the parallel loop. */
+/* parallel.h - the parallel loop.
+
+   Why results have the same bits for any number of threads, any compiler and any device, which a save file, a replay and two
+   players of one game need:
+     - A task writes only what belongs to its own indices. What several would add to is gathered by the one that owns it.
+     - Sums and scans go by blocks of a fixed size, in order, whoever computes them. Atomic additions only count.
+     - Lists are sorted by keys that are their own: bricks by place, springls by index. No order comes from a race.
+     - Operations are IEEE additions, multiplications, divisions and square roots, as written: no fused ones, no functions of libm
+       but those whose results are exact (springls_fp_contract_detected). Vectors do to each lane what plain C does. */
 
 /* Runs task over [0, count) through the caller's job system, OpenMP, or in this thread, in ranges of at least `grain` elements.
    A task writes only what belongs to its own indices: so results do not depend on the number of threads. */
@@ -15363,7 +15382,12 @@ SPRINGLS__FN void springls__attributes_after_removal(springls_context *ctx, int 
 }
 
 /* ======== >>sleep  (src/stages/sleep.h) ======================================================================== */
-/* sleep.h - finds which bricks are awake: stages leave the others, and the springls in them, as they are. */
+/* sleep.h - finds which bricks are awake: stages leave the others, and the springls in them, as they are.
+
+   Why: a stroke of a brush moves some hundred springls of a model, and should cost as much as those. Rest is a matter of bricks,
+   since each stage works by brick and looks one brick far: what sleeps has no neighbour that moves, so leaving it changes nothing
+   that a stage would have seen. A brick has to be calm for resample_period + 1 steps, so that a resampling, too, has found nothing
+   to do in it. From then on it is the same to the bit, however long the rest moves. */
 
 /* Returns true when bricks may sleep: phi moves by the springls alone. */
 SPRINGLS__FN bool springls__may_sleep(const springls_context *ctx)
@@ -15598,7 +15622,11 @@ SPRINGLS__FN springls_status springls__contract_now(springls_context *ctx)
 
 /* ======== >>topology  (src/stages/topology.h) ================================================================== */
 /* topology.h - topology preservation (section 4.5, after Han et al.): a voxel may change sides only where it is simple.
-   Inside is 6-connected and outside 26-connected, here and in marching cubes. */
+   Inside is 6-connected and outside 26-connected, here and in marching cubes.
+
+   Why in eight colours: whether a voxel is simple depends on the 26 around it, so two voxels that touch must not change at once, or
+   both may be simple and the pair not. Voxels of one colour, 2 apart along each axis, never touch: they are decided in parallel,
+   and the result does not depend on the order, which devices and threads do not promise. */
 
 /* Takes over the changes of phi_next that keep the topology. A pass moves the front by about a voxel: `passes` of them allow a
    step of that many voxels. */
@@ -16493,7 +16521,13 @@ SPRINGLS__FN springls_status springls__label_ids(springls_context *ctx, springls
 
 /* ======== >>contact_bodies  (src/stages/contact_bodies.h) ====================================================== */
 /* contact_bodies.h - finds the bodies that stay two on contact (params.contact = SEPARATE): the components of phi when the switch
-   went on, or the model was set with it on. */
+   went on, or the model was set with it on.
+
+     springls of A    phi of the union
+        ____________ _______                 Why numbers and not phi: where two bodies are pressed together phi has no wall
+       /           _|_      \                between them, and cannot tell where they were two. Springls can: each has the number
+      |     A     | : | B    |               of its body, those that lie in another body (:) stay where they are and have no part
+       \___________\:/______/                in phi, and when the bodies part they bound them again, with all that they carry. */
 
 SPRINGLS__FN bool springls__contact_bodies_are_new(const springls_context *ctx)
 {
@@ -17015,7 +17049,12 @@ SPRINGLS__FN springls_status springls__resample(springls_context *ctx)
 }
 
 /* ======== >>track  (src/stages/track.h) ======================================================================== */
-/* track.h - keeps correspondences on the original surface (section 4.7). */
+/* track.h - keeps correspondences on the original surface (section 4.7).
+
+   Why identity is safe here: no step computes the correspondence of an original springl again, whatever moves it. Only springls that
+   come later, by a split or in a gap, get a new one, interpolated between those around, which may lie beside the original surface
+   by the height of a chord; phi_ref pulls it back onto it (eq. 26). Ids are given once and never again, and a new springl
+   notes the id of its parent and how many splits and fills lead to it, so that a place can be followed back to where it came from. */
 
 SPRINGLS__FN springls_status springls__track(springls_context *ctx)
 {
@@ -17315,7 +17354,17 @@ SPRINGLS__FN springls_status springls__keep_edges(springls_context *ctx) { retur
 /* ======== >>project  (src/stages/project.h) ==================================================================== */
 /* project.h - sets phi near the springls to their oriented distance, which removes the chord error of flat triangles and the
    lag of the moving front. With params.carry_level_set springls first carry phi along: the value at a voxel is that of the
-   place it has come from, by the displacements of the springls around. Else eq. 23 has decided the side before. */
+   place it has come from, by the displacements of the springls around. Else eq. 23 has decided the side before.
+
+   Why not the paper's evolution alone: eq. 23 moves phi by half a voxel an iteration and stops where triangles are, a chord's
+   height inside of a curved surface. Springls know better. Each is a place and a normal; the distance of a voxel to the surface
+   is their weighted mean height over the planes, with the bend of the surface between them taken off:
+
+         p1 .--^--. p2        v's distance: to the arc through p1 and p2, and not to the chord between them. Only springls that
+           /   |   \          face as the nearest one does count, so the other side of a thin sheet never enters the mean.
+               v
+   The side, in or out, is never guessed from one springl: it is carried along, and where nothing near has a say the voxels around
+   decide. Two sweeps make phi a distance again beyond the springls' reach, and the band moves with its zero level. */
 
 /* Returns whether phi_next may have voxels whose side is unknown. On a device resolving none costs less than waiting for a count. */
 SPRINGLS__FN bool springls__may_have_unknown_sides(springls_context *ctx)
@@ -18229,7 +18278,17 @@ SPRINGLS__FN springls_status springls__follow_model(springls_context *ctx)
 /* ======== >>follow  (src/solver/follow.h) ====================================================================== */
 /* follow.h - makes phi follow the springls that lazy steps (params.lazy_distance) have moved, before anything but a lazy step
    uses it. For a reader phi follows, and bricks are added, for the time of reading only: the next step begins from phi as the
-   steps have left it, so that reading changes no later bits. */
+   steps have left it, so that reading changes no later bits.
+
+   Why phi may stay behind: a flow moves springls exactly, in an eighth of a step's time; phi takes most of the rest, and is interpolated
+   once more each time that it is carried along. While springls are nearer to where phi last followed than phi is known,
+   nothing is lost by carrying it later, in one motion:
+
+     step        1     2     3     4     5
+     springls   -->   -->   -->   -->   -->
+     phi                    ======>     ======>     3.5 voxels behind, or springls have turned by 0.18
+
+   The sides of a thin sheet or gap move against each other, and phi would lose what lies between: there 0.15 voxel is the limit. */
 
 /* Returns true when phi is behind the springls by lazy steps. */
 SPRINGLS__FN bool springls__phi_lags(const springls_context *ctx) { return ctx->lag > 0.0f && ctx->lag < FLT_MAX; }
@@ -33432,7 +33491,18 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#line 8472 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
-    "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */\n",
+    "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
+    "\n",
+    "        . ------ .\n",
+    "       /  /\\     \\         The share of a springl is the part of its tangent plane that is nearer to its particle p than to\n",
+    "      /  /  \\     .         those of its neighbours: its Voronoi cell, here of five sides. Its triangle has the cell's area,\n",
+    "     .  /  p \\   /          times 1.04, and points to the corners that are furthest out.\n",
+    "      \\/______\\/\n",
+    "       ' ---- '\n",
+    "\n",
+    "   Why: the springs of section 4.3 balance distances of edges, and no area; on a surface that flows they shrink triangles to a\n",
+    "   quarter of it. Renderers and whoever meshes springls need all of the surface, and phi's normals come from triangles of a steady\n",
+    "   size. Particles are where the motion took them: only triangles change. */\n",
     "\n",
     "/* Returns the direction of the first arm of the equilateral triangle that is most like the triangle of s, which faces n. */\n",
     "SPRINGLS__INNER springls__v3 springls__first_arm(springls__springl s, springls__v3 n)\n",
@@ -33700,7 +33770,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8743 \"springls.h\"\n",
+    "#line 8754 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -33786,7 +33856,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8830 \"springls.h\"\n",
+    "#line 8841 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -33928,7 +33998,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 8973 \"springls.h\"\n",
+    "#line 8984 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -34117,7 +34187,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9163 \"springls.h\"\n",
+    "#line 9174 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -34241,7 +34311,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9288 \"springls.h\"\n",
+    "#line 9299 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -34275,7 +34345,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 9323 \"springls.h\"\n",
+    "#line 9334 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -34806,7 +34876,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9855 \"springls.h\"\n",
+    "#line 9866 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -34956,7 +35026,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10006 \"springls.h\"\n",
+    "#line 10017 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -35060,7 +35130,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10111 \"springls.h\"\n",
+    "#line 10122 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -35157,7 +35227,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10209 \"springls.h\"\n",
+    "#line 10220 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -35695,7 +35765,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10748 \"springls.h\"\n",
+    "#line 10759 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -35773,7 +35843,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10827 \"springls.h\"\n",
+    "#line 10838 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -36022,7 +36092,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11077 \"springls.h\"\n",
+    "#line 11088 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -36055,7 +36125,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11111 \"springls.h\"\n",
+    "#line 11122 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -36080,14 +36150,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11137 \"springls.h\"\n",
+    "#line 11148 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11144 \"springls.h\"\n",
+    "#line 11155 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36102,7 +36172,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11160 \"springls.h\"\n",
+    "#line 11171 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -36228,7 +36298,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11286 \"springls.h\"\n",
+    "#line 11297 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36243,7 +36313,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11301 \"springls.h\"\n",
+    "#line 11312 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -36369,7 +36439,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11428 \"springls.h\"\n",
+    "#line 11439 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -36660,7 +36730,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11720 \"springls.h\"\n",
+    "#line 11731 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -36769,7 +36839,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_scatter, LISTS, 128) X(brick_lists_sort, LISTS, 8)                                                             \\\n",
     "    X(compact_flag, LISTS, 4096) X(compact_out, LISTS, 256) X(compact_in, LISTS, 256)                                            \\\n",
     "    X(region_begin, SIGNS, 64) X(region_join, SIGNS, 64) X(region_vote, SIGNS, 64) X(region_resolve, SIGNS, 64)\n",
-    "#line 36773 \"springls.h\"\n",
+    "#line 36843 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

@@ -1,5 +1,16 @@
 /* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the
-   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface. */
+   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.
+
+        . ------ .
+       /  /\     \         The share of a springl is the part of its tangent plane that is nearer to its particle p than to
+      /  /  \     .         those of its neighbours: its Voronoi cell, here of five sides. Its triangle has the cell's area,
+     .  /  p \   /          times 1.04, and points to the corners that are furthest out.
+      \/______\/
+       ' ---- '
+
+   Why: the springs of section 4.3 balance distances of edges, and no area; on a surface that flows they shrink triangles to a
+   quarter of it. Renderers and whoever meshes springls need all of the surface, and phi's normals come from triangles of a steady
+   size. Particles are where the motion took them: only triangles change. */
 #ifndef SPRINGLS__KERNEL_STAGES_COVER_H
 #define SPRINGLS__KERNEL_STAGES_COVER_H
 

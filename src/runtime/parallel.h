@@ -1,4 +1,12 @@
-/* parallel.h - the parallel loop. */
+/* parallel.h - the parallel loop.
+
+   Why results have the same bits for any number of threads, any compiler and any device, which a save file, a replay and two
+   players of one game need:
+     - A task writes only what belongs to its own indices. What several would add to is gathered by the one that owns it.
+     - Sums and scans go by blocks of a fixed size, in order, whoever computes them. Atomic additions only count.
+     - Lists are sorted by keys that are their own: bricks by place, springls by index. No order comes from a race.
+     - Operations are IEEE additions, multiplications, divisions and square roots, as written: no fused ones, no functions of libm
+       but those whose results are exact (springls_fp_contract_detected). Vectors do to each lane what plain C does. */
 #ifndef SPRINGLS__RUNTIME_PARALLEL_H
 #define SPRINGLS__RUNTIME_PARALLEL_H
 

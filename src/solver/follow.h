@@ -1,6 +1,16 @@
 /* follow.h - makes phi follow the springls that lazy steps (params.lazy_distance) have moved, before anything but a lazy step
    uses it. For a reader phi follows, and bricks are added, for the time of reading only: the next step begins from phi as the
-   steps have left it, so that reading changes no later bits. */
+   steps have left it, so that reading changes no later bits.
+
+   Why phi may stay behind: a flow moves springls exactly, in an eighth of a step's time; phi takes most of the rest, and is interpolated
+   once more each time that it is carried along. While springls are nearer to where phi last followed than phi is known,
+   nothing is lost by carrying it later, in one motion:
+
+     step        1     2     3     4     5
+     springls   -->   -->   -->   -->   -->
+     phi                    ======>     ======>     3.5 voxels behind, or springls have turned by 0.18
+
+   The sides of a thin sheet or gap move against each other, and phi would lose what lies between: there 0.15 voxel is the limit. */
 #ifndef SPRINGLS__SOLVER_FOLLOW_H
 #define SPRINGLS__SOLVER_FOLLOW_H
 

@@ -1,5 +1,11 @@
 /* contact_bodies.h - finds the bodies that stay two on contact (params.contact = SEPARATE): the components of phi when the switch
-   went on, or the model was set with it on. */
+   went on, or the model was set with it on.
+
+     springls of A    phi of the union
+        ____________ _______                 Why numbers and not phi: where two bodies are pressed together phi has no wall
+       /           _|_      \                between them, and cannot tell where they were two. Springls can: each has the number
+      |     A     | : | B    |               of its body, those that lie in another body (:) stay where they are and have no part
+       \___________\:/______/                in phi, and when the bodies part they bound them again, with all that they carry. */
 #ifndef SPRINGLS__STAGES_CONTACT_BODIES_H
 #define SPRINGLS__STAGES_CONTACT_BODIES_H
 

@@ -1,6 +1,16 @@
 /* project.h - sets phi near the springls to their oriented distance, which removes the chord error of flat triangles and the
    lag of the moving front. With params.carry_level_set springls first carry phi along: the value at a voxel is that of the
-   place it has come from, by the displacements of the springls around. Else eq. 23 has decided the side before. */
+   place it has come from, by the displacements of the springls around. Else eq. 23 has decided the side before.
+
+   Why not the paper's evolution alone: eq. 23 moves phi by half a voxel an iteration and stops where triangles are, a chord's
+   height inside of a curved surface. Springls know better. Each is a place and a normal; the distance of a voxel to the surface
+   is their weighted mean height over the planes, with the bend of the surface between them taken off:
+
+         p1 .--^--. p2        v's distance: to the arc through p1 and p2, and not to the chord between them. Only springls that
+           /   |   \          face as the nearest one does count, so the other side of a thin sheet never enters the mean.
+               v
+   The side, in or out, is never guessed from one springl: it is carried along, and where nothing near has a say the voxels around
+   decide. Two sweeps make phi a distance again beyond the springls' reach, and the band moves with its zero level. */
 #ifndef SPRINGLS__STAGES_PROJECT_H
 #define SPRINGLS__STAGES_PROJECT_H
 

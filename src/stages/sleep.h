@@ -1,4 +1,9 @@
-/* sleep.h - finds which bricks are awake: stages leave the others, and the springls in them, as they are. */
+/* sleep.h - finds which bricks are awake: stages leave the others, and the springls in them, as they are.
+
+   Why: a stroke of a brush moves some hundred springls of a model, and should cost as much as those. Rest is a matter of bricks,
+   since each stage works by brick and looks one brick far: what sleeps has no neighbour that moves, so leaving it changes nothing
+   that a stage would have seen. A brick has to be calm for resample_period + 1 steps, so that a resampling, too, has found nothing
+   to do in it. From then on it is the same to the bit, however long the rest moves. */
 #ifndef SPRINGLS__STAGES_SLEEP_H
 #define SPRINGLS__STAGES_SLEEP_H
 

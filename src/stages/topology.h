@@ -1,5 +1,9 @@
 /* topology.h - topology preservation (section 4.5, after Han et al.): a voxel may change sides only where it is simple.
-   Inside is 6-connected and outside 26-connected, here and in marching cubes. */
+   Inside is 6-connected and outside 26-connected, here and in marching cubes.
+
+   Why in eight colours: whether a voxel is simple depends on the 26 around it, so two voxels that touch must not change at once, or
+   both may be simple and the pair not. Voxels of one colour, 2 apart along each axis, never touch: they are decided in parallel,
+   and the result does not depend on the order, which devices and threads do not promise. */
 #ifndef SPRINGLS__STAGES_TOPOLOGY_H
 #define SPRINGLS__STAGES_TOPOLOGY_H
 
