@@ -2658,7 +2658,7 @@ SPRINGLS__VEC_MATHS springls__vec springls__vec_zip_high(springls__vec a, spring
 typedef struct springls__vec3 { springls__vec x, y, z; } springls__vec3;
 
 #if SPRINGLS__LANES > 1
-/* Makes the rows of a square of numbers its columns. */
+/* Transposes a square of numbers. */
 SPRINGLS__VEC_MATHS void springls__vec_transpose(springls__vec *rows)
 {
     springls__vec old[SPRINGLS__LANES];
@@ -3739,7 +3739,7 @@ SPRINGLS__MATHS void springls__record_store(const springls__model *model, int i,
 #undef SPRINGLS__STORE_MEMBER
 }
 
-/* Makes springl i a new one, without a parent and components; its id follows from its place, at or beyond `count`. */
+/* Begins springl i anew, without a parent and components; its id follows from its place, at or beyond `count`. */
 SPRINGLS__MATHS void springls__record_renew(const springls__model *model, int i, springls__record *record)
 {
     record->id = record->parent = model->set.next_id + (uint32_t)(i - model->set.count);
@@ -4424,7 +4424,7 @@ SPRINGLS__MATHS int springls__brick_walk_next(const springls__grid *g, springls_
 
 /* ---- bricks come and go ---- */
 
-/* Makes an active brick constant, on the side of its first voxel; its slot becomes the free one of number `place`. */
+/* Frees an active brick: it becomes constant, on the side of its first voxel; its slot becomes the free one of number `place`. */
 SPRINGLS__MATHS void springls__drop_brick(const springls__grid *g, int slot, int place)
 {
     bool inside = g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
@@ -4440,7 +4440,7 @@ SPRINGLS__MATHS int springls__slot_of_new(const springls__grid *g, int free_coun
     return n < free_count ? g->free_slots[free_count - 1 - n] : g->slot_count + n - free_count;
 }
 
-/* Makes the constant brick of an entry active; the slot's first voxel gets the constant. */
+/* Activates the constant brick of an entry; the slot's first voxel gets the constant. */
 SPRINGLS__MATHS void springls__add_brick(const springls__grid *g, int entry, int slot)
 {
     g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] = g->top[entry] == SPRINGLS__INSIDE ? -g->far_value : g->far_value;
@@ -6278,7 +6278,7 @@ SPRINGLS__FN bool springls__repeat_on_host(springls_context *ctx, springls_statu
     return *status == SPRINGLS_OK;
 }
 
-/* Makes arrays current on the host, before it reads them (bits of `reads`) or writes some of their elements (`writes`). */
+/* Brings arrays to the host, before it reads them (bits of `reads`) or writes some of their elements (`writes`). */
 SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t reads, uint64_t writes)
 {
     int array;
@@ -6295,7 +6295,7 @@ SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t r
     return SPRINGLS_OK;
 }
 
-/* Makes all arrays current on the device, before a kernel runs; those that it writes become stale on the host. */
+/* Brings all arrays to the device, before a kernel runs; those that it writes become stale on the host. */
 SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t writes)
 {
     int array;
@@ -6322,10 +6322,10 @@ SPRINGLS__FN springls_status springls__fetch(springls_context *ctx, springls__ar
     return springls__fall_back_to_host(ctx);
 }
 
-/* Makes kernels run on the device from now on, if there is one: called by stages. */
+/* Runs kernels on the device from now on, if there is one: called by stages. */
 SPRINGLS__FN void springls__use_device(springls_context *ctx) { ctx->on_device = ctx->backend != NULL; }
 
-/* Makes the host's arrays the current ones, without a copy: the model has been replaced. */
+/* Declares the host's arrays current, without a copy: the model has been replaced. */
 SPRINGLS__FN void springls__discard_device_copies(springls_context *ctx)
 {
     int array;
@@ -6935,7 +6935,7 @@ SPRINGLS__MATHS void springls__merge_element(const springls__model *model, sprin
     springls__next_contract_action(model)[i] = current;
 }
 
-/* Makes springl i undecided unless it is removed already, masked or asleep. */
+/* Marks springl i as undecided unless it is removed already, masked or asleep. */
 SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__arguments args, int i)
 {
     SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;
@@ -10866,7 +10866,7 @@ SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model,
         springls__brick_state(model)[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
 }
 
-/* Makes a block of step^3 entries background; false when one of them is blocked. */
+/* Adds a block of step^3 entries to the background; false when one of them is blocked. */
 SPRINGLS__MATHS bool springls__take_block(const springls__table *t, SPRINGLS__GLOBAL uint8_t *state, const int at[3], int step)
 {
     int hi[3], x, y, z, axis;
@@ -12062,7 +12062,7 @@ SPRINGLS__FN springls_status springls__reserve_counts(springls_context *ctx)
 
 /* ---- counts: a device leaves them in its memory until the host reads all of them at once (springls__late_count) ---- */
 
-/* Makes `number` late counts from `late` on 0. */
+/* Sets `number` late counts from `late` on to 0. */
 SPRINGLS__FN void springls__clear_late(springls_context *ctx, springls__late_count late, int number)
 {
     memset(ctx->late_count + late, 0, (size_t)number * sizeof *ctx->late_count);
@@ -12302,7 +12302,7 @@ SPRINGLS__FN springls_status springls__next_stage(springls_context *ctx, springl
 
 /* ---- loops in pieces ---- */
 
-/* Makes work over [0, count) the loop that the phase ends with. Precondition: springls__reserve_lanes, where floats > 0. */
+/* Ends the phase with a loop: work over [0, count). Precondition: springls__reserve_lanes, where floats > 0. */
 SPRINGLS__FN void springls__loop_over(springls_context *ctx, int count, int grain, size_t floats, springls__loop_work work,
                                       void *arg)
 {
@@ -12316,7 +12316,7 @@ SPRINGLS__FN void springls__loop_over(springls_context *ctx, int count, int grai
     loop->pace = 0.0;
 }
 
-/* Makes a kernel over `count` elements the loop that the phase ends with. A device runs it at once, whole. */
+/* Ends the phase with a loop: a kernel over `count` elements. A device runs it at once, whole. */
 SPRINGLS__FN void springls__loop(springls_context *ctx, springls__kernel kernel, int count, const springls__arguments *args)
 {
     if (count <= 0 || ctx->lost || springls__ran_on_device(ctx, kernel, count, args)) return;
@@ -13103,7 +13103,7 @@ SPRINGLS__FN springls_status springls__table_change(springls_context *ctx, const
     return status;
 }
 
-/* Makes the top table keep some groups; those that it keeps for no reason any more may go. */
+/* Keeps some groups in the top table; those that it keeps for no reason any more may go. */
 SPRINGLS__FN springls_status springls__table_cover(springls_context *ctx, springls__brick_groups groups)
 {
     springls__grid *g = &ctx->model.grid;
@@ -13115,7 +13115,7 @@ SPRINGLS__FN springls_status springls__table_cover(springls_context *ctx, spring
     return springls__table_change(ctx, &to, springls__unmoved);
 }
 
-/* Makes the top table of a grid the smallest one, all outside. */
+/* Shrinks the top table of a grid to the smallest one, all outside. */
 SPRINGLS__FN void springls__table_clear(springls__grid *g)
 {
     const springls__brick_groups none = springls__no_groups();
@@ -13151,7 +13151,7 @@ SPRINGLS__FN springls__brick_groups springls__groups_of_model(const springls__mo
 /* ======== >>grid  (src/model/grid.h) =========================================================================== */
 /* grid.h - the memory of the sparse grid (kernels_embed/model/grid.h), and bricks that come and go. */
 
-/* Makes phi_next the new phi. */
+/* Replaces phi by phi_next. */
 SPRINGLS__FN void springls__swap_phi(springls_context *ctx)
 {
     springls__swap(ctx, SPRINGLS__ARRAY_PHI, SPRINGLS__ARRAY_PHI_NEXT);
@@ -13212,7 +13212,7 @@ SPRINGLS__FN void springls__wake_all(springls_context *ctx)
     ctx->at_rest = false;
 }
 
-/* Makes all of a grid outside; keeps memory. */
+/* Empties a grid: all of it is outside; keeps memory. */
 SPRINGLS__FN void springls__grid_clear(springls_context *ctx, springls__grid *g)
 {
     springls__note_writes(ctx, SPRINGLS__LEVEL_SET_BITS);
@@ -13223,7 +13223,7 @@ SPRINGLS__FN void springls__grid_clear(springls_context *ctx, springls__grid *g)
     springls__grid_constants(ctx, g);
 }
 
-/* Makes all of the model's grid and of its reference outside. */
+/* Empties the model's grid and its reference: all is outside. */
 SPRINGLS__FN void springls__grids_clear(springls_context *ctx)
 {
     springls__discard_device_copies(ctx);
@@ -13653,7 +13653,7 @@ SPRINGLS__FN springls_status springls__report_device_failure(springls_context *c
     return status;
 }
 
-/* Makes kernels run on the host from now on, and all of the model current there. writes: the caller changes it, and ends the calm
+/* Runs kernels on the host from now on, and brings all of the model there. writes: the caller changes it, and ends the calm
    of the bricks where it does. */
 SPRINGLS__FN springls_status springls__use_host_calmly(springls_context *ctx, bool writes)
 {
@@ -13673,7 +13673,7 @@ SPRINGLS__FN springls_status springls__use_host(springls_context *ctx, bool writ
     return status;
 }
 
-/* Makes arrays current on the host before a call reads them. ctx is const for the caller: the model itself does not change. */
+/* Brings arrays to the host before a call reads them. ctx is const for the caller: the model itself does not change. */
 SPRINGLS__FN springls_status springls__ensure_on_host(const springls_context *ctx, uint64_t reads)
 {
     springls_context *owner = (springls_context *)ctx;
@@ -13761,7 +13761,7 @@ SPRINGLS__FN springls_status springls__cell_list_build(springls_context *ctx)
 /* cell_bricks.h - makes bricks active that the search for springls needs. Stages do so; readers leave the grid as it is, and build the
    cell list by springls__read_cell_list (solver/follow.h). */
 
-/* Makes bricks active that have a particle and are not. Precondition: the cell list. */
+/* Activates the bricks that have a particle. Precondition: the cell list. */
 SPRINGLS__FN springls_status springls__add_outside_bricks(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
@@ -13792,7 +13792,7 @@ SPRINGLS__FN springls_status springls__cell_list_cover(springls_context *ctx)
     return springls__cell_list_build(ctx);
 }
 
-/* Makes all bricks within one cell of a particle active, also of springls that are in no cell. */
+/* Activates all bricks within one cell of a particle, also of springls that are in no cell. */
 SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
@@ -14122,7 +14122,7 @@ SPRINGLS__FN springls__v3 springls__velocity_to_voxel(const springls__motion *mo
                              (float)(m[8] * x + m[9] * y + m[10] * z));
 }
 
-/* Makes velocities of a callback or a sampled field velocities in voxels, in place. */
+/* Converts velocities of a callback or a sampled field to voxels, in place. */
 SPRINGLS__FN void springls__velocities_to_voxel(const springls__motion *motion, float *v, int count)
 {
     int i;
@@ -14608,7 +14608,7 @@ SPRINGLS__FN springls_status springls__displace_all(springls__motion *motion)
     return springls__displace_in_blocks(motion);
 }
 
-/* Makes moved_springls and moved_error the springls and their errors. Where only some are listed these are copied to their places,
+/* Replaces the springls and their errors by moved_springls and moved_error. Where only some are listed these are copied to their places,
    the last one first: an index is never below its place in the list, so no motion_class is overwritten before it is read. */
 SPRINGLS__FN springls_status springls__take_moved(springls__motion *motion)
 {
@@ -15499,7 +15499,7 @@ SPRINGLS__FN void springls__triangles_reshaped(springls_context *ctx)
     ctx->neighbors_uses = 0;
 }
 
-/* Makes springls undecided that may be merged, for rounds of merging. */
+/* Marks springls that may be merged as undecided, for rounds of merging. */
 SPRINGLS__FN springls_status springls__merge_begin(springls_context *ctx)
 {
     const int count = ctx->model.set.count;
@@ -16611,7 +16611,7 @@ SPRINGLS__FN springls_status springls__omega_build(springls_context *ctx)
 /* ======== >>evolve  (src/stages/evolve.h) ====================================================================== */
 /* evolve.h - moves the signed level set to the springls (section 4.5, eq. 23). */
 
-/* Makes phi_next the level set; where topology is preserved, with simple changes only, up to a voxel a pass. */
+/* Replaces the level set by phi_next; where topology is preserved, with simple changes only, up to a voxel a pass. */
 SPRINGLS__FN void springls__commit_phi(springls_context *ctx, int passes)
 {
     if (ctx->model.params.topology == SPRINGLS_TOPOLOGY_PRESERVED) springls__preserve_topology(ctx, passes);
@@ -16678,7 +16678,7 @@ SPRINGLS__FN springls_status springls__insert_seeds(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Makes the seeds that were written springls of the model. */
+/* Adds the seeds that were written to the springls of the model. */
 SPRINGLS__FN void springls__seeds_inserted(springls_context *ctx)
 {
     int count = ctx->model.set.count, added = springls__count_stored(ctx);
@@ -16919,7 +16919,7 @@ enum {
     SPRINGLS__RELAX_COVERED
 };
 
-/* Makes the springls what a kernel has written to relaxed_springls. */
+/* Replaces the springls by those that a kernel has written to relaxed_springls. */
 SPRINGLS__FN void springls__take_relaxed(springls_context *ctx)
 {
     springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ROLE_ARRAY(relaxed_springls));
@@ -17068,7 +17068,7 @@ SPRINGLS__FN springls_status springls__track(springls_context *ctx)
    project_level_set the springls then give the side of voxels near them: narrow clefts, pockets and hollows that the background
    cannot reach are outside too. */
 
-/* Makes the bricks within the band of any springl the active ones. */
+/* Activates the bricks within the band of any springl, and no others. */
 SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
@@ -20062,7 +20062,7 @@ SPRINGLS__FN float springls__border_distance(const springls__grid *g, springls__
     return springls__min(springls__min(dx, dy), dz);
 }
 
-/* Makes phi the original level set: phi_ref = phi. */
+/* Copies phi to the original level set: phi_ref = phi. */
 SPRINGLS__FN springls_status springls__make_reference(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__use_host(ctx, true));
@@ -20071,7 +20071,7 @@ SPRINGLS__FN springls_status springls__make_reference(springls_context *ctx)
     return springls__copy_to_reference(ctx, &ctx->model.grid);
 }
 
-/* Makes the model the original surface: phi_ref = phi, and the triangles of the springls. The correspondences stay. */
+/* Sets the original surface to the model: phi_ref = phi, and the triangles of the springls. The correspondences stay. */
 SPRINGLS__FN springls_status springls__make_original(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__make_reference(ctx));
@@ -20409,7 +20409,7 @@ SPRINGLS__FN void springls__mark_neighborhood(const int bricks[3], const int bri
     }
 }
 
-/* Makes the bricks active that the surface passes through, and all around them, whose values its slopes need. The surface
+/* Activates the bricks that the surface passes through, and all around them, whose values its slopes need. The surface
    passes where the function changes sign, and where the inside meets the border of the domain. */
 SPRINGLS__FN springls_status springls__bricks_of_voxels(springls_context *ctx, springls__voxel_fn value, const void *arg)
 {
@@ -21686,7 +21686,7 @@ SPRINGLS__FN springls_status springls__mesh_sort_parts(springls_context *ctx, sp
     return SPRINGLS_OK;
 }
 
-/* Makes p->container the surface of a part. */
+/* Builds p->container, the surface of a part. */
 SPRINGLS__FN springls_status springls__mesh_part_surface(springls_context *ctx, springls__mesh_parts *p,
                                                          const springls__mesh_part *part)
 {
@@ -21799,7 +21799,7 @@ SPRINGLS__FN void springls__mesh_judge_open(const springls__mesh_parts *p, sprin
     part->turned = part->turned && part->seen;
 }
 
-/* Makes p->all the surface of all triangles. */
+/* Builds p->all, the surface of all triangles. */
 SPRINGLS__FN springls_status springls__mesh_all_surface(springls_context *ctx, springls__mesh_parts *p)
 {
     int t;
@@ -22142,7 +22142,7 @@ SPRINGLS__FN void springls__mesh_drop_flat(springls__mesh_intake *m)
     m->count = n;
 }
 
-/* Makes the listed triangles the original surface. In a mirrored world all are turned once more. */
+/* Sets the original surface to the listed triangles. In a mirrored world all are turned once more. */
 SPRINGLS__FN springls_status springls__mesh_make_original(springls_context *ctx, springls__mesh_intake *m)
 {
     const uint8_t mirrored = springls__is_mirrored(ctx);
@@ -22926,7 +22926,7 @@ SPRINGLS__FN springls__vec3 springls__particle_of(const springls__candidates *c,
 /* Squared distances to the nearest springls so far, and the distances beyond which none can be nearer. */
 typedef struct springls__nearest_search { float best[SPRINGLS__LANES], limit[SPRINGLS__LANES]; } springls__nearest_search;
 
-/* Makes candidate k the nearest one of the vertices that have none nearer; of two as near the springl of the lower index. */
+/* Assigns candidate k to the vertices that have none nearer; of two as near they keep the springl of the lower index. */
 SPRINGLS__FN void springls__try_candidate(const springls__model *model, const springls__candidates *c, int k,
                                           springls__vertex_group *group, springls__nearest_search *search)
 {
@@ -23875,7 +23875,7 @@ static const springls__step_entry springls__chunks_update[] = {
     { SPRINGLS__ENTRY_RUN, -1, NULL, springls__update_chunks }
 };
 
-/* Makes the next update list again what the consumer has not received. */
+/* Leaves what the consumer has not received to the next update, which lists it again. */
 SPRINGLS__FN void springls__list_again(springls_chunks *c)
 {
     int i;
@@ -24993,7 +24993,7 @@ SPRINGLS__FN void springls__raycast_level_task(void *arg, int begin, int end)
 
 /* ---- the calls ---- */
 
-/* Makes what queries of the zero level read current on the host. Springls are found in the cell list; in the hierarchy where to
+/* Brings what queries of the zero level read to the host. Springls are found in the cell list; in the hierarchy where to
    build the list would change working memory that a step in progress uses. */
 SPRINGLS__FN springls_status springls__prepare_level(springls_context *ctx, bool *cells)
 {
@@ -25166,8 +25166,8 @@ typedef struct springls__error_job {
     springls_error_estimate *out;
 } springls__error_job;
 
-/* Makes both numbers of an error on the original surface, voxels, at a place x that faces n. A voxel is at most the largest spacing
-   long, whatever the direction of the error. */
+/* Returns the estimates, world units, that follow from an error on the original surface, voxels, at a place x that faces n. A voxel
+   is at most the largest spacing long, whatever the direction of the error. */
 SPRINGLS__FN springls_error_estimate springls__estimate_error(const springls_context *ctx, springls__v3 x, springls__v3 n,
                                                              springls__v3 a, float error, bool original)
 {
@@ -28314,7 +28314,7 @@ static const char *const springls__kernel_lines[] = {
     "typedef struct springls__vec3 { springls__vec x, y, z; } springls__vec3;\n",
     "\n",
     "#if SPRINGLS__LANES > 1\n",
-    "/* Makes the rows of a square of numbers its columns. */\n",
+    "/* Transposes a square of numbers. */\n",
     "SPRINGLS__VEC_MATHS void springls__vec_transpose(springls__vec *rows)\n",
     "{\n",
     "    springls__vec old[SPRINGLS__LANES];\n",
@@ -29387,7 +29387,7 @@ static const char *const springls__kernel_lines[] = {
     "#undef SPRINGLS__STORE_MEMBER\n",
     "}\n",
     "\n",
-    "/* Makes springl i a new one, without a parent and components; its id follows from its place, at or beyond `count`. */\n",
+    "/* Begins springl i anew, without a parent and components; its id follows from its place, at or beyond `count`. */\n",
     "SPRINGLS__MATHS void springls__record_renew(const springls__model *model, int i, springls__record *record)\n",
     "{\n",
     "    record->id = record->parent = model->set.next_id + (uint32_t)(i - model->set.count);\n",
@@ -30071,7 +30071,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* ---- bricks come and go ---- */\n",
     "\n",
-    "/* Makes an active brick constant, on the side of its first voxel; its slot becomes the free one of number `place`. */\n",
+    "/* Frees an active brick: it becomes constant, on the side of its first voxel; its slot becomes the free one of number `place`. */\n",
     "SPRINGLS__MATHS void springls__drop_brick(const springls__grid *g, int slot, int place)\n",
     "{\n",
     "    bool inside = g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;\n",
@@ -30087,7 +30087,7 @@ static const char *const springls__kernel_lines[] = {
     "    return n < free_count ? g->free_slots[free_count - 1 - n] : g->slot_count + n - free_count;\n",
     "}\n",
     "\n",
-    "/* Makes the constant brick of an entry active; the slot's first voxel gets the constant. */\n",
+    "/* Activates the constant brick of an entry; the slot's first voxel gets the constant. */\n",
     "SPRINGLS__MATHS void springls__add_brick(const springls__grid *g, int entry, int slot)\n",
     "{\n",
     "    g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] = g->top[entry] == SPRINGLS__INSIDE ? -g->far_value : g->far_value;\n",
@@ -31964,7 +31964,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__next_contract_action(model)[i] = current;\n",
     "}\n",
     "\n",
-    "/* Makes springl i undecided unless it is removed already, masked or asleep. */\n",
+    "/* Marks springl i as undecided unless it is removed already, masked or asleep. */\n",
     "SPRINGLS__MATHS void springls__merge_begin_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    SPRINGLS__GLOBAL uint8_t *action = springls__contract_action(model) + i;\n",
@@ -35875,7 +35875,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__brick_state(model)[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;\n",
     "}\n",
     "\n",
-    "/* Makes a block of step^3 entries background; false when one of them is blocked. */\n",
+    "/* Adds a block of step^3 entries to the background; false when one of them is blocked. */\n",
     "SPRINGLS__MATHS bool springls__take_block(const springls__table *t, SPRINGLS__GLOBAL uint8_t *state, const int at[3], int step)\n",
     "{\n",
     "    int hi[3], x, y, z, axis;\n",
@@ -38105,7 +38105,7 @@ SPRINGLS__FN float springls__combined_phi(springls_operation operation, float a,
 
 /* ---- level sets ---- */
 
-/* Makes the bricks active that are active in either, and the top table have those of both. */
+/* Activates the bricks that are active in either, in a top table that has those of both. */
 SPRINGLS__FN springls_status springls__bricks_of_both(springls_context *ctx, const springls__grid *other)
 {
     springls__brick_groups groups = springls__no_groups();
@@ -38440,7 +38440,7 @@ SPRINGLS__FN springls_status springls__window_of_both(springls_context *ctx, spr
     return SPRINGLS_OK;
 }
 
-/* Makes `to` equal to `from`; both have grids of the same lattice. On failure the reason is in the error of one of them. */
+/* Copies `from` to `to`; both have grids of the same lattice. On failure the reason is in the error of one of them. */
 SPRINGLS__FN springls_status springls__copy_model(springls_context *to, springls_context *from)
 {
     springls_status status;

@@ -543,7 +543,7 @@ SPRINGLS__FN springls_status springls__cl_flag_bricks(springls_context *ctx, spr
     return springls__cl_counted(ctx, 4, counts);
 }
 
-/* Makes the top table have all bricks that springls, and the bricks around active ones, can need; seldom, and so on the host. */
+/* Extends the top table to all bricks that springls, and the bricks around active ones, can need; seldom, and so on the host. */
 SPRINGLS__FN springls_status springls__cl_widen_table(springls_context *ctx)
 {
     const uint64_t reads = SPRINGLS__BIT(S) | SPRINGLS__BIT(ACTIVE) | SPRINGLS__BIT(SLOT_BRICK) | SPRINGLS__BIT(TOP);
@@ -552,7 +552,7 @@ SPRINGLS__FN springls_status springls__cl_widen_table(springls_context *ctx)
     return springls__table_cover(ctx, springls__groups_of_model(&ctx->model, true));
 }
 
-/* Makes the flagged bricks the active ones. */
+/* Activates the flagged bricks, and no others. */
 SPRINGLS__FN springls_status springls__cl_bricks(springls_context *ctx, springls__collective mark, int count, bool keep)
 {
     springls__grid *g = &ctx->model.grid;

@@ -199,7 +199,7 @@ SPRINGLS__VEC_MATHS springls__vec springls__vec_zip_high(springls__vec a, spring
 typedef struct springls__vec3 { springls__vec x, y, z; } springls__vec3;
 
 #if SPRINGLS__LANES > 1
-/* Makes the rows of a square of numbers its columns. */
+/* Transposes a square of numbers. */
 SPRINGLS__VEC_MATHS void springls__vec_transpose(springls__vec *rows)
 {
     springls__vec old[SPRINGLS__LANES];

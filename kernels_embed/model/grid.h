@@ -586,7 +586,7 @@ SPRINGLS__MATHS int springls__brick_walk_next(const springls__grid *g, springls_
 
 /* ---- bricks come and go ---- */
 
-/* Makes an active brick constant, on the side of its first voxel; its slot becomes the free one of number `place`. */
+/* Frees an active brick: it becomes constant, on the side of its first voxel; its slot becomes the free one of number `place`. */
 SPRINGLS__MATHS void springls__drop_brick(const springls__grid *g, int slot, int place)
 {
     bool inside = g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] < 0.0f;
@@ -602,7 +602,7 @@ SPRINGLS__MATHS int springls__slot_of_new(const springls__grid *g, int free_coun
     return n < free_count ? g->free_slots[free_count - 1 - n] : g->slot_count + n - free_count;
 }
 
-/* Makes the constant brick of an entry active; the slot's first voxel gets the constant. */
+/* Activates the constant brick of an entry; the slot's first voxel gets the constant. */
 SPRINGLS__MATHS void springls__add_brick(const springls__grid *g, int entry, int slot)
 {
     g->phi[(size_t)slot * SPRINGLS__BRICK_VOXELS] = g->top[entry] == SPRINGLS__INSIDE ? -g->far_value : g->far_value;

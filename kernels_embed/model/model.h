@@ -292,7 +292,7 @@ SPRINGLS__MATHS void springls__record_store(const springls__model *model, int i,
 #undef SPRINGLS__STORE_MEMBER
 }
 
-/* Makes springl i a new one, without a parent and components; its id follows from its place, at or beyond `count`. */
+/* Begins springl i anew, without a parent and components; its id follows from its place, at or beyond `count`. */
 SPRINGLS__MATHS void springls__record_renew(const springls__model *model, int i, springls__record *record)
 {
     record->id = record->parent = model->set.next_id + (uint32_t)(i - model->set.count);

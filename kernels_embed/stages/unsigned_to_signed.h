@@ -35,7 +35,7 @@ SPRINGLS__MATHS void springls__brick_state_element(const springls__model *model,
         springls__brick_state(model)[i] = least <= SPRINGLS__SHELL ? SPRINGLS__BLOCKED : SPRINGLS__OPEN;
 }
 
-/* Makes a block of step^3 entries background; false when one of them is blocked. */
+/* Adds a block of step^3 entries to the background; false when one of them is blocked. */
 SPRINGLS__MATHS bool springls__take_block(const springls__table *t, SPRINGLS__GLOBAL uint8_t *state, const int at[3], int step)
 {
     int hi[3], x, y, z, axis;

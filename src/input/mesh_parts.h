@@ -160,7 +160,7 @@ SPRINGLS__FN springls_status springls__mesh_sort_parts(springls_context *ctx, sp
     return SPRINGLS_OK;
 }
 
-/* Makes p->container the surface of a part. */
+/* Builds p->container, the surface of a part. */
 SPRINGLS__FN springls_status springls__mesh_part_surface(springls_context *ctx, springls__mesh_parts *p,
                                                          const springls__mesh_part *part)
 {
@@ -273,7 +273,7 @@ SPRINGLS__FN void springls__mesh_judge_open(const springls__mesh_parts *p, sprin
     part->turned = part->turned && part->seen;
 }
 
-/* Makes p->all the surface of all triangles. */
+/* Builds p->all, the surface of all triangles. */
 SPRINGLS__FN springls_status springls__mesh_all_surface(springls_context *ctx, springls__mesh_parts *p)
 {
     int t;

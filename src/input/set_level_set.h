@@ -27,7 +27,7 @@ SPRINGLS__FN float springls__border_distance(const springls__grid *g, springls__
     return springls__min(springls__min(dx, dy), dz);
 }
 
-/* Makes phi the original level set: phi_ref = phi. */
+/* Copies phi to the original level set: phi_ref = phi. */
 SPRINGLS__FN springls_status springls__make_reference(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__use_host(ctx, true));
@@ -36,7 +36,7 @@ SPRINGLS__FN springls_status springls__make_reference(springls_context *ctx)
     return springls__copy_to_reference(ctx, &ctx->model.grid);
 }
 
-/* Makes the model the original surface: phi_ref = phi, and the triangles of the springls. The correspondences stay. */
+/* Sets the original surface to the model: phi_ref = phi, and the triangles of the springls. The correspondences stay. */
 SPRINGLS__FN springls_status springls__make_original(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__make_reference(ctx));
@@ -374,7 +374,7 @@ SPRINGLS__FN void springls__mark_neighborhood(const int bricks[3], const int bri
     }
 }
 
-/* Makes the bricks active that the surface passes through, and all around them, whose values its slopes need. The surface
+/* Activates the bricks that the surface passes through, and all around them, whose values its slopes need. The surface
    passes where the function changes sign, and where the inside meets the border of the domain. */
 SPRINGLS__FN springls_status springls__bricks_of_voxels(springls_context *ctx, springls__voxel_fn value, const void *arg)
 {

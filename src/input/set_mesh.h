@@ -54,7 +54,7 @@ SPRINGLS__FN void springls__mesh_drop_flat(springls__mesh_intake *m)
     m->count = n;
 }
 
-/* Makes the listed triangles the original surface. In a mirrored world all are turned once more. */
+/* Sets the original surface to the listed triangles. In a mirrored world all are turned once more. */
 SPRINGLS__FN springls_status springls__mesh_make_original(springls_context *ctx, springls__mesh_intake *m)
 {
     const uint8_t mirrored = springls__is_mirrored(ctx);

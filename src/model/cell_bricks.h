@@ -9,7 +9,7 @@
 #include "constellation.h"
 #include "grid.h"
 
-/* Makes bricks active that have a particle and are not. Precondition: the cell list. */
+/* Activates the bricks that have a particle. Precondition: the cell list. */
 SPRINGLS__FN springls_status springls__add_outside_bricks(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;
@@ -40,7 +40,7 @@ SPRINGLS__FN springls_status springls__cell_list_cover(springls_context *ctx)
     return springls__cell_list_build(ctx);
 }
 
-/* Makes all bricks within one cell of a particle active, also of springls that are in no cell. */
+/* Activates all bricks within one cell of a particle, also of springls that are in no cell. */
 SPRINGLS__FN springls_status springls__cell_list_cover_around(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;

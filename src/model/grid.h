@@ -8,7 +8,7 @@
 #include "../runtime/residency.h"
 #include "top_table.h"
 
-/* Makes phi_next the new phi. */
+/* Replaces phi by phi_next. */
 SPRINGLS__FN void springls__swap_phi(springls_context *ctx)
 {
     springls__swap(ctx, SPRINGLS__ARRAY_PHI, SPRINGLS__ARRAY_PHI_NEXT);
@@ -69,7 +69,7 @@ SPRINGLS__FN void springls__wake_all(springls_context *ctx)
     ctx->at_rest = false;
 }
 
-/* Makes all of a grid outside; keeps memory. */
+/* Empties a grid: all of it is outside; keeps memory. */
 SPRINGLS__FN void springls__grid_clear(springls_context *ctx, springls__grid *g)
 {
     springls__note_writes(ctx, SPRINGLS__LEVEL_SET_BITS);
@@ -80,7 +80,7 @@ SPRINGLS__FN void springls__grid_clear(springls_context *ctx, springls__grid *g)
     springls__grid_constants(ctx, g);
 }
 
-/* Makes all of the model's grid and of its reference outside. */
+/* Empties the model's grid and its reference: all is outside. */
 SPRINGLS__FN void springls__grids_clear(springls_context *ctx)
 {
     springls__discard_device_copies(ctx);

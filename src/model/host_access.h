@@ -53,7 +53,7 @@ SPRINGLS__FN springls_status springls__report_device_failure(springls_context *c
     return status;
 }
 
-/* Makes kernels run on the host from now on, and all of the model current there. writes: the caller changes it, and ends the calm
+/* Runs kernels on the host from now on, and brings all of the model there. writes: the caller changes it, and ends the calm
    of the bricks where it does. */
 SPRINGLS__FN springls_status springls__use_host_calmly(springls_context *ctx, bool writes)
 {
@@ -73,7 +73,7 @@ SPRINGLS__FN springls_status springls__use_host(springls_context *ctx, bool writ
     return status;
 }
 
-/* Makes arrays current on the host before a call reads them. ctx is const for the caller: the model itself does not change. */
+/* Brings arrays to the host before a call reads them. ctx is const for the caller: the model itself does not change. */
 SPRINGLS__FN springls_status springls__ensure_on_host(const springls_context *ctx, uint64_t reads)
 {
     springls_context *owner = (springls_context *)ctx;

@@ -164,7 +164,7 @@ SPRINGLS__FN springls_status springls__table_change(springls_context *ctx, const
     return status;
 }
 
-/* Makes the top table keep some groups; those that it keeps for no reason any more may go. */
+/* Keeps some groups in the top table; those that it keeps for no reason any more may go. */
 SPRINGLS__FN springls_status springls__table_cover(springls_context *ctx, springls__brick_groups groups)
 {
     springls__grid *g = &ctx->model.grid;
@@ -176,7 +176,7 @@ SPRINGLS__FN springls_status springls__table_cover(springls_context *ctx, spring
     return springls__table_change(ctx, &to, springls__unmoved);
 }
 
-/* Makes the top table of a grid the smallest one, all outside. */
+/* Shrinks the top table of a grid to the smallest one, all outside. */
 SPRINGLS__FN void springls__table_clear(springls__grid *g)
 {
     const springls__brick_groups none = springls__no_groups();

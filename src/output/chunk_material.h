@@ -144,7 +144,7 @@ SPRINGLS__FN springls__vec3 springls__particle_of(const springls__candidates *c,
 /* Squared distances to the nearest springls so far, and the distances beyond which none can be nearer. */
 typedef struct springls__nearest_search { float best[SPRINGLS__LANES], limit[SPRINGLS__LANES]; } springls__nearest_search;
 
-/* Makes candidate k the nearest one of the vertices that have none nearer; of two as near the springl of the lower index. */
+/* Assigns candidate k to the vertices that have none nearer; of two as near they keep the springl of the lower index. */
 SPRINGLS__FN void springls__try_candidate(const springls__model *model, const springls__candidates *c, int k,
                                           springls__vertex_group *group, springls__nearest_search *search)
 {

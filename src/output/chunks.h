@@ -812,7 +812,7 @@ static const springls__step_entry springls__chunks_update[] = {
     { SPRINGLS__ENTRY_RUN, -1, NULL, springls__update_chunks }
 };
 
-/* Makes the next update list again what the consumer has not received. */
+/* Leaves what the consumer has not received to the next update, which lists it again. */
 SPRINGLS__FN void springls__list_again(springls_chunks *c)
 {
     int i;

@@ -16,8 +16,8 @@ typedef struct springls__error_job {
     springls_error_estimate *out;
 } springls__error_job;
 
-/* Makes both numbers of an error on the original surface, voxels, at a place x that faces n. A voxel is at most the largest spacing
-   long, whatever the direction of the error. */
+/* Returns the estimates, world units, that follow from an error on the original surface, voxels, at a place x that faces n. A voxel
+   is at most the largest spacing long, whatever the direction of the error. */
 SPRINGLS__FN springls_error_estimate springls__estimate_error(const springls_context *ctx, springls__v3 x, springls__v3 n,
                                                              springls__v3 a, float error, bool original)
 {

@@ -551,7 +551,7 @@ SPRINGLS__FN void springls__raycast_level_task(void *arg, int begin, int end)
 
 /* ---- the calls ---- */
 
-/* Makes what queries of the zero level read current on the host. Springls are found in the cell list; in the hierarchy where to
+/* Brings what queries of the zero level read to the host. Springls are found in the cell list; in the hierarchy where to
    build the list would change working memory that a step in progress uses. */
 SPRINGLS__FN springls_status springls__prepare_level(springls_context *ctx, bool *cells)
 {

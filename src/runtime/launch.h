@@ -143,7 +143,7 @@ SPRINGLS__FN springls_status springls__reserve_counts(springls_context *ctx)
 
 /* ---- counts: a device leaves them in its memory until the host reads all of them at once (springls__late_count) ---- */
 
-/* Makes `number` late counts from `late` on 0. */
+/* Sets `number` late counts from `late` on to 0. */
 SPRINGLS__FN void springls__clear_late(springls_context *ctx, springls__late_count late, int number)
 {
     memset(ctx->late_count + late, 0, (size_t)number * sizeof *ctx->late_count);

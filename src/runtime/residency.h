@@ -83,7 +83,7 @@ SPRINGLS__FN bool springls__repeat_on_host(springls_context *ctx, springls_statu
     return *status == SPRINGLS_OK;
 }
 
-/* Makes arrays current on the host, before it reads them (bits of `reads`) or writes some of their elements (`writes`). */
+/* Brings arrays to the host, before it reads them (bits of `reads`) or writes some of their elements (`writes`). */
 SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t reads, uint64_t writes)
 {
     int array;
@@ -100,7 +100,7 @@ SPRINGLS__FN springls_status springls__to_host(springls_context *ctx, uint64_t r
     return SPRINGLS_OK;
 }
 
-/* Makes all arrays current on the device, before a kernel runs; those that it writes become stale on the host. */
+/* Brings all arrays to the device, before a kernel runs; those that it writes become stale on the host. */
 SPRINGLS__FN springls_status springls__to_device(springls_context *ctx, uint64_t writes)
 {
     int array;
@@ -127,10 +127,10 @@ SPRINGLS__FN springls_status springls__fetch(springls_context *ctx, springls__ar
     return springls__fall_back_to_host(ctx);
 }
 
-/* Makes kernels run on the device from now on, if there is one: called by stages. */
+/* Runs kernels on the device from now on, if there is one: called by stages. */
 SPRINGLS__FN void springls__use_device(springls_context *ctx) { ctx->on_device = ctx->backend != NULL; }
 
-/* Makes the host's arrays the current ones, without a copy: the model has been replaced. */
+/* Declares the host's arrays current, without a copy: the model has been replaced. */
 SPRINGLS__FN void springls__discard_device_copies(springls_context *ctx)
 {
     int array;

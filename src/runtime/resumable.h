@@ -29,7 +29,7 @@ SPRINGLS__FN springls_status springls__next_stage(springls_context *ctx, springl
 
 /* ---- loops in pieces ---- */
 
-/* Makes work over [0, count) the loop that the phase ends with. Precondition: springls__reserve_lanes, where floats > 0. */
+/* Ends the phase with a loop: work over [0, count). Precondition: springls__reserve_lanes, where floats > 0. */
 SPRINGLS__FN void springls__loop_over(springls_context *ctx, int count, int grain, size_t floats, springls__loop_work work,
                                       void *arg)
 {
@@ -43,7 +43,7 @@ SPRINGLS__FN void springls__loop_over(springls_context *ctx, int count, int grai
     loop->pace = 0.0;
 }
 
-/* Makes a kernel over `count` elements the loop that the phase ends with. A device runs it at once, whole. */
+/* Ends the phase with a loop: a kernel over `count` elements. A device runs it at once, whole. */
 SPRINGLS__FN void springls__loop(springls_context *ctx, springls__kernel kernel, int count, const springls__arguments *args)
 {
     if (count <= 0 || ctx->lost || springls__ran_on_device(ctx, kernel, count, args)) return;

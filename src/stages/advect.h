@@ -252,7 +252,7 @@ SPRINGLS__FN springls_status springls__displace_all(springls__motion *motion)
     return springls__displace_in_blocks(motion);
 }
 
-/* Makes moved_springls and moved_error the springls and their errors. Where only some are listed these are copied to their places,
+/* Replaces the springls and their errors by moved_springls and moved_error. Where only some are listed these are copied to their places,
    the last one first: an index is never below its place in the list, so no motion_class is overwritten before it is read. */
 SPRINGLS__FN springls_status springls__take_moved(springls__motion *motion)
 {

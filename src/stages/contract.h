@@ -40,7 +40,7 @@ SPRINGLS__FN void springls__triangles_reshaped(springls_context *ctx)
     ctx->neighbors_uses = 0;
 }
 
-/* Makes springls undecided that may be merged, for rounds of merging. */
+/* Marks springls that may be merged as undecided, for rounds of merging. */
 SPRINGLS__FN springls_status springls__merge_begin(springls_context *ctx)
 {
     const int count = ctx->model.set.count;

@@ -8,7 +8,7 @@
 #include "topology.h"
 #include "unsigned_distance.h"
 
-/* Makes phi_next the level set; where topology is preserved, with simple changes only, up to a voxel a pass. */
+/* Replaces the level set by phi_next; where topology is preserved, with simple changes only, up to a voxel a pass. */
 SPRINGLS__FN void springls__commit_phi(springls_context *ctx, int passes)
 {
     if (ctx->model.params.topology == SPRINGLS_TOPOLOGY_PRESERVED) springls__preserve_topology(ctx, passes);

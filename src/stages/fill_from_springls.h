@@ -47,7 +47,7 @@ SPRINGLS__FN springls_status springls__insert_seeds(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Makes the seeds that were written springls of the model. */
+/* Adds the seeds that were written to the springls of the model. */
 SPRINGLS__FN void springls__seeds_inserted(springls_context *ctx)
 {
     int count = ctx->model.set.count, added = springls__count_stored(ctx);

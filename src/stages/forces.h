@@ -192,7 +192,7 @@ SPRINGLS__FN springls__v3 springls__velocity_to_voxel(const springls__motion *mo
                              (float)(m[8] * x + m[9] * y + m[10] * z));
 }
 
-/* Makes velocities of a callback or a sampled field velocities in voxels, in place. */
+/* Converts velocities of a callback or a sampled field to voxels, in place. */
 SPRINGLS__FN void springls__velocities_to_voxel(const springls__motion *motion, float *v, int count)
 {
     int i;

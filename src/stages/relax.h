@@ -20,7 +20,7 @@ enum {
     SPRINGLS__RELAX_COVERED
 };
 
-/* Makes the springls what a kernel has written to relaxed_springls. */
+/* Replaces the springls by those that a kernel has written to relaxed_springls. */
 SPRINGLS__FN void springls__take_relaxed(springls_context *ctx)
 {
     springls__swap(ctx, SPRINGLS__ARRAY_S, SPRINGLS__ROLE_ARRAY(relaxed_springls));

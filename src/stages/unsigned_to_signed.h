@@ -15,7 +15,7 @@
 #include "rebuild.h"
 #include "unsigned_distance.h"
 
-/* Makes the bricks within the band of any springl the active ones. */
+/* Activates the bricks within the band of any springl, and no others. */
 SPRINGLS__FN springls_status springls__bricks_around_springls(springls_context *ctx)
 {
     springls__grid *g = &ctx->model.grid;

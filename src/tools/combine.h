@@ -161,7 +161,7 @@ SPRINGLS__FN float springls__combined_phi(springls_operation operation, float a,
 
 /* ---- level sets ---- */
 
-/* Makes the bricks active that are active in either, and the top table have those of both. */
+/* Activates the bricks that are active in either, in a top table that has those of both. */
 SPRINGLS__FN springls_status springls__bricks_of_both(springls_context *ctx, const springls__grid *other)
 {
     springls__brick_groups groups = springls__no_groups();
@@ -496,7 +496,7 @@ SPRINGLS__FN springls_status springls__window_of_both(springls_context *ctx, spr
     return SPRINGLS_OK;
 }
 
-/* Makes `to` equal to `from`; both have grids of the same lattice. On failure the reason is in the error of one of them. */
+/* Copies `from` to `to`; both have grids of the same lattice. On failure the reason is in the error of one of them. */
 SPRINGLS__FN springls_status springls__copy_model(springls_context *to, springls_context *from)
 {
     springls_status status;
