@@ -397,8 +397,8 @@
    shorter than three quarters of max_displacement, or springls turn too much in two of them. When a step with max_displacement is
    so much longer than those before it that phi could not be carried along, phi follows first.
 
-     - Phi is never seen behind: every call that reads the level set makes it follow first. After a lazy step that takes the time
-       of project once, and memory for a second phi. Springls stay as they are, and so do views of them.
+     - Phi is never seen behind: every call that reads the level set makes it follow first. The first such call after a lazy step
+       takes the time of project, and memory for a second phi. Springls, and views of springls, stay as they are.
      - Reading changes nothing that comes later: the next step goes on from the phi that the steps have left, and so do
        springls_snapshot and springls_state_hash. Calls that change the model make phi follow for good.
      - Every step is a whole one with a pressure, curvature_weight, stop_at_topology, volume_lock, components, contact SEPARATE,
@@ -517,9 +517,8 @@
        Correspondences and attributes distinguish bodies for good.
      - The topology within a body stays free. One that splits is still one body, and its parts merge when they meet.
 
-   A springl is found to lie in another body when it passes that body's surface, and a voxel to lie outside by the springls of
-   both: no step may move a springl by more than two voxels. Up to that, long steps press bodies together and draw them apart as
-   short ones do.
+   The library notices that a springl lies in another body when the springl passes the surface of that body. So no step may move a
+   springl by more than two voxels. Up to two voxels, long steps press bodies together and draw them apart as short steps do.
 
    REST
 
@@ -527,8 +526,8 @@
    Bricks of 8 x 8 x 8 voxels fall asleep when none has stirred in them, or in the 26 around, for resample_period + 1 steps.
    Those of a closed mesh are asleep from the start.
    Steps of SPRINGLS_MODE_FLUID leave the springls in bricks that are asleep, and phi there, as they are, to the bit; when all
-   sleep and nothing moves, a step ends after advect. Springls at rest that are awake go on turning as they relax, which moves phi
-   to and fro by about 0.02 voxel: a model asleep differs by as much from one kept awake.
+   sleep and nothing moves, a step ends after advect. While a brick is awake, springls at rest go on turning as they relax, which moves
+   phi to and fro by about 0.02 voxel: by so much a model that sleeps may differ from a model that is kept awake.
 
      - A springl that stirs in a brick or beside it wakes the brick; springls_combine wakes those that it changes.
        springls_set_params, stages that are called alone, inputs and the other tools wake all.
@@ -547,8 +546,9 @@
      - Ids last. The largest part of a split keeps the id, and a merger has that of its largest part; other parts get new ids,
        which are never used again. A component that splits and merges in one step gets ids as if it had split a step before.
      - `build/soft_body --events` prints the events of a bar that is drawn out and tears.
-     - Springls link a component before to one after: when they have in common at least a tenth of the springls of either, and
-       three of them or more than half. A component that is linked to none before is born; one linked to none after has died.
+     - Springls link a component before to a component after: the two are linked if they share at least a tenth of the springls of
+       one of them, and at least three springls or more than half. A component without a link to the past is born; a component
+       without a link to the present has died.
      - springls_component_ids has the body of each springl, springls_component_of that of any place: of vertices, chunks, rays.
      - Components are found at the end of a sub-step, on the host, in about the time of one stage; without the switch nothing is
        computed. With it no step is lazy; otherwise it changes no bit of the model. Snapshots hold components and
@@ -1634,8 +1634,8 @@ typedef enum springls_event_kind {
     SPRINGLS_EVENT_KIND_BIRTH, /* one has appeared that does not come from another                                  */
     SPRINGLS_EVENT_KIND_SPLIT, /* one has become several; the largest part keeps its id                             */
     SPRINGLS_EVENT_KIND_MERGE, /* several have become one, with the id of the largest of them; of equal ones the
-                                  lowest. Where that is a part of one that has split in the same step, and not the
-                                  largest of its parts, the id is new                                               */
+                                  lowest. If the largest of them has itself been split off in the same step, from a
+                                  component whose id stays with a larger part, the id is new                        */
     SPRINGLS_EVENT_KIND_DEATH  /* one has vanished, or a cavity has opened                                          */
 } springls_event_kind;
 
@@ -3513,7 +3513,7 @@ SPRINGLS__W_MATHS void SPRINGLS__W(springl_store)(SPRINGLS__GLOBAL springls__spr
     X(BRICK_LIST_IDS, uint32_t, 1, cells, brick_list_ids)                                                                        \
     X(UNBINNED, uint32_t, 1, cells, unbinned)       /* springls in no cell: too large, or outside all active bricks           */
 
-/* Lists what moves springls: on a device (advect.h), or as the caller has it (write.h). */
+/* Lists the arrays that forces (advect.h) and springls_write (write.h) send to a device. */
 #define SPRINGLS__FORCE_ARRAYS(X)                                                                                                \
     X(FORCE_RULE, struct springls__force_rule, 1, force, rule) X(FORCE_PRESSURE, float, 1, force, pressure)                      \
     X(FORCE_VELOCITY, float, 1, force, velocity) X(FORCE_USER, float, 1, force, user)                                            \
@@ -8252,7 +8252,7 @@ SPRINGLS__MATHS void springls__edge_turn_element(const springls__model *model, s
 /* ======== >>track:kernel  (kernels_embed/stages/track.h) ======================================================= */
 /* track.h - correspondences stay on the original surface (section 4.7). */
 
-/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */
+/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */
 SPRINGLS__MATHS springls__v3 springls__project_step(springls__v3 a, float phi, springls__v3 gradient, float step)
 {
     return springls__mad(a, gradient, -step * phi);
@@ -8442,7 +8442,7 @@ SPRINGLS__MATHS void springls__split_element(const springls__model *model, sprin
         springls__split_halves(model)[2u * n + second] = springls__child_of(model, i, (int)second);
 }
 
-/* Stores the halves: the first in the parent's place, the second behind all springls. The kind "filled" goes to both. */
+/* Stores the halves of a springl: the first in its place, the second behind all springls. Halves of a filled springl count as filled. */
 SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__arguments args, int i)
 {
     uint32_t number = springls__split_number(model)[i];
@@ -12053,7 +12053,7 @@ SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, 
 
 enum { SPRINGLS__CHUNKS = 1024 }; /* parts of an array that a device adds up by themselves, at most */
 
-/* Makes room for what a device counts and adds up: without it the functions below would fall back to the host. */
+/* Reserves the arrays COUNTS and SUMS, in which a device counts and adds up. Without them the functions below fall back to the host. */
 SPRINGLS__FN springls_status springls__reserve_counts(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_COUNTS, SPRINGLS__COUNTS, 0));
@@ -12075,7 +12075,8 @@ SPRINGLS__FN void springls__left_on_device(springls_context *ctx, springls__late
     ctx->late_unread |= ((1u << number) - 1u) << late;
 }
 
-/* Returns a number that a function below has left. Waits for the device, unless it has been read since. */
+/* Returns a late count: the number that springls__count_later or _largest_later has found. Waits for the device, unless the host has
+   read the count already. */
 SPRINGLS__FN uint32_t springls__count_found(springls_context *ctx, springls__late_count late)
 {
     if ((ctx->late_unread >> late & 1u) && (ctx->backend->read_counts)(ctx) != SPRINGLS_OK) springls__fall_back_to_host(ctx);
@@ -15542,7 +15543,7 @@ SPRINGLS__FN springls_status springls__merge_by_rank(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Removes the springls whose action that is. */
+/* Removes the springls whose contract_action is SPRINGLS__REMOVE. */
 SPRINGLS__FN springls_status springls__remove_poor(springls_context *ctx)
 {
     const int count = ctx->model.set.count;
@@ -16973,7 +16974,7 @@ SPRINGLS__FN springls_status springls__relax_and(springls_context *ctx, bool cov
 SPRINGLS__FN springls_status springls__relax(springls_context *ctx) { return springls__relax_and(ctx, true); }
 SPRINGLS__FN springls_status springls__relax_normals(springls_context *ctx) { return springls__relax_and(ctx, false); }
 
-/* Gives springls their shares again, after some have come or gone. */
+/* Measures the shares of all springls again, after some springls have come or gone. */
 SPRINGLS__FN springls_status springls__cover(springls_context *ctx)
 {
     springls_status status = springls__next_stage(ctx, springls__relax);
@@ -19981,7 +19982,7 @@ SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x,
             }
 }
 
-/* Draws a corner of a triangle that sticks out beyond an edge back towards the particle. */
+/* Pulls a corner of a triangle back towards the particle if the corner sticks out beyond an edge. */
 SPRINGLS__FN springls__v3 springls__draw_back(const springls__grid *g, springls__v3 p, springls__v3 q)
 {
     const float out = 0.1f; /* voxel */
@@ -23378,7 +23379,7 @@ SPRINGLS__FN void springls__publish_work(void *arg, int begin, int end, float *m
     }
 }
 
-/* Gives the constant brick of a published entry a slot, with the constant as its values. */
+/* Gives a slot to the constant brick of a published entry, and fills it with the constant. */
 SPRINGLS__FN void springls__add_published_brick(springls_chunks *c, int entry)
 {
     springls__grid *published = &c->published;
@@ -29161,7 +29162,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(BRICK_LIST_IDS, uint32_t, 1, cells, brick_list_ids)                                                                        \\\n",
     "    X(UNBINNED, uint32_t, 1, cells, unbinned)       /* springls in no cell: too large, or outside all active bricks           */\n",
     "\n",
-    "/* Lists what moves springls: on a device (advect.h), or as the caller has it (write.h). */\n",
+    "/* Lists the arrays that forces (advect.h) and springls_write (write.h) send to a device. */\n",
     "#define SPRINGLS__FORCE_ARRAYS(X)                                                                                                \\\n",
     "    X(FORCE_RULE, struct springls__force_rule, 1, force, rule) X(FORCE_PRESSURE, float, 1, force, pressure)                      \\\n",
     "    X(FORCE_VELOCITY, float, 1, force, velocity) X(FORCE_USER, float, 1, force, user)                                            \\\n",
@@ -33275,7 +33276,7 @@ static const char *const springls__kernel_lines[] = {
     "#line 8253 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
-    "/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */\n",
+    "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
     "SPRINGLS__MATHS springls__v3 springls__project_step(springls__v3 a, float phi, springls__v3 gradient, float step)\n",
     "{\n",
     "    return springls__mad(a, gradient, -step * phi);\n",
@@ -33464,7 +33465,7 @@ static const char *const springls__kernel_lines[] = {
     "        springls__split_halves(model)[2u * n + second] = springls__child_of(model, i, (int)second);\n",
     "}\n",
     "\n",
-    "/* Stores the halves: the first in the parent's place, the second behind all springls. The kind \"filled\" goes to both. */\n",
+    "/* Stores the halves of a springl: the first in its place, the second behind all springls. Halves of a filled springl count as filled. */\n",
     "SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__arguments args, int i)\n",
     "{\n",
     "    uint32_t number = springls__split_number(model)[i];\n",
@@ -36839,7 +36840,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_scatter, LISTS, 128) X(brick_lists_sort, LISTS, 8)                                                             \\\n",
     "    X(compact_flag, LISTS, 4096) X(compact_out, LISTS, 256) X(compact_in, LISTS, 256)                                            \\\n",
     "    X(region_begin, SIGNS, 64) X(region_join, SIGNS, 64) X(region_vote, SIGNS, 64) X(region_resolve, SIGNS, 64)\n",
-    "#line 36843 \"springls.h\"\n",
+    "#line 36844 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

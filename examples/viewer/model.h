@@ -65,7 +65,7 @@ bool viewer_model_check(struct viewer_model *model, springls_status status);
 /* Prepares `count` springls from `first` on for the forces of a step, whose user data are passed. */
 typedef bool (*viewer_prepare_fn)(struct viewer_model *model, void *user, int first, int count);
 
-/* Takes one step of Algorithm 2 of duration 1 with these forces; no particle moves farther than two voxels. With a budget the
+/* Runs one step of Algorithm 2, of duration 1, with these forces; no particle moves further than two voxels. With a budget the
  * step may still be in progress then. Copies the `size` bytes of the forces' user data; samples, from malloc or NULL, belong to
  * the model from now on. prepare, if not NULL, is called for all springls before the step begins. Completes a step in progress
  * first. */

@@ -66,7 +66,7 @@
     X(BRICK_LIST_IDS, uint32_t, 1, cells, brick_list_ids)                                                                        \
     X(UNBINNED, uint32_t, 1, cells, unbinned)       /* springls in no cell: too large, or outside all active bricks           */
 
-/* Lists what moves springls: on a device (advect.h), or as the caller has it (write.h). */
+/* Lists the arrays that forces (advect.h) and springls_write (write.h) send to a device. */
 #define SPRINGLS__FORCE_ARRAYS(X)                                                                                                \
     X(FORCE_RULE, struct springls__force_rule, 1, force, rule) X(FORCE_PRESSURE, float, 1, force, pressure)                      \
     X(FORCE_VELOCITY, float, 1, force, velocity) X(FORCE_USER, float, 1, force, user)                                            \

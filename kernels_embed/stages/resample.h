@@ -100,7 +100,7 @@ SPRINGLS__MATHS void springls__split_element(const springls__model *model, sprin
         springls__split_halves(model)[2u * n + second] = springls__child_of(model, i, (int)second);
 }
 
-/* Stores the halves: the first in the parent's place, the second behind all springls. The kind "filled" goes to both. */
+/* Stores the halves of a springl: the first in its place, the second behind all springls. Halves of a filled springl count as filled. */
 SPRINGLS__MATHS void springls__split_store_element(const springls__model *model, springls__arguments args, int i)
 {
     uint32_t number = springls__split_number(model)[i];

@@ -8,7 +8,7 @@
 #include "../model/model.h"
 #include "keep_edges.h"
 
-/* Moves a one step of eq. 26 along the gradient of phi, the signed distance to the original surface. */
+/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */
 SPRINGLS__MATHS springls__v3 springls__project_step(springls__v3 a, float phi, springls__v3 gradient, float step)
 {
     return springls__mad(a, gradient, -step * phi);

@@ -61,7 +61,7 @@ SPRINGLS__FN void springls__gather_feet(const springls__grid *g, springls__v3 x,
             }
 }
 
-/* Draws a corner of a triangle that sticks out beyond an edge back towards the particle. */
+/* Pulls a corner of a triangle back towards the particle if the corner sticks out beyond an edge. */
 SPRINGLS__FN springls__v3 springls__draw_back(const springls__grid *g, springls__v3 p, springls__v3 q)
 {
     const float out = 0.1f; /* voxel */

@@ -645,8 +645,8 @@ typedef enum springls_event_kind {
     SPRINGLS_EVENT_KIND_BIRTH, /* one has appeared that does not come from another                                  */
     SPRINGLS_EVENT_KIND_SPLIT, /* one has become several; the largest part keeps its id                             */
     SPRINGLS_EVENT_KIND_MERGE, /* several have become one, with the id of the largest of them; of equal ones the
-                                  lowest. Where that is a part of one that has split in the same step, and not the
-                                  largest of its parts, the id is new                                               */
+                                  lowest. If the largest of them has itself been split off in the same step, from a
+                                  component whose id stays with a larger part, the id is new                        */
     SPRINGLS_EVENT_KIND_DEATH  /* one has vanished, or a cavity has opened                                          */
 } springls_event_kind;
 

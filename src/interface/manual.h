@@ -249,8 +249,8 @@
    shorter than three quarters of max_displacement, or springls turn too much in two of them. When a step with max_displacement is
    so much longer than those before it that phi could not be carried along, phi follows first.
 
-     - Phi is never seen behind: every call that reads the level set makes it follow first. After a lazy step that takes the time
-       of project once, and memory for a second phi. Springls stay as they are, and so do views of them.
+     - Phi is never seen behind: every call that reads the level set makes it follow first. The first such call after a lazy step
+       takes the time of project, and memory for a second phi. Springls, and views of springls, stay as they are.
      - Reading changes nothing that comes later: the next step goes on from the phi that the steps have left, and so do
        springls_snapshot and springls_state_hash. Calls that change the model make phi follow for good.
      - Every step is a whole one with a pressure, curvature_weight, stop_at_topology, volume_lock, components, contact SEPARATE,
@@ -375,9 +375,8 @@
        Correspondences and attributes distinguish bodies for good.
      - The topology within a body stays free. One that splits is still one body, and its parts merge when they meet.
 
-   A springl is found to lie in another body when it passes that body's surface, and a voxel to lie outside by the springls of
-   both: no step may move a springl by more than two voxels. Up to that, long steps press bodies together and draw them apart as
-   short ones do.
+   The library notices that a springl lies in another body when the springl passes the surface of that body. So no step may move a
+   springl by more than two voxels. Up to two voxels, long steps press bodies together and draw them apart as short steps do.
 
 
    REST
@@ -386,8 +385,8 @@
    Bricks of 8 x 8 x 8 voxels fall asleep when none has stirred in them, or in the 26 around, for resample_period + 1 steps.
    Those of a closed mesh are asleep from the start.
    Steps of SPRINGLS_MODE_FLUID leave the springls in bricks that are asleep, and phi there, as they are, to the bit; when all
-   sleep and nothing moves, a step ends after advect. Springls at rest that are awake go on turning as they relax, which moves phi
-   to and fro by about 0.02 voxel: a model asleep differs by as much from one kept awake.
+   sleep and nothing moves, a step ends after advect. While a brick is awake, springls at rest go on turning as they relax, which moves
+   phi to and fro by about 0.02 voxel: by so much a model that sleeps may differ from a model that is kept awake.
 
      - A springl that stirs in a brick or beside it wakes the brick; springls_combine wakes those that it changes.
        springls_set_params, stages that are called alone, inputs and the other tools wake all.
@@ -407,8 +406,9 @@
      - Ids last. The largest part of a split keeps the id, and a merger has that of its largest part; other parts get new ids,
        which are never used again. A component that splits and merges in one step gets ids as if it had split a step before.
      - `build/soft_body --events` prints the events of a bar that is drawn out and tears.
-     - Springls link a component before to one after: when they have in common at least a tenth of the springls of either, and
-       three of them or more than half. A component that is linked to none before is born; one linked to none after has died.
+     - Springls link a component before to a component after: the two are linked if they share at least a tenth of the springls of
+       one of them, and at least three springls or more than half. A component without a link to the past is born; a component
+       without a link to the present has died.
      - springls_component_ids has the body of each springl, springls_component_of that of any place: of vertices, chunks, rays.
      - Components are found at the end of a sub-step, on the host, in about the time of one stage; without the switch nothing is
        computed. With it no step is lazy; otherwise it changes no bit of the model. Snapshots hold components and

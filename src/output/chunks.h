@@ -315,7 +315,7 @@ SPRINGLS__FN void springls__publish_work(void *arg, int begin, int end, float *m
     }
 }
 
-/* Gives the constant brick of a published entry a slot, with the constant as its values. */
+/* Gives a slot to the constant brick of a published entry, and fills it with the constant. */
 SPRINGLS__FN void springls__add_published_brick(springls_chunks *c, int entry)
 {
     springls__grid *published = &c->published;

@@ -134,7 +134,7 @@ SPRINGLS__FN void springls__run(springls_context *ctx, springls__kernel kernel, 
 
 enum { SPRINGLS__CHUNKS = 1024 }; /* parts of an array that a device adds up by themselves, at most */
 
-/* Makes room for what a device counts and adds up: without it the functions below would fall back to the host. */
+/* Reserves the arrays COUNTS and SUMS, in which a device counts and adds up. Without them the functions below fall back to the host. */
 SPRINGLS__FN springls_status springls__reserve_counts(springls_context *ctx)
 {
     SPRINGLS__TRY(springls__grow(ctx, SPRINGLS__ARRAY_COUNTS, SPRINGLS__COUNTS, 0));
@@ -156,7 +156,8 @@ SPRINGLS__FN void springls__left_on_device(springls_context *ctx, springls__late
     ctx->late_unread |= ((1u << number) - 1u) << late;
 }
 
-/* Returns a number that a function below has left. Waits for the device, unless it has been read since. */
+/* Returns a late count: the number that springls__count_later or _largest_later has found. Waits for the device, unless the host has
+   read the count already. */
 SPRINGLS__FN uint32_t springls__count_found(springls_context *ctx, springls__late_count late)
 {
     if ((ctx->late_unread >> late & 1u) && (ctx->backend->read_counts)(ctx) != SPRINGLS_OK) springls__fall_back_to_host(ctx);

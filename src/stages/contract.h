@@ -83,7 +83,7 @@ SPRINGLS__FN springls_status springls__merge_by_rank(springls_context *ctx)
     return SPRINGLS_OK;
 }
 
-/* Removes the springls whose action that is. */
+/* Removes the springls whose contract_action is SPRINGLS__REMOVE. */
 SPRINGLS__FN springls_status springls__remove_poor(springls_context *ctx)
 {
     const int count = ctx->model.set.count;

@@ -74,7 +74,7 @@ SPRINGLS__FN springls_status springls__relax_and(springls_context *ctx, bool cov
 SPRINGLS__FN springls_status springls__relax(springls_context *ctx) { return springls__relax_and(ctx, true); }
 SPRINGLS__FN springls_status springls__relax_normals(springls_context *ctx) { return springls__relax_and(ctx, false); }
 
-/* Gives springls their shares again, after some have come or gone. */
+/* Measures the shares of all springls again, after some springls have come or gone. */
 SPRINGLS__FN springls_status springls__cover(springls_context *ctx)
 {
     springls_status status = springls__next_stage(ctx, springls__relax);
