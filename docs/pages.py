@@ -13,7 +13,8 @@ A block of a page is
     <!-- end of figures -->
 
 COMMANDS are lines for the shell. `above ARGUMENTS` are the commands of the code block above, the last one with ARGUMENTS more;
-what the others print is not shown. `picture FILE KEPT CAPTION` keeps a picture and shows it on the page. They run in a folder of
+what the others print is not shown. `picture FILE KEPT CAPTION` keeps a picture and shows it on the page. `program FILE.c` shows a
+program, compiles it with the library, runs it and shows what it prints. They run in a folder of
 their own, build/docs/PAGE, in which everything of the repository is at hand; what is named build/NAME is built before. Blocks
 that use $SPRINGLS_DATA are skipped where it is not set. Blocks with `test` are quick and run in `make test`, those with `check`
 in `make docs-check`. Of blocks with `times` the numbers, or those of the columns named, differ from run to run.
@@ -109,6 +110,12 @@ picture() {{
     if [ "$CHECK" ]; then cmp "$1" "$kept" >&2; else cp "$1" "$kept"; fi
     echo "![$3]($UP$2)"
 }}
+program() {{
+    [ springls.o -nt springls.h ] || cc -std=c99 -O3 -DSPRINGLS_IMPLEMENTATION -c -o springls.o -x c springls.h
+    cc -std=c99 -Wall -Wextra -O2 -I. -o recipe "$1" springls.o -lm -pthread
+    printf '```c\n%s\n```\n\nIt prints:\n\n' "$(cat "$1")"
+    ./recipe | sed 's/^/    /'
+}}
 {above}{commands}
 '''
 
@@ -116,7 +123,7 @@ picture() {{
 def programs_of(script):
     """The programs that a script runs, as make knows them."""
     names = set(re.findall(r'\bbuild/((?:bench/)?[a-z0-9_]+)(?=\s|$)', script, re.M))
-    examples = {p.stem for p in (ROOT / 'examples').iterdir()} - {'common', 'pictures', 'python', 'web', 'engines'}
+    examples = {p.stem for p in (ROOT / 'examples').iterdir()} - {'common', 'pictures', 'python', 'web', 'engines', 'recipes'}
     measuring = {f'bench/{p.stem}' for p in (ROOT / 'tests/bench').glob('*.c*')}
     return sorted('build/' + n for n in names & (examples | measuring))
 

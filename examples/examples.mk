@@ -37,7 +37,7 @@ viewer_USES       = springls surface
 atlas_LIBS        = -lcjson
 viewer_LIBS       = -lglfw -lepoxy
 
-EXAMPLES := $(basename $(notdir $(filter-out examples/common examples/pictures examples/python examples/web examples/engines %.mk,$(wildcard examples/*))))
+EXAMPLES := $(basename $(notdir $(filter-out examples/common examples/pictures examples/python examples/web examples/engines examples/recipes %.mk,$(wildcard examples/*))))
 
 # $(call folders,NAMES): these folders and all they use, the highest first. Of these: sources, archives, libraries. Of programs:
 # groups of .ci/deps.sh.

@@ -1,6 +1,9 @@
 /* springls_parts.h - the parts of springls.h: what a user reads, and the parts that no other part includes. They include the
    rest, each what it uses. `make springls.h` puts them together. */
 #include "interface/manual.h"
+
+/* SPRINGLS__LIST_OF_PARTS */
+
 #include "interface/api.h"
 
 #ifdef SPRINGLS_IMPLEMENTATION
