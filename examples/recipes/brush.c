@@ -33,8 +33,6 @@ static void stroke(springls_context *model, brush *b)
         forces.region_lower[k] = b->center[k] - b->radius;
         forces.region_upper[k] = b->center[k] + b->radius;
     }
-    springls_to_voxel(model, forces.region_lower, 1, forces.region_lower); /* the region is in voxels */
-    springls_to_voxel(model, forces.region_upper, 1, forces.region_upper);
     step.forces = &forces;
     step.dt = 0.1f;
     for (int i = 0; i < 10; i++) ok(model, springls_step(model, &step));
