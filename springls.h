@@ -743,6 +743,10 @@
      >>error_estimates      src/output/error_estimates.h
      >>extract_soup         src/output/extract_soup.h
      >>isosurface           src/output/isosurface.h
+     >>surface_table        src/output/surface_table.h
+     >>patches:kernel       kernels_embed/output/patches.h
+     >>faces:kernel         kernels_embed/output/faces.h
+     >>crossings:kernel     kernels_embed/output/crossings.h
      >>material             src/output/material.h
      >>measure              src/output/measure.h
      >>mesh_measure         src/model/mesh_measure.h
@@ -1056,6 +1060,9 @@ typedef enum springls_topology { SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESE
 /* Names what bodies that touch do: become one, as level sets do, or stay two (manual, CONTACT). */
 typedef enum springls_contact { SPRINGLS_CONTACT_MERGE, SPRINGLS_CONTACT_SEPARATE } springls_contact;
 
+/* Names what the watertight surface is made of: the zero level of phi, or springls (manual, CONTOURING). */
+typedef enum springls_contouring { SPRINGLS_CONTOURING_LEVEL_SET, SPRINGLS_CONTOURING_SPRINGLS } springls_contouring;
+
 /* Names the rule that gives a split or filled springl its place and its correspondence. */
 typedef enum springls_placement {
     SPRINGLS_PLACEMENT_COPY,     /* the paper: flat halves; the correspondence is copied (split), averaged or nearest (fill) */
@@ -1134,6 +1141,9 @@ typedef struct springls_params {
     /* after a step */
     int volume_lock;         /* 1: every component keeps its volume (manual, VOLUME LOCK); 0: the paper            */
     int components;          /* 1: components have ids that last, and events (manual, EVENTS); 0: the paper        */
+
+    /* output */
+    springls_contouring contouring; /* LEVEL_SET: the mesh is the zero level; SPRINGLS: it is what springls show   */
 
     /* initial springls: of a mesh; of a level set or shape */
     int split_input;         /* 1: springls_set_mesh divides triangles with an edge longer than split_edge, or than that of
@@ -5800,6 +5810,21 @@ typedef struct springls__surface {
 
 enum { SPRINGLS__OLD_PLACES, SPRINGLS__NEW_VALUES, SPRINGLS__MERGE_TARGETS, SPRINGLS__ATTRIBUTE_BUFFERS };
 
+/* Arrays of springl contouring: see springls__contour. */
+enum {
+    SPRINGLS__SURFACE_BRICK_LIST,
+    SPRINGLS__SURFACE_HASH,
+    SPRINGLS__SURFACE_NORMAL,
+    SPRINGLS__SURFACE_CREASED,
+    SPRINGLS__SURFACE_HIT,
+    SPRINGLS__SURFACE_CROSSING,
+    SPRINGLS__SURFACE_ARC,
+    SPRINGLS__SURFACE_INNER,
+    SPRINGLS__SURFACE_TRIANGLE,
+    SPRINGLS__SURFACE_RANK,
+    SPRINGLS__SURFACE_BUFFERS
+};
+
 /* What springls carry besides themselves (attribute_values.h): `channels` floats each, in the order of springls. */
 typedef struct springls__attribute {
     char name[SPRINGLS_MAX_NAME_LENGTH + 1];
@@ -6023,6 +6048,7 @@ struct springls_context {
     bool particles_listed;  /* the cell list has all particles where they are; triangles may have changed since           */
     int particles_outside;  /* how many in the cell list lie outside active bricks                               */
     uint64_t springls_version; /* counts what may have changed springls: springls_mesh.version is one more        */
+    springls__buffer surface_memory[SPRINGLS__SURFACE_BUFFERS]; /* working memory of surface_table.h               */
     springls__buffer id_memory; /* working memory of springls_index_of                                            */
     uint64_t phi_version;   /* counts what may have changed the level set (residency.h)                          */
     uint64_t components_version, labels_version; /* the version that components, and labels of voxels, were found from; 0: none */
@@ -19316,6 +19342,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.volume_lock = 0;
     p.split_input = 0;
     p.components = 0;
+    p.contouring = SPRINGLS_CONTOURING_LEVEL_SET;
     p.initial_stride = 2;
     p.project_initial = 1;
     return p;
@@ -19396,6 +19423,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     INTEGER(volume_lock, 0, 1)                                                                                                   \
     INTEGER(split_input, 0, 1)                                                                                                   \
     INTEGER(components, 0, 1)                                                                                                    \
+    INTEGER(contouring, SPRINGLS_CONTOURING_LEVEL_SET, SPRINGLS_CONTOURING_SPRINGLS)                                             \
     INTEGER(project_initial, 0, 1)                                                                                               \
     INTEGER(fill_from_springls, 0, 1)                                                                                            \
     REAL(min_component, 0, 16)                                                                                                   \
@@ -19497,6 +19525,7 @@ SPRINGLS__FN void springls__free_all(springls_context *ctx)
     springls__buffer_free(ctx, &ctx->saved.memory);
     springls__buffer_free(ctx, &ctx->event_memory);
     springls__buffer_free(ctx, &ctx->event_part_memory);
+    for (i = 0; i < SPRINGLS__SURFACE_BUFFERS; i++) springls__buffer_free(ctx, &ctx->surface_memory[i]);
     for (i = 0; i < SPRINGLS_MAX_ATTRIBUTES; i++) springls__buffer_free(ctx, &ctx->attributes[i].values);
     for (i = 0; i < SPRINGLS__ATTRIBUTE_BUFFERS; i++) springls__buffer_free(ctx, &ctx->attribute_memory[i]);
     for (i = 0; i < SPRINGLS__ARRAY_COUNT; i++) springls__buffer_free(ctx, &ctx->memory[i]);
@@ -25243,14 +25272,2384 @@ SPRINGLS_API springls_status springls_mesh_errors(springls_context *ctx, const s
     return springls__run_error_estimates(ctx, mesh->vertex_count, springls__mesh_errors_task, &job);
 }
 
-/* ======== >>isosurface  (src/output/isosurface.h) ============================================================== */
-/* isosurface.h - extracts the watertight zero level as a welded mesh, and the springls as a triangle soup. */
+/* ======== >>crossings:kernel  (kernels_embed/output/crossings.h) =============================================== */
+/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.
 
-/* Holds a welded mesh, positions in voxels. Its arrays are scratch memory of the model. */
+   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel
+   center) the cheapest sequence of in and out explains the hits; the three lines vote. Edges: the same search between two nodes whose
+   sides are known finds runs of hits, and each run is a crossing. An edge may have several: so a sheet may be thinner than a voxel.
+
+   The table has bricks of 8 x 8 x 8 nodes, those active in the grid and all around them, and each kernel writes its own brick only.
+   Node (x, y, z) of a brick owns the edges, faces and the cell that begin there. */
+
+/* Lengths in voxels and costs, found by experiment. */
+#define SPRINGLS__HIT_RADIUS 1.6f       /* how far from its particle a springl is looked for; a large one: .7 beyond its radius */
+#define SPRINGLS__LARGEST_HIT_RADIUS 2.5f
+#define SPRINGLS__TRIM_RADIUS 1.6f
+#define SPRINGLS__CREASE_COSINE 0.77f   /* of two normals: where it is less the springls are on two sides of a crease           */
+#define SPRINGLS__OPPOSED_COSINE (-0.5f) /* less: on two sides of a sheet                                                       */
+#define SPRINGLS__CROSSING_COST 0.45f   /* of a change of side that begins a run of hits                                        */
+#define SPRINGLS__CHANGE_COST 1.5f      /* of one without hits                                                                  */
+#define SPRINGLS__RUN_LENGTH 0.6f       /* hits of a run lie within it                                                          */
+#define SPRINGLS__PHI_WEIGHT 0.1f       /* what the side of phi counts beside hits                                              */
+#define SPRINGLS__LEAST_WEIGHT 0.02f    /* of a hit that places a crossing                                                      */
+#define SPRINGLS__CROSSING_GAP (1.0f / 512.0f)
+#define SPRINGLS__TRIM_GROUPS 6
+#define SPRINGLS__TRIMS 96
+#define SPRINGLS__LINE_HITS 256
+#define SPRINGLS__LINE_EVENTS (SPRINGLS__LINE_HITS + 16)
+#define SPRINGLS__EDGE_HITS 96
+#define SPRINGLS__EDGE_CROSSINGS 6
+
+/* Where a springl's plane meets a grid line. springl: its number, complemented where the line enters the body. */
+typedef struct springls__hit { float t, own_weight, weight; int springl; } springls__hit;
+
+/* Where the surface meets a grid edge. n: 0 where nothing is known but a change of side. side: 1 leaves the body along the axis, -1
+   enters. springl: the one that counts most; -1: none. */
+typedef struct springls__crossing { springls__v3 x, n; int side, springl; } springls__crossing;
+
+/* A piece of the surface's section with a face, from a crossing that enters to one that leaves, as seen against the axis, over up to two
+   corners; `rim` is the normal between two. */
+typedef struct springls__arc { springls__v3 corner[2], rim; int from, to, corners; } springls__arc;
+
+/* A brick of the table. around: the numbers of the 27 bricks around, -1: none. edge_end, face_end: [3 * node + axis], crossings and arcs up
+   to there. */
+typedef struct springls__surface_brick {
+    int origin[3], around[27];
+    uint32_t first_hit, line_begin[192], line_end[192]; /* hits of line (u & 7) + 8 (v & 7) + 64 axis */
+    int first_crossing, first_arc, first_triangle, first_inner;   /* in the arrays of the contour */
+    int triangles, inner, links, ready; /* ready: 1 where kernels have nothing to do any more */
+    uint32_t inside[16], beside_hits[16], conflict[16];           /* of nodes; of cells: triangles cross */
+    int edge_end[1536], face_end[1536];
+    uint8_t plain[512];  /* 1: the arcs of the cell's faces have no more corners than they need */
+} springls__surface_brick;
+
+typedef struct springls__contour {
+    SPRINGLS__GLOBAL springls__surface_brick *brick;
+    SPRINGLS__GLOBAL const springls__v3 *normal;     /* of springls                                */
+    SPRINGLS__GLOBAL const uint8_t *creased;         /* of a springl: 1 beside others it is cut off by */
+    SPRINGLS__GLOBAL springls__hit *hit;
+    SPRINGLS__GLOBAL springls__crossing *crossing;
+    SPRINGLS__GLOBAL springls__arc *arc;
+    SPRINGLS__GLOBAL springls__crossing *inner;      /* vertices in cells                          */
+    SPRINGLS__GLOBAL int *corners;                   /* three vertices a triangle: crossings, then two corners an arc, then `inner` */
+    int first_corner, first_inner;                   /* numbers of those vertices                  */
+} springls__contour;
+
+/* ---- small helpers ---- */
+
+SPRINGLS__INNER float springls__along(springls__v3 v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }
+
+SPRINGLS__INNER springls__v3 springls__with_along(springls__v3 v, int axis, float x)
+{
+    if (axis == 0) v.x = x;
+    else if (axis == 1) v.y = x;
+    else v.z = x;
+    return v;
+}
+
+SPRINGLS__INNER springls__v3 springls__zero3(void) { return springls__v3_make(0.0f, 0.0f, 0.0f); }
+SPRINGLS__INNER int springls__axis_after(int axis) { return axis == 2 ? 0 : axis + 1; }
+SPRINGLS__INNER int springls__hit_springl(springls__hit hit) { return hit.springl < 0 ? ~hit.springl : hit.springl; }
+SPRINGLS__INNER int springls__hit_side(springls__hit hit) { return hit.springl < 0 ? -1 : 1; }
+
+/* Places are multiples of 2^-16 voxel, so that the tests of whether triangles cross are exact in whole numbers. */
+SPRINGLS__INNER float springls__snapped(float x) { return springls__floor(x * 65536.0f + 0.5f) / 65536.0f; }
+
+SPRINGLS__INNER springls__v3 springls__snapped3(springls__v3 x)
+{
+    return springls__v3_make(springls__snapped(x.x), springls__snapped(x.y), springls__snapped(x.z));
+}
+
+/* Returns (1 - d2 / r2)^4, 0 beyond r. */
+SPRINGLS__INNER float springls__hit_weight(float d2, float r2)
+{
+    float w = springls__max(1.0f - d2 / r2, 0.0f);
+    w *= w;
+    return w * w;
+}
+
+SPRINGLS__INNER bool springls__bit_of(SPRINGLS__GLOBAL const uint32_t *bits, int k) { return (bits[k >> 5] >> (k & 31) & 1u) != 0u; }
+
+/* Finds the brick and the node in it of a node that is up to 8 beyond a brick's own; -1: the table has none. */
+SPRINGLS__INNER int springls__table_node(SPRINGLS__GLOBAL const springls__surface_brick *brick, const int local[3], int *node)
+{
+    *node = springls__voxel_in_brick(local[0], local[1], local[2]);
+    return brick->around[13 + (local[0] >> 3) + 3 * (local[1] >> 3) + 9 * (local[2] >> 3)];
+}
+
+/* Returns the node (u, v) beside axis, at x along it. */
+SPRINGLS__INNER int springls__line_node(int axis, int x, int line)
+{
+    const int b = springls__axis_after(axis), c = springls__axis_after(b);
+    return (x << 3 * axis) + ((line & 7) << 3 * b) + ((line >> 3) << 3 * c);
+}
+
+/* ---- trims: planes of the springls across a crease ---- */
+
+typedef struct springls__trim { springls__v3 p, n; int group; } springls__trim;
+
+/* Trims in groups of like normals. */
+typedef struct springls__trims {
+    springls__trim list[SPRINGLS__TRIMS];
+    springls__v3 seed[SPRINGLS__TRIM_GROUPS];
+    int in_group[SPRINGLS__TRIM_GROUPS], count, groups;
+} springls__trims;
+
+/* Returns whether springl `other` lies across a crease from springl i. */
+SPRINGLS__INNER bool springls__across_crease(const springls__model *model, SPRINGLS__GLOBAL const springls__v3 *normal, int i,
+                                             int other)
+{
+    const float r = SPRINGLS__TRIM_RADIUS, cosine = springls__dot(normal[i], normal[other]);
+    if (cosine > SPRINGLS__CREASE_COSINE || cosine < SPRINGLS__OPPOSED_COSINE) return false;
+    return springls__length2(springls__sub(model->set.s[other].p, model->set.s[i].p)) <= r * r;
+}
+
+/* Returns whether any springl lies across a crease from springl i. */
+SPRINGLS__MATHS bool springls__is_creased(const springls__model *model, SPRINGLS__GLOBAL const springls__v3 *normal, int i)
+{
+    springls__cell_walk walk = springls__cell_walk_near(model, model->set.s[i].p, SPRINGLS__TRIM_RADIUS);
+    int other;
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0)
+        if (springls__across_crease(model, normal, i, other)) return true;
+    return false;
+}
+
+/* Finds what cuts springl i off: on a convex crease what lies before the others' planes, on a concave one what lies behind. */
+SPRINGLS__NOINLINE void springls__find_trims(const springls__model *model, const springls__contour *contour, int i,
+                                             springls__trims *trims)
+{
+    const springls__v3 p = model->set.s[i].p, n = contour->normal[i];
+    springls__cell_walk walk = springls__cell_walk_near(model, p, SPRINGLS__TRIM_RADIUS);
+    int other, g;
+    trims->count = trims->groups = 0;
+    while ((other = springls__cell_walk_next(model, &walk)) >= 0 && trims->count < SPRINGLS__TRIMS) {
+        springls__trim *trim = &trims->list[trims->count];
+        springls__v3 d, m = contour->normal[other];
+        if (!springls__across_crease(model, contour->normal, i, other)) continue;
+        trim->p = model->set.s[other].p;
+        d = springls__sub(trim->p, p);
+        trim->n = springls__dot(d, n) - springls__dot(d, m) < 0.0f ? m : springls__scale(m, -1.0f);
+        for (g = 0; g < trims->groups && springls__dot(trims->seed[g], m) <= 0.8f; g++) continue;
+        if (g == trims->groups && g < SPRINGLS__TRIM_GROUPS) {
+            trims->seed[trims->groups] = m;
+            trims->in_group[trims->groups++] = 0;
+        }
+        trim->group = springls__imin(g, SPRINGLS__TRIM_GROUPS - 1);
+        trims->in_group[trim->group]++;
+        trims->count++;
+    }
+}
+
+/* Returns whether over half of a group's weight cuts x off. A springl alone cuts nothing. */
+SPRINGLS__MATHS bool springls__is_trimmed(const springls__trims *trims, springls__v3 x)
+{
+    const float r2 = SPRINGLS__TRIM_RADIUS * SPRINGLS__TRIM_RADIUS, tolerance = 0.03f;
+    float beyond[SPRINGLS__TRIM_GROUPS], all[SPRINGLS__TRIM_GROUPS];
+    int k;
+    for (k = 0; k < SPRINGLS__TRIM_GROUPS; k++) beyond[k] = all[k] = 0.0f;
+    for (k = 0; k < trims->count; k++) {
+        const springls__v3 d = springls__sub(x, trims->list[k].p);
+        const float w = 1.0f - springls__length2(d) / r2;
+        const int g = trims->list[k].group;
+        if (w <= 0.0f) continue;
+        all[g] += w;
+        if (springls__dot(d, trims->list[k].n) > tolerance) beyond[g] += w;
+    }
+    for (k = 0; k < trims->groups; k++)
+        if (beyond[k] > 0.5f * all[k] && trims->in_group[k] > 1) return true;
+    return false;
+}
+
+/* ---- hits ---- */
+
+/* The part of a springl's plane that counts, seen along an axis: a plane over the other two, and which nodes of a brick lie under it. */
+typedef struct springls__disc {
+    springls__v3 p;
+    float radius2, slope_b, slope_c, pb, pc, pa;
+    int axis, lo[2], hi[2];
+} springls__disc;
+
+SPRINGLS__INNER float springls__hit_radius(float bounding_radius)
+{
+    return springls__min(springls__max(SPRINGLS__HIT_RADIUS, 0.7f + bounding_radius), SPRINGLS__LARGEST_HIT_RADIUS);
+}
+
+/* Finds the disc of a springl for the lines of a brick along an axis; false: no line meets it. */
+SPRINGLS__MATHS bool springls__disc_of(const springls__model *model, SPRINGLS__GLOBAL const springls__surface_brick *brick, int i,
+                                       springls__v3 n, int axis, springls__disc *disc)
+{
+    const int other[2] = { springls__axis_after(axis), springls__axis_after(springls__axis_after(axis)) };
+    const float na = springls__along(n, axis), r = springls__hit_radius(model->set.s[i].bounding_radius);
+    int k;
+    if (springls__fabs(na) < 0.03f) return false;
+    disc->p = model->set.s[i].p;
+    disc->axis = axis;
+    disc->radius2 = r * r;
+    disc->pa = springls__along(disc->p, axis);
+    disc->pb = springls__along(disc->p, other[0]);
+    disc->pc = springls__along(disc->p, other[1]);
+    disc->slope_b = -springls__along(n, other[0]) / na;
+    disc->slope_c = -springls__along(n, other[1]) / na;
+    for (k = 0; k < 2; k++) {
+        const float nk = springls__along(n, other[k]), at = springls__along(disc->p, other[k]);
+        const float reach = r * springls__sqrt(springls__max(1.0f - nk * nk, 0.0f));
+        const float first = (float)springls__imax(brick->origin[other[k]], 0);
+        const float last = (float)(springls__imin(brick->origin[other[k]] + 8, model->grid.size[other[k]]) - 1);
+        if (at + reach < first || at - reach > last) return false;
+        disc->lo[k] = -(int)springls__floor(-springls__max(at - reach, first));
+        disc->hi[k] = (int)springls__floor(springls__min(at + reach, last));
+    }
+    return true;
+}
+
+/* Finds where a line meets the disc; false: nowhere. */
+SPRINGLS__INNER bool springls__disc_meets(const springls__disc *disc, int u, int v, springls__hit *hit)
+{
+    const float db = (float)u - disc->pb, dc = (float)v - disc->pc, da = db * disc->slope_b + dc * disc->slope_c;
+    const float d2 = da * da + db * db + dc * dc;
+    if (d2 >= disc->radius2) return false;
+    hit->t = disc->pa + da;
+    hit->own_weight = hit->weight = springls__hit_weight(d2, disc->radius2);
+    return true;
+}
+
+/* Puts a hit into its line, in order. */
+SPRINGLS__MATHS void springls__put_hit(const springls__contour *contour, SPRINGLS__GLOBAL springls__surface_brick *brick, int line,
+                                       springls__hit hit)
+{
+    SPRINGLS__GLOBAL springls__hit *all = contour->hit + brick->first_hit;
+    uint32_t at = brick->line_end[line]++;
+    for (; at > brick->line_begin[line] && all[at - 1].t > hit.t; at--) all[at] = all[at - 1];
+    all[at] = hit;
+}
+
+/* Marks the nodes at both ends of the edge that has a hit, `at` nodes along a line of a brick. */
+SPRINGLS__INNER void springls__mark_beside_hit(SPRINGLS__GLOBAL springls__surface_brick *brick, int line, int at)
+{
+    int end;
+    for (end = at + 1; at <= end; at++)
+        if (at >= 0 && at < 8) {
+            const int node = springls__line_node(line >> 6, at, line & 63);
+            brick->beside_hits[node >> 5] |= 1u << (node & 31);
+        }
+}
+
+/* Finds the hits of springl i on the lines of a brick along an axis: counts them in line_end, or stores them. */
+SPRINGLS__MATHS void springls__springl_hits(const springls__model *model, const springls__contour *contour, int b, int i, int axis,
+                                            const springls__trims *trims, bool store)
+{
+    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
+    const springls__v3 n = contour->normal[i];
+    const int beside = springls__axis_after(axis), across = springls__axis_after(beside);
+    const float first = (float)springls__imax(brick->origin[axis] - 1, 0);
+    const float own = (float)springls__imax(brick->origin[axis], 0);
+    const float last = (float)springls__imin(brick->origin[axis] + 8, model->grid.size[axis] - 1);
+    springls__disc disc;
+    int u, v;
+    if (!springls__disc_of(model, brick, i, n, axis, &disc)) return;
+    for (v = disc.lo[1]; v <= disc.hi[1]; v++)
+        for (u = disc.lo[0]; u <= disc.hi[0]; u++) {
+            const int line = 64 * axis + (u & 7) + 8 * (v & 7);
+            springls__hit hit;
+            if (!springls__disc_meets(&disc, u, v, &hit) || hit.t < first || hit.t >= last) continue;
+            if (!store) {
+                brick->line_end[line] += hit.t >= own;
+                continue;
+            }
+            if (trims->count) {
+                springls__v3 x = springls__with_along(springls__zero3(), axis, hit.t);
+                x = springls__with_along(springls__with_along(x, beside, (float)u), across, (float)v);
+                if (springls__is_trimmed(trims, x)) continue;
+            }
+            springls__mark_beside_hit(brick, line, (int)springls__floor(hit.t) - brick->origin[axis]);
+            hit.springl = springls__along(n, axis) > 0.0f ? i : ~i;
+            if (hit.t >= own) springls__put_hit(contour, brick, line, hit);
+        }
+}
+
+/* Counts the hits on the lines of brick b, trimmed ones too, or stores them. Precondition: line_end is 0, or where each line begins. */
+SPRINGLS__MATHS void springls__brick_hits(const springls__model *model, const springls__contour *contour, int b, bool store,
+                                          springls__trims *trims)
+{
+    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
+    const springls__v3 first = springls__v3_make((float)brick->origin[0], (float)brick->origin[1], (float)brick->origin[2]);
+    const float r = SPRINGLS__LARGEST_HIT_RADIUS, margin = r + 1.0f;
+    const springls__v3 low = springls__v3_make(first.x - margin, first.y - margin, first.z - margin);
+    const springls__v3 high = springls__v3_make(first.x + 8.0f + r, first.y + 8.0f + r, first.z + 8.0f + r);
+    springls__cell_walk walk = springls__cell_walk_begin(model, low, high);
+    springls__box box;
+    int i, axis;
+    box.lower = low;
+    box.upper = high;
+    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {
+        if (springls__is_overlapped(model, i) || !springls__box_contains(box, model->set.s[i].p)) continue;
+        trims->count = 0;
+        if (store && contour->creased[i]) springls__find_trims(model, contour, i, trims);
+        for (axis = 0; axis < 3; axis++) springls__springl_hits(model, contour, b, i, axis, trims, store);
+    }
+}
+
+
+/* ---- lines ---- */
+
+/* What is known along a line: a hit (side 1 or -1), or a node and what speaks against its being on a side. */
+typedef struct springls__event { float t, cost[2]; int side, node; } springls__event;
+
+/* Working memory of one brick. */
+typedef struct springls__line_work {
+    springls__hit hit[SPRINGLS__LINE_HITS];
+    springls__event event[SPRINGLS__LINE_EVENTS];
+    float forward[SPRINGLS__LINE_EVENTS][2], margin[512];
+    int group[SPRINGLS__EDGE_HITS], way[SPRINGLS__EDGE_HITS][2];
+    int hits, events, line, axis, begin[3]; /* begin: of each brick's hits; the second is the brick's own */
+} springls__line_work;
+
+/* Gathers the hits of a line in a brick and three voxels before and behind it, with their own weights or the last ones. Of too many the
+   nearest are taken. */
+SPRINGLS__MATHS void springls__gather_line(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
+                                           int line, bool weighed, SPRINGLS__LOCAL springls__line_work *work)
+{
+    const int axis = line >> 6, stride = axis == 0 ? 1 : axis == 1 ? 3 : 9;
+    const float low = (float)brick->origin[axis] - 3.0f, high = low + 14.0f;
+    float least = 0.0f;
+    int k, all;
+    do {
+        work->hits = all = 0;
+        for (k = 0; k < 3; k++) {
+            const int b = brick->around[13 + (k - 1) * stride];
+            SPRINGLS__GLOBAL const springls__surface_brick *other = contour->brick + b;
+            uint32_t at;
+            work->begin[k] = work->hits;
+            if (b < 0) continue;
+            for (at = other->line_begin[line]; at < other->line_end[line]; at++) {
+                const springls__hit hit = contour->hit[other->first_hit + at];
+                if (hit.t < low || hit.t >= high || hit.own_weight <= least) continue;
+                if (all++ < SPRINGLS__LINE_HITS) {
+                    work->hit[work->hits] = hit;
+                    if (!weighed) work->hit[work->hits].weight = hit.own_weight;
+                    work->hits++;
+                }
+            }
+        }
+        least = least > 0.0f ? 2.0f * least : 1e-3f;
+    } while (all > SPRINGLS__LINE_HITS);
+    work->line = line;
+    work->axis = axis;
+}
+
+/* Returns the place at t along a line of a brick. */
+SPRINGLS__INNER springls__v3 springls__line_place(SPRINGLS__GLOBAL const springls__surface_brick *brick, int line, float t)
+{
+    const int axis = line >> 6, b = springls__axis_after(axis), c = springls__axis_after(b);
+    springls__v3 x = springls__with_along(springls__zero3(), axis, t);
+    x = springls__with_along(x, b, (float)(brick->origin[b] + (line & 7)));
+    return springls__with_along(x, c, (float)(brick->origin[c] + (line >> 3 & 7)));
+}
+
+/* Returns how much of hits [first, end) of one orientation counts: less where their particles lie all to one side, since the surface ends
+   there. */
+SPRINGLS__MATHS float springls__share_of_run(const springls__model *model, const springls__contour *contour,
+                                             SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int end, int side,
+                                             SPRINGLS__LOCAL const springls__line_work *work)
+{
+    const float begins = 0.5f, over = 0.8f, r2 = SPRINGLS__HIT_RADIUS * SPRINGLS__HIT_RADIUS;
+    springls__v3 x, aside = springls__zero3(), n = springls__zero3();
+    float sum = 0.0f, t = 0.0f;
+    int k;
+    for (k = first; k < end; k++) {
+        if (springls__hit_side(work->hit[k]) != side) continue;
+        sum += work->hit[k].weight;
+        t += work->hit[k].weight * work->hit[k].t;
+    }
+    x = springls__line_place(brick, work->line, t / (sum + 1e-9f));
+    sum = 0.0f;
+    for (k = first; k < end; k++) {
+        const int i = springls__hit_springl(work->hit[k]);
+        springls__v3 d;
+        float w;
+        if (springls__hit_side(work->hit[k]) != side) continue;
+        d = springls__sub(model->set.s[i].p, x);
+        w = springls__hit_weight(springls__length2(d), r2) + 1e-6f;
+        aside = springls__mad(aside, d, w);
+        n = springls__mad(n, contour->normal[i], w);
+        sum += w;
+    }
+    aside = springls__scale(aside, 1.0f / sum);
+    n = springls__normalize(n);
+    aside = springls__mad(aside, n, -springls__dot(aside, n));
+    return springls__clamp((over - springls__length(aside)) / (over - begins), 0.0f, 1.0f);
+}
+
+/* Weighs the hits of a gathered line, run by run of one orientation. */
+SPRINGLS__MATHS void springls__weigh_line(const springls__model *model, const springls__contour *contour,
+                                          SPRINGLS__GLOBAL const springls__surface_brick *brick,
+                                          SPRINGLS__LOCAL springls__line_work *work)
+{
+    int side, first, k, end;
+    for (side = -1; side <= 1; side += 2)
+        for (first = 0; first < work->hits; first = end) {
+            float t = work->hit[first].t, share;
+            end = first + 1;
+            if (springls__hit_side(work->hit[first]) != side) continue;
+            for (; end < work->hits && work->hit[end].t - t < 0.5f; end++)
+                if (springls__hit_side(work->hit[end]) == side) t = springls__max(t, work->hit[end].t - 0.25f);
+            share = springls__share_of_run(model, contour, brick, first, end, side, work);
+            if (share == 1.0f) continue;
+            for (k = first; k < end; k++)
+                if (springls__hit_side(work->hit[k]) == side) work->hit[k].weight *= share;
+        }
+}
+
+/* ---- sides of nodes ---- */
+
+/* The cheapest costs of being outside (0) and inside (1) at a place, and where the last crossing to each side was. */
+typedef struct springls__way { float cost[2], since[2]; } springls__way;
+
+SPRINGLS__INNER springls__way springls__way_begin(float outside, float inside)
+{
+    springls__way way;
+    way.cost[0] = outside;
+    way.cost[1] = inside;
+    way.since[0] = way.since[1] = -1e9f;
+    return way;
+}
+
+/* Goes on over a hit that leads to side `to`; weight: what it costs to leave it unexplained. came: from which side each is reached, and
+   4 where the hit is explained. */
+SPRINGLS__INNER springls__way springls__way_over_hit(springls__way way, float t, float weight, int to, int came[2])
+{
+    const int from = 1 - to;
+    const bool in_run = springls__fabs(t - way.since[to]) <= SPRINGLS__RUN_LENGTH;
+    springls__way next = way;
+    next.cost[to] += in_run ? 0.0f : weight;
+    next.cost[from] += weight;
+    came[to] = to | (in_run ? 4 : 0);
+    came[from] = from;
+    if (way.cost[from] + SPRINGLS__CROSSING_COST < next.cost[to]) {
+        next.cost[to] = way.cost[from] + SPRINGLS__CROSSING_COST;
+        next.since[to] = t;
+        came[to] = from | 4;
+    }
+    return next;
+}
+
+/* Goes on over a node, where the side may change without a hit. */
+SPRINGLS__INNER springls__way springls__way_over_node(springls__way way, const float cost[2])
+{
+    springls__way next = way;
+    int s;
+    for (s = 0; s < 2; s++) {
+        if (way.cost[1 - s] + SPRINGLS__CHANGE_COST < way.cost[s]) {
+            next.cost[s] = way.cost[1 - s] + SPRINGLS__CHANGE_COST;
+            next.since[s] = -1e9f;
+        }
+        next.cost[s] += cost[s];
+    }
+    return next;
+}
+
+SPRINGLS__INNER springls__way springls__way_over(springls__way way, SPRINGLS__LOCAL const springls__event *event, bool forward)
+{
+    const float cost[2] = { event->cost[0], event->cost[1] };
+    int came[2];
+    if (event->side == 0) return springls__way_over_node(way, cost);
+    return springls__way_over_hit(way, event->t, cost[0], (event->side < 0) == forward ? 1 : 0, came);
+}
+
+/* Returns what phi says about a node: below 0 inside. */
+SPRINGLS__INNER float springls__phi_evidence(float phi, bool beside_hits)
+{
+    const float deep = springls__min(springls__fabs(phi), 1.0f);
+    const float weight = !beside_hits ? 0.3f + 2.0f * deep : phi < 0.0f ? SPRINGLS__PHI_WEIGHT + deep : SPRINGLS__PHI_WEIGHT;
+    return phi < 0.0f ? -weight : weight;
+}
+
+/* Lists hits [first, end) of the line and the nodes between and around them, in order. */
+SPRINGLS__MATHS void springls__list_line_events(const springls__model *model, const springls__contour *contour,
+                                           SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int end,
+                                           SPRINGLS__LOCAL springls__line_work *work)
+{
+    const springls__grid *g = &model->grid;
+    const int axis = work->axis, o = brick->origin[axis], stride = axis == 0 ? 1 : axis == 1 ? 3 : 9;
+    const int from = springls__imax((int)springls__floor(work->hit[first].t) - 1, springls__imax(o - 3, 0));
+    const int to = springls__imin((int)springls__floor(work->hit[end - 1].t) + 2, springls__imin(o + 10, g->size[axis] - 1));
+    const springls__v3 line = springls__line_place(brick, work->line, 0.0f);
+    int at[3], x, n = 0, k = first;
+    at[0] = (int)line.x;
+    at[1] = (int)line.y;
+    at[2] = (int)line.z;
+    for (x = from; x <= to + 1; x++) {
+        SPRINGLS__LOCAL springls__event *event;
+        float evidence;
+        int b, node;
+        for (; k < end && (x > to || work->hit[k].t < (float)x); k++) {
+            event = &work->event[n++];
+            event->t = work->hit[k].t;
+            event->side = springls__hit_side(work->hit[k]);
+            event->cost[0] = event->cost[1] = work->hit[k].weight;
+            event->node = -1;
+        }
+        if (x > to) break;
+        b = brick->around[13 + ((x - o) >> 3) * stride];
+        node = springls__line_node(axis, x & 7, work->line & 63);
+        at[axis] = x;
+        evidence = springls__phi_evidence(springls__grid_phi(g, g->phi, at[0], at[1], at[2]),
+                                          b >= 0 && springls__bit_of(contour->brick[b].beside_hits, node));
+        event = &work->event[n++];
+        event->t = (float)x;
+        event->side = 0;
+        event->cost[0] = springls__max(-evidence, 0.0f);
+        event->cost[1] = springls__max(evidence, 0.0f);
+        event->node = x >= o && x < o + 8 ? node : -1;
+    }
+    work->events = n;
+}
+
+/* Adds to each node of the events by how much cheaper it is to be outside than inside. */
+SPRINGLS__MATHS void springls__vote_for_nodes(SPRINGLS__LOCAL springls__line_work *work)
+{
+    springls__way way = springls__way_begin(0.0f, 0.0f);
+    int k;
+    for (k = 0; k < work->events; k++) {
+        way = springls__way_over(way, &work->event[k], true);
+        work->forward[k][0] = way.cost[0];
+        work->forward[k][1] = way.cost[1];
+    }
+    way = springls__way_begin(0.0f, 0.0f);
+    for (k = work->events - 1; k >= 0; k--) {
+        const int node = work->event[k].node;
+        if (node >= 0)
+            work->margin[node] += springls__clamp(work->forward[k][1] + way.cost[1] - (work->forward[k][0] + way.cost[0]), -1.0f,
+                                                  1.0f);
+        way = springls__way_over(way, &work->event[k], false);
+    }
+}
+
+/* Votes along a line for its nodes, in parts where hits are less than four voxels apart; keeps the weights of the brick's own hits. */
+SPRINGLS__MATHS void springls__vote_on_line(const springls__model *model, const springls__contour *contour,
+                                            SPRINGLS__GLOBAL const springls__surface_brick *brick, int line,
+                                            SPRINGLS__LOCAL springls__line_work *work)
+{
+    int first, end, k;
+    uint32_t at;
+    springls__gather_line(contour, brick, line, false, work);
+    if (work->hits == 0) return;
+    springls__weigh_line(model, contour, brick, work);
+    for (first = 0; first < work->hits; first = end) {
+        for (end = first + 1; end < work->hits && work->hit[end].t - work->hit[end - 1].t < 4.0f; end++) continue;
+        springls__list_line_events(model, contour, brick, first, end, work);
+        springls__vote_for_nodes(work);
+    }
+    at = brick->first_hit + brick->line_begin[line];
+    for (k = work->begin[1]; k < work->begin[2]; k++) { /* in the same order; those left out of too many keep their own */
+        while (contour->hit[at].t != work->hit[k].t || contour->hit[at].springl != work->hit[k].springl) at++;
+        contour->hit[at].weight = work->hit[k].weight;
+    }
+}
+
+/* Finds the sides of the nodes of brick b. */
+SPRINGLS__MATHS void springls__find_node_sides(const springls__model *model, const springls__contour *contour, int b,
+                                          SPRINGLS__LOCAL springls__line_work *work)
+{
+    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
+    const springls__grid *g = &model->grid;
+    int line, node, at[3];
+    for (node = 0; node < 512; node++) work->margin[node] = 0.0f;
+    for (line = 0; line < 192; line++) springls__vote_on_line(model, contour, brick, line, work);
+    for (node = 0; node < 16; node++) brick->inside[node] = 0u;
+    for (node = 0; node < 512; node++) {
+        float value;
+        springls__voxel_of_brick(brick->origin, node, at);
+        value = springls__grid_phi(g, g->phi, at[0], at[1], at[2]);
+        if (springls__bit_of(brick->beside_hits, node)) value = work->margin[node] + springls__phi_evidence(value, true);
+        if (value < 0.0f && springls__grid_contains(g, at[0], at[1], at[2])) brick->inside[node >> 5] |= 1u << (node & 31);
+    }
+}
+
+/* ---- crossings of edges ---- */
+
+/* Places a crossing among hits of one side of the surface, whose `group` is `which`: to second order, by the mean distance to their planes
+   and particles. */
+SPRINGLS__MATHS springls__crossing springls__place_crossing(const springls__model *model, const springls__contour *contour,
+                                                            SPRINGLS__GLOBAL const springls__surface_brick *brick, int first,
+                                                            int which, SPRINGLS__LOCAL const springls__line_work *work)
+{
+    const float r2 = SPRINGLS__HIT_RADIUS * SPRINGLS__HIT_RADIUS;
+    const int axis = work->axis;
+    springls__crossing found;
+    springls__v3 n = springls__zero3(), aside = springls__zero3();
+    float sum = 0.0f, t = 0.0f, height = 0.0f, best = -1.0f, bend, along;
+    int k;
+    for (k = 0; first + k < work->hits && k < SPRINGLS__EDGE_HITS; k++) {
+        const springls__hit hit = work->hit[first + k];
+        springls__v3 d;
+        float w;
+        if (work->group[k] != which) continue;
+        d = springls__sub(springls__line_place(brick, work->line, hit.t), model->set.s[springls__hit_springl(hit)].p);
+        w = hit.own_weight * (springls__hit_weight(springls__length2(d), r2) + 1e-4f);
+        sum += w;
+        t += w * hit.t;
+    }
+    found.x = springls__line_place(brick, work->line, t / sum);
+    found.side = found.springl = 0;
+    sum = 0.0f;
+    for (k = 0; first + k < work->hits && k < SPRINGLS__EDGE_HITS; k++) {
+        const springls__hit hit = work->hit[first + k];
+        const int i = springls__hit_springl(hit);
+        springls__v3 d;
+        float w;
+        if (work->group[k] != which) continue;
+        d = springls__sub(found.x, model->set.s[i].p);
+        w = hit.own_weight * (springls__hit_weight(springls__length2(d), r2) + 1e-4f);
+        sum += w;
+        n = springls__mad(n, contour->normal[i], w);
+        aside = springls__mad(aside, d, w);
+        height += w * springls__dot(contour->normal[i], d);
+        found.side = springls__hit_side(hit);
+        if (w > best) {
+            best = w;
+            found.springl = i;
+        }
+    }
+    bend = 1.0f - springls__length(n) / sum;
+    found.n = springls__normalize(n);
+    height = 0.5f * (springls__dot(found.n, aside) + height) / sum * (1.0f + 0.5f * bend);
+    along = springls__along(found.n, axis);
+    if (springls__fabs(along) > 0.1f)
+        found.x = springls__with_along(found.x, axis, springls__along(found.x, axis) - springls__clamp(height / along, -0.3f, 0.3f));
+    return found;
+}
+
+/* Places the crossing of a run, whose hits have its number as group. Where they are of the two sides of a crease the body is the
+   intersection of the two, or their union. */
+SPRINGLS__MATHS springls__crossing springls__place_run(const springls__model *model, const springls__contour *contour,
+                                                       SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int run,
+                                                       SPRINGLS__LOCAL springls__line_work *work)
+{
+    const int second_side = SPRINGLS__EDGE_HITS + run;
+    springls__crossing one, two;
+    springls__v3 d;
+    float one_t, two_t;
+    bool convex, some = false;
+    int k, best = -1;
+    for (k = 0; first + k < work->hits && k < SPRINGLS__EDGE_HITS; k++)
+        if (work->group[k] == run && (best < 0 || work->hit[first + k].own_weight > work->hit[first + best].own_weight)) best = k;
+    d = contour->normal[springls__hit_springl(work->hit[first + best])];
+    for (k = 0; first + k < work->hits && k < SPRINGLS__EDGE_HITS; k++) {
+        if (work->group[k] != run) continue;
+        if (springls__dot(contour->normal[springls__hit_springl(work->hit[first + k])], d) > SPRINGLS__CREASE_COSINE) continue;
+        work->group[k] = second_side;
+        some = true;
+    }
+    one = springls__place_crossing(model, contour, brick, first, run, work);
+    if (!some) return one;
+    two = springls__place_crossing(model, contour, brick, first, second_side, work);
+    d = springls__sub(model->set.s[two.springl].p, model->set.s[one.springl].p);
+    convex = springls__dot(d, one.n) - springls__dot(d, two.n) < 0.0f;
+    one_t = springls__along(one.x, work->axis);
+    two_t = springls__along(two.x, work->axis);
+    return (two_t > one_t) == ((one.side < 0) == convex) ? two : one; /* into an intersection: at the later one */
+}
+
+/* Numbers the runs of hits that explain best how the line comes from one side to the other between nodes x and x + 1: work->group of the hits
+   from `first` on; -1: of none. Returns how many there are. */
+SPRINGLS__MATHS int springls__find_runs(int first, float x, int from, int to, SPRINGLS__LOCAL springls__line_work *work)
+{
+    springls__way way = springls__way_begin(from ? 1e9f : 0.0f, from ? 0.0f : 1e9f);
+    int n = 0, k, side = to, runs = 0, came[2];
+    bool open = false;
+    for (; first + n < work->hits && n < SPRINGLS__EDGE_HITS && work->hit[first + n].t <= x + 1.15f; n++) {
+        const springls__hit hit = work->hit[first + n];
+        work->group[n] = -1;
+        work->way[n][0] = 0;
+        work->way[n][1] = 1;
+        if (hit.weight <= SPRINGLS__LEAST_WEIGHT) continue;
+        way = springls__way_over_hit(way, hit.t, hit.t < x || hit.t > x + 1.0f ? 0.0f : hit.weight,
+                                     springls__hit_side(hit) < 0 ? 1 : 0, came);
+        work->way[n][0] = came[0];
+        work->way[n][1] = came[1];
+    }
+    for (k = n; first + k < work->hits && k < SPRINGLS__EDGE_HITS; k++) work->group[k] = -1;
+    if (way.cost[to] > 1e8f) return 0;
+    for (k = n - 1; k >= 0; k--) {
+        const int before = work->way[k][side] & 3;
+        if (work->way[k][side] & 4) {
+            if (!open) runs++;
+            work->group[k] = runs - 1;
+            open = before == side;
+        }
+        side = before;
+    }
+    for (k = 0; k < n; k++) /* counted from the last: an edge's first runs are those that count, by pairs */
+        if (work->group[k] >= 0) work->group[k] = runs - 1 - work->group[k];
+    for (; runs > SPRINGLS__EDGE_CROSSINGS; runs -= 2) continue;
+    return runs;
+}
+
+/* Makes a run of hits that weigh little: better than none, where the side changes. Returns 1 if there are any. */
+SPRINGLS__MATHS int springls__find_weak_run(int first, float x, int side, SPRINGLS__LOCAL springls__line_work *work)
+{
+    int k, best = -1;
+    for (k = 0; first + k < work->hits && k < SPRINGLS__EDGE_HITS && work->hit[first + k].t <= x + 1.15f; k++)
+        if (springls__hit_side(work->hit[first + k]) == side
+            && (best < 0 || springls__fabs(work->hit[first + k].t - x - 0.5f) < springls__fabs(work->hit[first + best].t - x - 0.5f)))
+            best = k;
+    for (k = 0; best >= 0 && first + k < work->hits && k < SPRINGLS__EDGE_HITS; k++) {
+        const bool with = springls__fabs(work->hit[first + k].t - work->hit[first + best].t) < 0.3f
+                          && springls__hit_side(work->hit[first + k]) == side;
+        work->group[k] = with ? 0 : -1;
+    }
+    return best >= 0;
+}
+
+/* Returns the crossing of an edge without hits: phi's zero, or the border of the domain halfway. */
+SPRINGLS__MATHS springls__crossing springls__plain_crossing(const springls__grid *g, const int at[3], int axis, int side)
+{
+    springls__crossing found;
+    int to[3], k;
+    float a, b, t = 0.5f;
+    for (k = 0; k < 3; k++) to[k] = at[k] + (k == axis);
+    found.side = side;
+    found.springl = -1;
+    found.n = springls__zero3();
+    a = springls__grid_phi(g, g->phi, at[0], at[1], at[2]);
+    b = springls__grid_phi(g, g->phi, to[0], to[1], to[2]);
+    if (at[axis] < 0 || to[axis] >= g->size[axis]) found.n = springls__with_along(found.n, axis, (float)side);
+    else if ((a < 0.0f) != (b < 0.0f)) t = springls__clamp(a / (a - b), 0.001f, 0.999f);
+    found.x = springls__v3_make((float)at[0], (float)at[1], (float)at[2]);
+    found.x = springls__with_along(found.x, axis, (float)at[axis] + t);
+    return found;
+}
+
+/* Puts crossings of the edge from x to x + 1 in order, apart and within it. */
+SPRINGLS__MATHS void springls__order_crossings(SPRINGLS__GLOBAL springls__crossing *c, int count, int axis, float x)
+{
+    const float gap = SPRINGLS__CROSSING_GAP;
+    float before = x;
+    int k;
+    for (k = 0; k < count; k++) {
+        const float t = springls__clamp(springls__along(c[k].x, axis), before + gap, x + 1.0f - gap * (float)(count - k));
+        before = springls__snapped(t);
+        c[k].x = springls__with_along(c[k].x, axis, before);
+    }
+}
+
+/* Finds the crossings of the edge that begins at node `at`, x along the gathered line; from, to: whether its ends are inside. Returns how
+   many; writes them unless `out` is NULL. */
+SPRINGLS__MATHS int springls__edge_crossings(const springls__model *model, const springls__contour *contour,
+                                             SPRINGLS__GLOBAL const springls__surface_brick *brick, const int at[3], int first,
+                                             int from, int to, SPRINGLS__LOCAL springls__line_work *work,
+                                             SPRINGLS__GLOBAL springls__crossing *out)
+{
+    const float x = (float)at[work->axis];
+    int runs = springls__find_runs(first, x, from, to, work), k;
+    if (runs == 0 && from != to) {
+        runs = springls__find_weak_run(first, x, from ? 1 : -1, work);
+        if (runs == 0 && out) out[0] = springls__plain_crossing(&model->grid, at, work->axis, from ? 1 : -1);
+        if (runs == 0) return 1;
+    }
+    for (k = 0; out && k < runs; k++) out[k] = springls__place_run(model, contour, brick, first, k, work);
+    if (out) springls__order_crossings(out, runs, work->axis, x);
+    return runs;
+}
+
+/* Counts the crossings of the edges of a line of brick b, or writes them (`store`). */
+SPRINGLS__MATHS void springls__line_crossings(const springls__model *model, const springls__contour *contour, int b, int line,
+                                              bool store, SPRINGLS__LOCAL springls__line_work *work)
+{
+    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
+    const int axis = line >> 6, stride = axis == 0 ? 1 : axis == 1 ? 3 : 9, next = brick->around[13 + stride];
+    int x, first = 0, at[3];
+    springls__gather_line(contour, brick, line, true, work);
+    for (x = 0; x < 8; x++) {
+        const int node = springls__line_node(axis, x, line & 63), after = springls__line_node(axis, (x + 1) & 7, line & 63);
+        const int edge = 3 * node + axis, from = springls__bit_of(brick->inside, node);
+        const float t = (float)(brick->origin[axis] + x);
+        int to = from;
+        if (x < 7) to = springls__bit_of(brick->inside, after);
+        else if (next >= 0) to = springls__bit_of(contour->brick[next].inside, after);
+        while (first < work->hits && work->hit[first].t < t - 0.15f) first++;
+        if (from == to && (first == work->hits || work->hit[first].t > t + 1.15f)) continue;
+        springls__voxel_of_brick(brick->origin, node, at);
+        if (!store) {
+            brick->edge_end[edge] = springls__edge_crossings(model, contour, brick, at, first, from, to, work, NULL);
+        } else {
+            const int begin = edge ? brick->edge_end[edge - 1] : 0;
+            if (brick->edge_end[edge] > begin)
+                springls__edge_crossings(model, contour, brick, at, first, from, to, work,
+                                         contour->crossing + brick->first_crossing + begin);
+        }
+    }
+}
+
+/* Counts the crossings of the edges of brick b, then sums the counts up; or writes the crossings (`store`). */
+SPRINGLS__MATHS void springls__find_crossings(const springls__model *model, const springls__contour *contour, int b, bool store,
+                                              SPRINGLS__LOCAL springls__line_work *work)
+{
+    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
+    int k, sum = 0;
+    if (store && brick->edge_end[1535] == 0) return;
+    for (k = 0; k < 1536 && !store; k++) brick->edge_end[k] = 0;
+    for (k = 0; k < 192; k++) springls__line_crossings(model, contour, b, k, store, work);
+    for (k = 0; k < 1536 && !store; k++) brick->edge_end[k] = sum += brick->edge_end[k];
+}
+
+/* ======== >>faces:kernel  (kernels_embed/output/faces.h) ======================================================= */
+/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are
+   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells
+   beside a face see the same arcs: so the surface is closed. */
+
+#define SPRINGLS__FACE_CROSSINGS (4 * SPRINGLS__EDGE_CROSSINGS)
+#define SPRINGLS__FACE_ARCS (SPRINGLS__FACE_CROSSINGS / 2)
+#define SPRINGLS__NODES_AROUND 729 /* of a brick and the first ones beyond it */
+#define SPRINGLS__SHARP_COSINE 0.8f /* of the normals at both ends of an arc: with less it gets a corner             */
+#define SPRINGLS__RIM_COSINE (-0.7f) /* with less it goes around a rim                                               */
+#define SPRINGLS__FACE_MARGIN (1.0f / 256.0f)
+
+/* What the nodes of a brick and those beyond own, by 3 * node + axis: crossings of edges, or arcs of faces. */
+typedef struct springls__owned { int first[3 * SPRINGLS__NODES_AROUND], count[3 * SPRINGLS__NODES_AROUND]; } springls__owned;
+
+SPRINGLS__INNER int springls__node_around(int x, int y, int z) { return x + 9 * (y + 9 * z); }
+
+/* Gathers the crossings (or arcs: `arcs`) of a brick and the nodes beyond. Returns how many there are. */
+SPRINGLS__MATHS int springls__gather_owned(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
+                                           bool arcs, SPRINGLS__LOCAL springls__owned *owned)
+{
+    int n = 0, sum = 0, k, node, at[3];
+    for (at[2] = 0; at[2] < 9; at[2]++)
+        for (at[1] = 0; at[1] < 9; at[1]++)
+            for (at[0] = 0; at[0] < 9; at[0]++) {
+                const int b = springls__table_node(brick, at, &node);
+                SPRINGLS__GLOBAL const springls__surface_brick *other = contour->brick + b;
+                for (k = 0; k < 3; k++, n++) {
+                    int begin, end;
+                    owned->first[n] = owned->count[n] = 0;
+                    if (b < 0) continue;
+                    begin = 3 * node + k == 0 ? 0 : (arcs ? other->face_end : other->edge_end)[3 * node + k - 1];
+                    end = (arcs ? other->face_end : other->edge_end)[3 * node + k];
+                    owned->first[n] = begin + (arcs ? other->first_arc : other->first_crossing);
+                    owned->count[n] = end - begin;
+                    sum += end - begin;
+                }
+            }
+    return sum;
+}
+
+/* Working memory of one brick. */
+typedef struct springls__face_work {
+    springls__owned owned;
+    float cost[(SPRINGLS__FACE_CROSSINGS + 1) * (SPRINGLS__FACE_CROSSINGS + 1)];
+    int cut[(SPRINGLS__FACE_CROSSINGS + 1) * (SPRINGLS__FACE_CROSSINGS + 1)];
+    int list[SPRINGLS__FACE_CROSSINGS], kind[SPRINGLS__FACE_CROSSINGS], stack[2 * SPRINGLS__FACE_CROSSINGS];
+    springls__arc arc[SPRINGLS__FACE_ARCS];
+} springls__face_work;
+
+/* A face across `axis`, that begins at node o; b and c: the axes along it. */
+typedef struct springls__face { int axis, b, c, o[3]; } springls__face;
+
+SPRINGLS__INNER springls__v3 springls__in_face(const springls__face *face, float b, float c)
+{
+    springls__v3 v = springls__with_along(springls__zero3(), face->axis, 0.0f);
+    return springls__with_along(springls__with_along(v, face->b, b), face->c, c);
+}
+
+/* Returns the way along the section of a plane with a face, such that outside is on the left. */
+SPRINGLS__INNER springls__v3 springls__face_tangent(const springls__face *face, springls__v3 n)
+{
+    return springls__in_face(face, springls__along(n, face->c), -springls__along(n, face->b));
+}
+
+SPRINGLS__INNER bool springls__is_in_face(const springls__face *face, springls__v3 x)
+{
+    const float e = SPRINGLS__FACE_MARGIN, b = springls__along(x, face->b) - (float)face->o[face->b];
+    const float c = springls__along(x, face->c) - (float)face->o[face->c];
+    return b > e && b < 1.0f - e && c > e && c < 1.0f - e;
+}
+
+SPRINGLS__INNER bool springls__is_supported(const springls__crossing *c) { return springls__length2(c->n) > 0.0f; }
+
+/* ---- arcs ---- */
+
+/* Lists the crossings on the border of a face, counter-clockwise as seen against the axis; kind: -1 enters the body there, 1 leaves.
+   Returns how many. */
+SPRINGLS__MATHS int springls__face_border(const springls__contour *contour, const springls__face *face, const int local[3],
+                                          SPRINGLS__LOCAL springls__face_work *work)
+{
+    int side, k, n = 0;
+    for (side = 0; side < 4; side++) {
+        const int axis = side & 1 ? face->c : face->b;
+        const bool back = side >= 2;
+        int at[3], node, count;
+        for (k = 0; k < 3; k++) at[k] = local[k];
+        if (side == 1) at[face->b]++;
+        if (side == 2) at[face->c]++;
+        node = 3 * springls__node_around(at[0], at[1], at[2]) + axis;
+        count = work->owned.count[node];
+        for (k = 0; k < count; k++, n++) {
+            const int id = work->owned.first[node] + (back ? count - 1 - k : k);
+            work->list[n] = id;
+            work->kind[n] = back ? -contour->crossing[id].side : contour->crossing[id].side;
+        }
+    }
+    return n;
+}
+
+/* Returns what it costs to join crossing p, which enters, to q, which leaves: little where the way lies in the planes of both. */
+SPRINGLS__MATHS float springls__pair_cost(const springls__face *face, const springls__crossing *p, const springls__crossing *q)
+{
+    const springls__v3 d = springls__sub(q->x, p->x);
+    const float length = springls__length(d);
+    const springls__v3 left = springls__scale(springls__in_face(face, -springls__along(d, face->c), springls__along(d, face->b)),
+                                              1.0f / (length + 1e-9f));
+    const bool one = springls__is_supported(p), other = springls__is_supported(q);
+    float sum = 0.0f;
+    if (one) sum += springls__fabs(springls__dot(p->n, d)) + 0.5f * springls__max(0.0f, -springls__dot(p->n, left));
+    if (other) sum += springls__fabs(springls__dot(q->n, d)) + 0.5f * springls__max(0.0f, -springls__dot(q->n, left));
+    return sum + (one && other ? 0.5f * (1.0f - springls__dot(p->n, q->n)) : 0.1f * length);
+}
+
+/* Makes crossings i and j of the border an arc. */
+SPRINGLS__INNER springls__arc springls__arc_between(SPRINGLS__LOCAL const springls__face_work *work, int i, int j)
+{
+    springls__arc arc;
+    arc.from = work->list[work->kind[i] < 0 ? i : j];
+    arc.to = work->list[work->kind[i] < 0 ? j : i];
+    arc.corners = 0;
+    arc.corner[0] = arc.corner[1] = arc.rim = springls__zero3();
+    return arc;
+}
+
+/* Joins the n crossings of the border by arcs that do not cross, the cheapest ones together. */
+SPRINGLS__MATHS void springls__join_border(const springls__contour *contour, const springls__face *face, int n,
+                                           SPRINGLS__LOCAL springls__face_work *work)
+{
+    const int row = SPRINGLS__FACE_CROSSINGS + 1;
+    int width, i, j, arcs = 0, top = 0;
+    if (n == 2) {
+        work->arc[0] = springls__arc_between(work, 0, 1);
+        return;
+    }
+    for (i = 0; i <= n; i++) work->cost[row * i + i] = 0.0f;
+    for (width = 2; width <= n; width += 2)
+        for (i = 0; i + width <= n; i++) {
+            float best = 1e30f;
+            for (j = i + 1; j < i + width; j += 2) {
+                springls__arc arc;
+                springls__crossing p, q;
+                float cost;
+                if (work->kind[i] == work->kind[j]) continue;
+                arc = springls__arc_between(work, i, j);
+                p = contour->crossing[arc.from];
+                q = contour->crossing[arc.to];
+                cost = springls__pair_cost(face, &p, &q) + work->cost[row * (i + 1) + j] + work->cost[row * (j + 1) + i + width];
+                if (cost >= best) continue;
+                best = cost;
+                work->cut[row * i + i + width] = j;
+            }
+            work->cost[row * i + i + width] = best;
+        }
+    work->stack[top++] = 0;
+    work->stack[top++] = n;
+    while (top > 0) {
+        const int end = work->stack[--top], begin = work->stack[--top];
+        if (begin >= end) continue;
+        j = work->cut[row * begin + end];
+        work->arc[arcs++] = springls__arc_between(work, begin, j);
+        work->stack[top++] = begin + 1;
+        work->stack[top++] = j;
+        work->stack[top++] = j + 1;
+        work->stack[top++] = end;
+    }
+}
+
+/* ---- corners ---- */
+
+/* An arc on its face: its ends, its ways there and whether both lie on one edge of the face. */
+typedef struct springls__arc_section {
+    springls__crossing p, q;
+    springls__v3 leaving, arriving; /* along the arc at p and q, in the planes of the surface */
+    float cosine;
+    int along_edge, across_edge;    /* both ends on one edge: its axis and the other one; else -1 */
+} springls__arc_section;
+
+SPRINGLS__MATHS springls__arc_section springls__section_of_arc(const springls__contour *contour, const springls__face *face,
+                                                       const springls__arc *arc)
+{
+    springls__arc_section s;
+    int k;
+    s.p = contour->crossing[arc->from];
+    s.q = contour->crossing[arc->to];
+    s.leaving = springls__face_tangent(face, s.p.n);
+    s.arriving = springls__face_tangent(face, s.q.n);
+    s.cosine = springls__is_supported(&s.p) && springls__is_supported(&s.q) ? springls__dot(s.p.n, s.q.n) : 1.0f;
+    s.along_edge = s.across_edge = -1;
+    for (k = 0; k < 2; k++) {
+        const int axis = k ? face->b : face->c, across = k ? face->c : face->b;
+        const float at = springls__along(s.p.x, across);
+        if (at != springls__along(s.q.x, across)) continue;
+        if (at != (float)face->o[across] && at != (float)face->o[across] + 1.0f) continue;
+        if (at != springls__floor(at)) continue;
+        s.along_edge = axis;
+        s.across_edge = across;
+    }
+    return s;
+}
+
+/* Returns the direction from the edge that both ends lie on into the face, 1 or -1 along its other axis. */
+SPRINGLS__INNER float springls__into_face(const springls__face *face, const springls__arc_section *s)
+{
+    return springls__along(s->p.x, s->across_edge) == (float)face->o[s->across_edge] ? 1.0f : -1.0f;
+}
+
+/* Finds where the planes through p and q, with normals n and m, and a face meet; false: they are nearly parallel. */
+SPRINGLS__MATHS bool springls__planes_meet(const springls__face *face, springls__v3 p, springls__v3 n, springls__v3 q,
+                                           springls__v3 m, springls__v3 *x)
+{
+    const float nb = springls__along(n, face->b), nc = springls__along(n, face->c);
+    const float mb = springls__along(m, face->b), mc = springls__along(m, face->c), det = nb * mc - nc * mb;
+    const float ob = (float)face->o[face->b], oc = (float)face->o[face->c];
+    const float dp = nb * (springls__along(p, face->b) - ob) + nc * (springls__along(p, face->c) - oc);
+    const float dq = mb * (springls__along(q, face->b) - ob) + mc * (springls__along(q, face->c) - oc);
+    if (springls__fabs(det) < 0.15f * springls__sqrt((nb * nb + nc * nc) * (mb * mb + mc * mc)) + 1e-6f) return false;
+    *x = springls__in_face(face, ob + (dp * mc - nc * dq) / det, oc + (nb * dq - dp * mb) / det);
+    *x = springls__with_along(*x, face->axis, (float)face->o[face->axis]);
+    return true;
+}
+
+/* Finds the corner where the tangents at both ends meet; false: not between them in the face. */
+SPRINGLS__MATHS bool springls__tangents_meet(const springls__face *face, const springls__arc_section *s, springls__v3 *x)
+{
+    return springls__planes_meet(face, s->p.x, s->p.n, s->q.x, s->q.n, x) && springls__is_in_face(face, *x)
+        && springls__dot(springls__sub(*x, s->p.x), s->leaving) > 0.0f && springls__dot(springls__sub(s->q.x, *x), s->arriving) > 0.0f;
+}
+
+/* Returns the cosine of half the angle between the ways at both ends. */
+SPRINGLS__INNER float springls__half_cosine(const springls__arc_section *s)
+{
+    const float both = springls__length(s->leaving) * springls__length(s->arriving) + 1e-9f;
+    const float cosine = springls__clamp(springls__dot(s->leaving, s->arriving) / both, -1.0f, 1.0f);
+    return springls__sqrt(0.5f * (1.0f + cosine));
+}
+
+/* Returns whether a corner at x is sharp: a springl there lies at an edge, or few springls have normals between the two. */
+SPRINGLS__MATHS bool springls__is_sharp_corner(const springls__model *model, const springls__contour *contour,
+                                               const springls__arc_section *s, springls__v3 x)
+{
+    const float between = 0.94f, share = 0.15f;
+    const springls__v3 half = springls__normalize(springls__add(s->p.n, s->q.n));
+    springls__cell_walk walk;
+    float all = 0.0f, some = 0.0f;
+    int i;
+    if (s->p.springl >= 0 && springls__at_edge(model, s->p.springl)) return true;
+    if (s->q.springl >= 0 && springls__at_edge(model, s->q.springl)) return true;
+    walk = springls__cell_walk_near(model, x, 1.0f);
+    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {
+        const springls__v3 n = contour->normal[i];
+        const float w = 1.0f - springls__length2(springls__sub(model->set.s[i].p, x));
+        const float cp = springls__dot(n, s->p.n), cq = springls__dot(n, s->q.n);
+        if (w <= 0.0f || (cp < -0.3f && cq < -0.3f)) continue;
+        all += w;
+        if (cp < between && cq < between && springls__dot(n, half) > 0.0f) some += w;
+    }
+    return some < share * all;
+}
+
+/* Returns the corner itself where it is sharp, else the point of the arc of a circle about there: (1 - tan^2(theta/4)) / 2 of the way from
+   the middle, which is c / (1 + c) for c = cos(theta/2). */
+SPRINGLS__MATHS springls__v3 springls__rounded_corner(const springls__model *model, const springls__contour *contour,
+                                                      const springls__arc_section *s, springls__v3 x)
+{
+    const springls__v3 middle = springls__lerp(s->p.x, s->q.x, 0.5f);
+    const float c = springls__half_cosine(s);
+    return springls__is_sharp_corner(model, contour, s, x) ? x : springls__lerp(middle, x, c / (1.0f + c));
+}
+
+/* What springls before the middle of an arc say about a rim: the plane of those that face forward, and how far others reach. */
+typedef struct springls__rim { springls__v3 place, normal; float weight, reach; } springls__rim;
+
+SPRINGLS__MATHS springls__rim springls__find_rim(const springls__model *model, const springls__contour *contour,
+                                                 const springls__arc_section *s, springls__v3 middle, springls__v3 forward)
+{
+    const springls__v3 center = springls__mad(middle, forward, 0.4f);
+    const float radius = 1.3f;
+    springls__cell_walk walk = springls__cell_walk_near(model, center, radius);
+    springls__rim rim;
+    int i;
+    rim.place = rim.normal = springls__zero3();
+    rim.weight = rim.reach = 0.0f;
+    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {
+        const springls__v3 p = model->set.s[i].p, n = contour->normal[i], d = springls__sub(p, middle);
+        const float ahead = springls__dot(d, forward), facing = springls__dot(n, forward);
+        const float aside2 = springls__length2(springls__mad(d, forward, -ahead));
+        if (springls__is_overlapped(model, i) || springls__length2(springls__sub(p, center)) > radius * radius) continue;
+        if (aside2 > 1.0f || ahead < -0.6f || ahead > 1.4f) continue;
+        if (facing > 0.5f && springls__dot(n, s->p.n) < 0.8f && springls__dot(n, s->q.n) < 0.8f) {
+            const float w = (1.0f - aside2) * (1.0f - aside2) * facing;
+            rim.weight += w;
+            rim.place = springls__mad(rim.place, p, w);
+            rim.normal = springls__mad(rim.normal, n, w);
+        }
+        if (aside2 < 0.36f && springls__dot(springls__sub(p, s->p.x), s->p.n) < 0.1f
+            && springls__dot(springls__sub(p, s->q.x), s->q.n) < 0.1f) rim.reach = springls__max(rim.reach, ahead);
+    }
+    if (rim.weight <= 0.0f) return rim;
+    rim.place = springls__scale(rim.place, 1.0f / rim.weight);
+    rim.normal = springls__normalize(rim.normal);
+    return rim;
+}
+
+/* Returns how far one can go from x in a direction within a face. */
+SPRINGLS__MATHS float springls__room_in_face(const springls__face *face, springls__v3 x, springls__v3 direction)
+{
+    float room = 2.0f;
+    int k;
+    for (k = 0; k < 2; k++) {
+        const int axis = k ? face->c : face->b;
+        const float d = springls__along(direction, axis), at = springls__along(x, axis) - (float)face->o[axis];
+        if (d > 1e-6f) room = springls__min(room, (1.0f - SPRINGLS__FACE_MARGIN - at) / d);
+        if (d < -1e-6f) room = springls__min(room, (SPRINGLS__FACE_MARGIN - at) / d);
+    }
+    return room;
+}
+
+/* Gives an arc around a rim two corners, where the planes of its ends meet that of the rim through x; false: not in the face. */
+SPRINGLS__MATHS bool springls__square_rim(const springls__face *face, const springls__arc_section *s, springls__v3 x, springls__v3 n,
+                                          springls__arc *arc)
+{
+    const springls__v3 along = springls__face_tangent(face, n);
+    springls__v3 one, two;
+    if (!springls__planes_meet(face, s->p.x, s->p.n, x, n, &one) || !springls__planes_meet(face, s->q.x, s->q.n, x, n, &two)) return false;
+    if (!springls__is_in_face(face, one) || !springls__is_in_face(face, two)) return false;
+    if (springls__dot(springls__sub(one, s->p.x), s->leaving) <= 0.0f || springls__dot(springls__sub(s->q.x, two), s->arriving) <= 0.0f
+        || springls__dot(springls__sub(two, one), along) <= 0.0f) return false;
+    if (springls__length2(springls__sub(two, one)) <= 0.06f * 0.06f) return false;
+    arc->corner[0] = one;
+    arc->corner[1] = two;
+    arc->rim = n;
+    arc->corners = 2;
+    return true;
+}
+
+/* Gives an arc between opposed sides its corners at the rim ahead. */
+SPRINGLS__MATHS void springls__round_rim(const springls__model *model, const springls__contour *contour, const springls__face *face,
+                                         const springls__arc_section *s, springls__arc *arc)
+{
+    const springls__v3 middle = springls__lerp(s->p.x, s->q.x, 0.5f);
+    springls__v3 forward = springls__sub(springls__scale(s->leaving, 1.0f / (springls__length(s->leaving) + 1e-6f)),
+                                         springls__scale(s->arriving, 1.0f / (springls__length(s->arriving) + 1e-6f)));
+    springls__rim rim;
+    float room, ahead;
+    if (s->along_edge >= 0) {
+        const springls__v3 in = springls__with_along(springls__zero3(), s->across_edge, springls__into_face(face, s));
+        if (springls__length(forward) < 0.2f || springls__dot(forward, in) <= 0.05f) forward = in;
+    }
+    if (springls__length(forward) < 0.2f) return;
+    forward = springls__normalize(forward);
+    room = springls__room_in_face(face, middle, forward);
+    if (room <= 0.0f) return;
+    rim = springls__find_rim(model, contour, s, middle, forward);
+    arc->corners = 1;
+    if (rim.weight > 0.05f) {
+        const float slope = springls__dot(rim.normal, forward);
+        ahead = slope > 0.2f ? springls__dot(rim.normal, springls__sub(rim.place, middle)) / slope : -1.0f;
+        if (ahead > 0.02f) {
+            arc->corner[0] = springls__mad(middle, forward, springls__min(ahead, room));
+            springls__square_rim(face, s, arc->corner[0], rim.normal, arc);
+            return;
+        }
+    }
+    ahead = springls__min(rim.reach, room);
+    if (ahead < 0.02f) ahead = springls__min(0.02f, 0.5f * room);
+    arc->corner[0] = springls__mad(middle, forward, ahead);
+}
+
+/* Gives an arc a corner as high in the face as `slope` times the distance of its ends, which lie on one edge. */
+SPRINGLS__MATHS void springls__low_corner(const springls__face *face, const springls__arc_section *s, float height, springls__arc *arc)
+{
+    const springls__v3 x = springls__lerp(s->p.x, s->q.x, 0.5f);
+    const float up = springls__max(height, 2.0f / 65536.0f) * springls__into_face(face, s);
+    arc->corner[0] = springls__with_along(x, s->across_edge, springls__along(x, s->across_edge) + up);
+    arc->corners = 1;
+}
+
+SPRINGLS__INNER float springls__ends_distance(const springls__arc_section *s)
+{
+    return springls__fabs(springls__along(s->p.x, s->along_edge) - springls__along(s->q.x, s->along_edge));
+}
+
+/* Takes the corners of an arc away, but for a low one where both ends lie on one edge. */
+SPRINGLS__MATHS void springls__make_plain(const springls__face *face, const springls__arc_section *s, float slope, springls__arc *arc)
+{
+    arc->corners = 0;
+    if (s->along_edge >= 0) springls__low_corner(face, s, slope * springls__ends_distance(s), arc);
+}
+
+/* Gives an arc its corners. */
+SPRINGLS__MATHS void springls__find_corners(const springls__model *model, const springls__contour *contour,
+                                            const springls__face *face, const springls__arc_section *s, springls__arc *arc)
+{
+    const bool rim = s->cosine < SPRINGLS__RIM_COSINE || s->along_edge >= 0;
+    springls__v3 x;
+    if (!rim && s->cosine > SPRINGLS__SHARP_COSINE) return;
+    if (!(s->cosine < SPRINGLS__RIM_COSINE) && !(s->along_edge >= 0 && s->cosine >= 0.9f) && springls__tangents_meet(face, s, &x)) {
+        arc->corner[0] = springls__rounded_corner(model, contour, s, x);
+        arc->corners = 1;
+        return;
+    }
+    if (!rim && s->cosine > 0.0f) return;
+    if (s->along_edge >= 0 && s->cosine > 0.5f && springls__is_supported(&s->p) && springls__is_supported(&s->q)) {
+        const float c = springls__half_cosine(s); /* a cap that comes over the edge: an arc, tan(theta/4) high */
+        const float height = springls__sqrt(springls__max(1.0f - c, 0.0f) / (1.0f + c)) + 0.02f;
+        springls__low_corner(face, s, springls__min(0.5f * springls__ends_distance(s) * height, 0.5f), arc);
+        return;
+    }
+    springls__round_rim(model, contour, face, s, arc);
+}
+
+/* ---- arcs that cross ---- */
+
+/* Returns twice the area of a triangle in a face, exactly, in units of 2^-32 voxel^2. */
+SPRINGLS__MATHS int64_t springls__face_area(const springls__face *face, springls__v3 x, springls__v3 y, springls__v3 z)
+{
+    const float s = 65536.0f, ob = springls__along(x, face->b), oc = springls__along(x, face->c);
+    const int64_t yb = (int64_t)((springls__along(y, face->b) - ob) * s), yc = (int64_t)((springls__along(y, face->c) - oc) * s);
+    const int64_t zb = (int64_t)((springls__along(z, face->b) - ob) * s), zc = (int64_t)((springls__along(z, face->c) - oc) * s);
+    return yb * zc - yc * zb;
+}
+
+SPRINGLS__INNER bool springls__opposite(int64_t a, int64_t b) { return (a <= 0 && b >= 0) || (a >= 0 && b <= 0); }
+
+/* Returns point k of an arc: its ends and the corners between. */
+SPRINGLS__INNER springls__v3 springls__arc_point(const springls__contour *contour, const springls__arc *arc, int k)
+{
+    if (k == 0) return contour->crossing[arc->from].x;
+    return k <= arc->corners ? arc->corner[k - 1] : contour->crossing[arc->to].x;
+}
+
+/* Returns whether two arcs meet. */
+SPRINGLS__MATHS bool springls__arcs_meet(const springls__contour *contour, const springls__face *face, const springls__arc *one,
+                                         const springls__arc *two)
+{
+    int i, j;
+    for (i = 0; i <= one->corners; i++)
+        for (j = 0; j <= two->corners; j++) {
+            const springls__v3 p = springls__arc_point(contour, one, i), q = springls__arc_point(contour, one, i + 1);
+            const springls__v3 r = springls__arc_point(contour, two, j), s = springls__arc_point(contour, two, j + 1);
+            if (springls__opposite(springls__face_area(face, p, q, r), springls__face_area(face, p, q, s))
+                && springls__opposite(springls__face_area(face, r, s, p), springls__face_area(face, r, s, q))) return true;
+        }
+    return false;
+}
+
+/* Takes corners away from arcs that meet, until none do. */
+SPRINGLS__MATHS void springls__part_arcs(const springls__contour *contour, const springls__face *face, int arcs,
+                                         SPRINGLS__LOCAL springls__face_work *work)
+{
+    float slope = 0.05f;
+    int round, i, j;
+    bool some = true;
+    for (round = 0; round < 12 && some; round++) {
+        some = false;
+        for (i = 0; i < arcs; i++)
+            for (j = i + 1; j < arcs; j++) {
+                springls__arc_section one, two;
+                if (!springls__arcs_meet(contour, face, &work->arc[i], &work->arc[j])) continue;
+                some = true;
+                one = springls__section_of_arc(contour, face, &work->arc[i]);
+                two = springls__section_of_arc(contour, face, &work->arc[j]);
+                springls__make_plain(face, &one, slope, &work->arc[i]);
+                springls__make_plain(face, &two, slope, &work->arc[j]);
+            }
+        if (round > 1) slope *= 0.3f;
+    }
+}
+
+/* ---- the kernels ---- */
+
+/* Counts the arcs of the faces of brick b, and sums the counts up. Each joins two crossings. */
+SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int b, SPRINGLS__LOCAL springls__face_work *work)
+{
+    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
+    int node, axis, sum = 0, at[3];
+    const bool none = springls__gather_owned(contour, brick, false, &work->owned) == 0;
+    for (node = 0; node < 512; node++) {
+        const int zero[3] = { 0, 0, 0 };
+        springls__voxel_of_brick(zero, node, at);
+        for (axis = 0; axis < 3; axis++) {
+            const int p = springls__axis_after(axis), q = springls__axis_after(p);
+            SPRINGLS__LOCAL const int *count = work->owned.count;
+            const int n = springls__node_around(at[0], at[1], at[2]), step[3] = { 1, 9, 81 };
+            if (!none) sum += (count[3 * n + p] + count[3 * n + q] + count[3 * (n + step[q]) + p] + count[3 * (n + step[p]) + q]) / 2;
+            brick->face_end[3 * node + axis] = sum;
+        }
+    }
+}
+
+/* Returns whether a cell on either side of a face of a brick is to have no more corners than it needs. */
+SPRINGLS__MATHS bool springls__is_plain_face(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
+                                             const int local[3], int axis)
+{
+    int before[3], node, b, k;
+    for (k = 0; k < 3; k++) before[k] = local[k] - (k == axis);
+    if (brick->plain[springls__voxel_in_brick(local[0], local[1], local[2])]) return true;
+    b = springls__table_node(brick, before, &node);
+    return b >= 0 && contour->brick[b].plain[node];
+}
+
+/* Finds the arcs of the faces of brick b. */
+SPRINGLS__MATHS void springls__find_arcs(const springls__model *model, const springls__contour *contour, int b,
+                                         SPRINGLS__LOCAL springls__face_work *work)
+{
+    SPRINGLS__GLOBAL const springls__surface_brick *brick = contour->brick + b;
+    int k, arcs, i;
+    if (brick->face_end[1535] == 0) return;
+    springls__gather_owned(contour, brick, false, &work->owned);
+    for (k = 0; k < 1536; k++) {
+        const int zero[3] = { 0, 0, 0 }, begin = k ? brick->face_end[k - 1] : 0;
+        springls__face face;
+        int local[3];
+        arcs = brick->face_end[k] - begin;
+        if (arcs == 0) continue;
+        face.axis = k % 3;
+        face.b = springls__axis_after(face.axis);
+        face.c = springls__axis_after(face.b);
+        springls__voxel_of_brick(zero, k / 3, local);
+        springls__voxel_of_brick(brick->origin, k / 3, face.o);
+        springls__join_border(contour, &face, springls__face_border(contour, &face, local, work), work);
+        for (i = 0; i < arcs; i++) {
+            const springls__arc_section section = springls__section_of_arc(contour, &face, &work->arc[i]);
+            const bool plain = springls__is_plain_face(contour, brick, local, face.axis);
+            if (!plain) springls__find_corners(model, contour, &face, &section, &work->arc[i]);
+            if (plain || (section.along_edge >= 0 && work->arc[i].corners == 0))
+                springls__make_plain(&face, &section, 0.05f, &work->arc[i]);
+            work->arc[i].corner[0] = springls__snapped3(work->arc[i].corner[0]);
+            work->arc[i].corner[1] = springls__snapped3(work->arc[i].corner[1]);
+        }
+        springls__part_arcs(contour, &face, arcs, work);
+        for (i = 0; i < arcs; i++) {
+            springls__arc arc = work->arc[i];
+            arc.corner[0] = springls__snapped3(arc.corner[0]);
+            arc.corner[1] = springls__snapped3(arc.corner[1]);
+            contour->arc[brick->first_arc + begin + i] = arc;
+        }
+    }
+}
+
+/* ======== >>patches:kernel  (kernels_embed/output/patches.h) =================================================== */
+/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is
+   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell
+   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */
+
+#define SPRINGLS__CELL_ARCS (6 * SPRINGLS__FACE_ARCS)
+#define SPRINGLS__CELL_CORNERS (3 * SPRINGLS__CELL_ARCS)    /* of all cycles: an arc has a crossing and up to two corners  */
+#define SPRINGLS__CELL_RINGS (2 * SPRINGLS__CELL_CORNERS)   /* corners, with those that chords repeat                      */
+#define SPRINGLS__CELL_VERTICES (2 * SPRINGLS__CELL_CORNERS)
+#define SPRINGLS__CELL_TRIANGLES (2 * SPRINGLS__CELL_CORNERS)
+#define SPRINGLS__RING 32 /* a longer cycle is a fan */
+
+/* A vertex of a cell. id: a crossing; from first_corner on corners of arcs; below 0 a new one. n: of the surface; crosses: 1 for a crossing
+   that is supported by springls. */
+typedef struct springls__cell_vertex { springls__v3 x, n; int id, crosses, place[3]; } springls__cell_vertex;
+
+/* A corner of a cycle: the normals before and after it, the faces of the cell that it lies on, as bits; sharp: 1 for a corner of an arc. */
+typedef struct springls__cycle_corner { springls__v3 before, after; int vertex, faces, sharp; } springls__cycle_corner;
+
+/* An arc as the cell sees it: from one crossing to another; forward: 1 for the face's own way. */
+typedef struct springls__link { int from, to, arc, forward, face, used; } springls__link;
+
+/* Working memory of one brick. */
+typedef struct springls__cell_work {
+    springls__owned owned;
+    springls__link link[SPRINGLS__CELL_ARCS];
+    springls__cell_vertex vertex[SPRINGLS__CELL_VERTICES];
+    springls__cycle_corner corner[SPRINGLS__CELL_CORNERS + 1]; /* the last: an apex */
+    int cycle_end[SPRINGLS__CELL_ARCS];
+    int ring_corner[SPRINGLS__CELL_RINGS], ring_next[SPRINGLS__CELL_RINGS], ring_seen[SPRINGLS__CELL_RINGS];
+    int ring[SPRINGLS__CELL_RINGS], whole_ring[SPRINGLS__CELL_RINGS], mate[SPRINGLS__CELL_CORNERS], sharp[SPRINGLS__RING];
+    float cost[(SPRINGLS__RING + 1) * (SPRINGLS__RING + 1)];
+    int cut[(SPRINGLS__RING + 1) * (SPRINGLS__RING + 1)], stack[4 * SPRINGLS__RING];
+    int triangle[3 * SPRINGLS__CELL_TRIANGLES];
+    int links, cycles, vertices, own_vertices, ring_nodes, triangles, origin[3];
+} springls__cell_work;
+
+/* ---- cycles ---- */
+
+/* Lists the arcs on the six faces of a cell, each in the way that has outside on the left as seen from outside the cell. */
+SPRINGLS__MATHS void springls__list_links(const springls__contour *contour, const int local[3],
+                                          SPRINGLS__LOCAL springls__cell_work *work)
+{
+    int axis, side, k, at[3];
+    work->links = 0;
+    for (axis = 0; axis < 3; axis++)
+        for (side = 0; side < 2; side++) {
+            int face;
+            for (k = 0; k < 3; k++) at[k] = local[k] + (k == axis ? side : 0);
+            face = 3 * springls__node_around(at[0], at[1], at[2]) + axis;
+            for (k = 0; k < work->owned.count[face]; k++) {
+                SPRINGLS__LOCAL springls__link *link = &work->link[work->links++];
+                link->arc = work->owned.first[face] + k;
+                link->forward = side;
+                link->from = side ? contour->arc[link->arc].from : contour->arc[link->arc].to;
+                link->to = side ? contour->arc[link->arc].to : contour->arc[link->arc].from;
+                link->face = 1 << (2 * axis + side);
+                link->used = 0;
+            }
+        }
+}
+
+SPRINGLS__MATHS int springls__add_cell_vertex(SPRINGLS__LOCAL springls__cell_work *work, int id, springls__v3 x, springls__v3 n,
+                                              bool crosses)
+{
+    SPRINGLS__LOCAL springls__cell_vertex *v = &work->vertex[work->vertices];
+    const float scale = 65536.0f;
+    v->id = id;
+    v->x = x;
+    v->n = n;
+    v->crosses = crosses;
+    v->place[0] = (int)((x.x - (float)work->origin[0]) * scale);
+    v->place[1] = (int)((x.y - (float)work->origin[1]) * scale);
+    v->place[2] = (int)((x.z - (float)work->origin[2]) * scale);
+    return work->vertices++;
+}
+
+/* Adds corners first and last of a link to the cycle: the crossing that it begins at, and those of its arc. */
+SPRINGLS__MATHS int springls__add_link(const springls__contour *contour, int first_corner, const springls__link *link, int face_before,
+                                       int corners, SPRINGLS__LOCAL springls__cell_work *work)
+{
+    const springls__crossing begin = contour->crossing[link->from];
+    const springls__arc arc = contour->arc[link->arc];
+    SPRINGLS__LOCAL springls__cycle_corner *c = &work->corner[corners++];
+    int k;
+    c->before = c->after = begin.n;
+    c->faces = link->face | face_before;
+    c->sharp = 0;
+    c->vertex = springls__add_cell_vertex(work, link->from, begin.x, begin.n, springls__length2(begin.n) > 0.0f);
+    for (k = 0; k < arc.corners; k++) {
+        const int n = link->forward ? k : arc.corners - 1 - k;
+        const springls__v3 first = n == 0 ? contour->crossing[arc.from].n : arc.rim;
+        const springls__v3 last = n == arc.corners - 1 ? contour->crossing[arc.to].n : arc.rim;
+        c = &work->corner[corners++];
+        c->before = link->forward ? first : last;
+        c->after = link->forward ? last : first;
+        c->faces = link->face;
+        c->sharp = 1;
+        c->vertex = springls__add_cell_vertex(work, first_corner + 2 * link->arc + n, arc.corner[n],
+                                              springls__normalize(springls__add(first, last)), false);
+    }
+    return corners;
+}
+
+/* Returns the link that begins where another ends. */
+SPRINGLS__MATHS int springls__link_after(SPRINGLS__LOCAL const springls__cell_work *work, int to)
+{
+    int k;
+    for (k = 0; k + 1 < work->links && work->link[k].from != to; k++) continue;
+    return k;
+}
+
+/* Finds the cycles of a cell. */
+SPRINGLS__MATHS void springls__find_cycles(const springls__contour *contour, int first_corner,
+                                           SPRINGLS__LOCAL springls__cell_work *work)
+{
+    int first, k, corners = 0;
+    work->cycles = work->vertices = 0;
+    for (first = 0; first < work->links; first++) {
+        int face_before = 0;
+        if (work->link[first].used) continue;
+        for (k = first; work->link[springls__link_after(work, work->link[k].to)].used == 0; ) {
+            work->link[k].used = 1;
+            k = springls__link_after(work, work->link[k].to);
+        }
+        face_before = work->link[k].face; /* of the last link, which ends where the first begins */
+        work->link[k].used = 1;
+        k = first;
+        do {
+            const springls__link link = work->link[k];
+            corners = springls__add_link(contour, first_corner, &link, face_before, corners, work);
+            face_before = link.face;
+            k = springls__link_after(work, link.to);
+        } while (k != first);
+        work->cycle_end[work->cycles++] = corners;
+    }
+    work->own_vertices = work->vertices;
+}
+
+/* ---- triangles ---- */
+
+SPRINGLS__INNER void springls__add_triangle(SPRINGLS__LOCAL springls__cell_work *work, int a, int b, int c)
+{
+    SPRINGLS__LOCAL int *t = work->triangle + 3 * work->triangles++;
+    t[0] = a;
+    t[1] = b;
+    t[2] = c;
+}
+
+/* Returns the vertex of corner k of the ring. */
+SPRINGLS__INNER int springls__ring_vertex(SPRINGLS__LOCAL const springls__cell_work *work, int k)
+{
+    return work->corner[work->ring[k]].vertex;
+}
+
+/* Returns what a triangle costs: its area, and more where it is off the normals of its corners. */
+SPRINGLS__MATHS float springls__triangle_cost(SPRINGLS__LOCAL const springls__cell_work *work, int i, int j, int k)
+{
+    const int v[3] = { springls__ring_vertex(work, i), springls__ring_vertex(work, j), springls__ring_vertex(work, k) };
+    const springls__v3 p = work->vertex[v[0]].x;
+    const springls__v3 n = springls__cross(springls__sub(work->vertex[v[1]].x, p), springls__sub(work->vertex[v[2]].x, p));
+    const float area = springls__length(n);
+    float sum = 0.01f;
+    int c;
+    if (area < 1e-12f) return 1e-3f;
+    for (c = 0; c < 3; c++) {
+        const float off = 1.0f - springls__dot(n, work->vertex[v[c]].n) / area;
+        if (work->vertex[v[c]].crosses) sum += off * off;
+    }
+    return area * sum + 1e-4f;
+}
+
+/* Returns what a diagonal costs: none may lie in a face of the cell. */
+SPRINGLS__INNER float springls__diagonal_cost(SPRINGLS__LOCAL const springls__cell_work *work, int n, int i, int j)
+{
+    if (j == i + 1 || (i == 0 && j == n - 1)) return 0.0f;
+    return work->corner[work->ring[i]].faces & work->corner[work->ring[j]].faces ? 1e6f : 0.0f;
+}
+
+/* Fills the ring of n corners by the cheapest triangles between them; false: there is no way without diagonals in a face. */
+SPRINGLS__MATHS bool springls__triangulate(int n, SPRINGLS__LOCAL springls__cell_work *work)
+{
+    const int row = SPRINGLS__RING;
+    int width, i, k, top = 0;
+    if (n < 3 || n > SPRINGLS__RING) return false;
+    for (i = 0; i + 1 < n; i++) work->cost[row * i + i + 1] = 0.0f;
+    for (width = 2; width < n; width++)
+        for (i = 0; i + width < n; i++) {
+            const int j = i + width;
+            float best = 1e30f;
+            for (k = i + 1; k < j; k++) {
+                const float cost = work->cost[row * i + k] + work->cost[row * k + j] + springls__triangle_cost(work, i, k, j)
+                                 + springls__diagonal_cost(work, n, i, k) + springls__diagonal_cost(work, n, k, j);
+                if (cost >= best) continue;
+                best = cost;
+                work->cut[row * i + j] = k;
+            }
+            work->cost[row * i + j] = best;
+        }
+    if (work->cost[n - 1] >= 1e6f) return false;
+    work->stack[top++] = 0;
+    work->stack[top++] = n - 1;
+    while (top > 0) {
+        const int j = work->stack[--top];
+        i = work->stack[--top];
+        if (j - i < 2) continue;
+        k = work->cut[row * i + j];
+        springls__add_triangle(work, springls__ring_vertex(work, i), springls__ring_vertex(work, k), springls__ring_vertex(work, j));
+        work->stack[top++] = i;
+        work->stack[top++] = k;
+        work->stack[top++] = k;
+        work->stack[top++] = j;
+    }
+    return true;
+}
+
+/* Returns the middle of the ring's n corners. */
+SPRINGLS__MATHS springls__v3 springls__ring_middle(int n, SPRINGLS__LOCAL const springls__cell_work *work)
+{
+    springls__v3 sum = springls__zero3();
+    int k;
+    for (k = 0; k < n; k++) sum = springls__add(sum, work->vertex[springls__ring_vertex(work, k)].x);
+    return springls__scale(sum, 1.0f / (float)n);
+}
+
+/* Returns the place in the cell nearest to the planes at all crossings of the ring, by least squares about its middle. */
+SPRINGLS__MATHS springls__v3 springls__ring_apex(int n, SPRINGLS__LOCAL const springls__cell_work *work)
+{
+    const springls__v3 middle = springls__ring_middle(n, work);
+    float m[3][4], x[3], c[3];
+    int k, i, j, r;
+    for (i = 0; i < 3; i++)
+        for (j = 0; j < 4; j++) m[i][j] = i == j ? 0.05f : 0.0f;
+    for (k = 0; k < n; k++) {
+        const springls__v3 p = work->vertex[springls__ring_vertex(work, k)].x, q = work->vertex[springls__ring_vertex(work, k)].n;
+        const float height = springls__dot(q, springls__sub(p, middle));
+        if (!work->vertex[springls__ring_vertex(work, k)].crosses) continue;
+        for (i = 0; i < 3; i++) {
+            for (j = 0; j < 3; j++) m[i][j] += springls__along(q, i) * springls__along(q, j);
+            m[i][3] += springls__along(q, i) * height;
+        }
+    }
+    for (i = 0; i < 3; i++)
+        for (r = i + 1; r < 3; r++) {
+            const float f = m[r][i] / m[i][i];
+            for (j = i; j < 4; j++) m[r][j] -= f * m[i][j];
+        }
+    for (i = 2; i >= 0; i--) {
+        const float low = (float)work->origin[i] + 1.0f / 128.0f;
+        x[i] = m[i][3];
+        for (j = i + 1; j < 3; j++) x[i] -= m[i][j] * x[j];
+        x[i] /= m[i][i];
+        c[i] = springls__clamp(springls__along(middle, i) + x[i], low, low + 126.0f / 128.0f);
+    }
+    return springls__snapped3(springls__v3_make(c[0], c[1], c[2]));
+}
+
+/* Adds a vertex inside the cell, with the mean normal of the ring. */
+SPRINGLS__MATHS int springls__add_inner_vertex(int n, springls__v3 x, SPRINGLS__LOCAL springls__cell_work *work)
+{
+    springls__v3 sum = springls__zero3();
+    int k;
+    for (k = 0; k < n; k++) sum = springls__add(sum, work->vertex[springls__ring_vertex(work, k)].n);
+    return springls__add_cell_vertex(work, -1, x, springls__normalize(sum), false);
+}
+
+/* Fills the ring by a fan around x. */
+SPRINGLS__MATHS void springls__add_fan(int n, springls__v3 x, SPRINGLS__LOCAL springls__cell_work *work)
+{
+    const int v = springls__add_inner_vertex(n, x, work);
+    int k;
+    for (k = 0; k < n; k++)
+        springls__add_triangle(work, springls__ring_vertex(work, k), springls__ring_vertex(work, k + 1 < n ? k + 1 : 0), v);
+}
+
+/* ---- creases: chords and apexes ---- */
+
+/* Returns what it costs to join corners p and q of two faces as ends of one crease: little where the sides are the same. */
+SPRINGLS__MATHS float springls__chord_cost(const springls__cycle_corner *p, const springls__cycle_corner *q)
+{
+    if (p->faces & q->faces) return 9.0f;
+    return (1.0f - springls__dot(p->before, q->after)) + (1.0f - springls__dot(p->after, q->before));
+}
+
+/* Joins sharp corners of a cycle in pairs that do not cross, the cheapest together; one alone costs `alone`. work->mate of a corner: its mate,
+   or -1. Returns how many have none. */
+SPRINGLS__MATHS int springls__pair_corners(int n, SPRINGLS__LOCAL springls__cell_work *work)
+{
+    const float alone = 0.3f;
+    const int row = SPRINGLS__RING + 1;
+    int width, i, j, top = 0, lone = 0;
+    for (i = 0; i <= n; i++) work->cost[row * i + i] = 0.0f;
+    for (width = 1; width <= n; width++)
+        for (i = 0; i + width <= n; i++) {
+            const int end = i + width;
+            float best = work->cost[row * (i + 1) + end] + alone;
+            work->cut[row * i + end] = -1;
+            for (j = i + 1; j < end; j++) {
+                const springls__cycle_corner p = work->corner[work->sharp[i]], q = work->corner[work->sharp[j]];
+                const float cost = springls__chord_cost(&p, &q) + work->cost[row * (i + 1) + j] + work->cost[row * (j + 1) + end];
+                if (cost >= best) continue;
+                best = cost;
+                work->cut[row * i + end] = j;
+            }
+            work->cost[row * i + end] = best;
+        }
+    for (i = 0; i < n; i++) work->mate[work->sharp[i]] = -1;
+    work->stack[top++] = 0;
+    work->stack[top++] = n;
+    while (top > 0) {
+        const int end = work->stack[--top];
+        i = work->stack[--top];
+        if (i >= end) continue;
+        j = work->cut[row * i + end];
+        lone += j < 0;
+        if (j >= 0) {
+            work->mate[work->sharp[i]] = work->sharp[j];
+            work->mate[work->sharp[j]] = work->sharp[i];
+        }
+        work->stack[top++] = i + 1;
+        work->stack[top++] = j < 0 ? end : j;
+        if (j < 0) continue;
+        work->stack[top++] = j + 1;
+        work->stack[top++] = end;
+    }
+    return lone;
+}
+
+/* Joins the two sharp corners that were left, if they lie on two faces and no chord is between. Returns how many are left then. */
+SPRINGLS__MATHS int springls__pair_last(int n, SPRINGLS__LOCAL springls__cell_work *work)
+{
+    int i, first = -1, last = -1;
+    for (i = 0; i < n; i++) {
+        if (work->mate[work->sharp[i]] >= 0) continue;
+        if (first < 0) first = i;
+        last = i;
+    }
+    if (work->corner[work->sharp[first]].faces & work->corner[work->sharp[last]].faces) return 2;
+    for (i = first + 1; i < last; i++) {
+        const int mate = work->mate[work->sharp[i]];
+        if (mate < work->sharp[first] || mate > work->sharp[last]) return 2;
+    }
+    work->mate[work->sharp[first]] = work->sharp[last];
+    work->mate[work->sharp[last]] = work->sharp[first];
+    return 0;
+}
+
+/* Cuts the ring between corners a and b along their chord: two more nodes of rings. */
+SPRINGLS__MATHS void springls__cut_ring(int a, int b, SPRINGLS__LOCAL springls__cell_work *work)
+{
+    const int again_a = work->ring_nodes, again_b = again_a + 1;
+    if (work->ring_next[a] == b || work->ring_next[b] == a) return;
+    work->ring_corner[again_a] = work->ring_corner[a];
+    work->ring_corner[again_b] = work->ring_corner[b];
+    work->ring_next[again_a] = work->ring_next[a];
+    work->ring_next[again_b] = work->ring_next[b];
+    work->ring_next[a] = again_b;
+    work->ring_next[b] = again_a;
+    work->ring_seen[again_a] = work->ring_seen[again_b] = 0;
+    work->ring_nodes += 2;
+}
+
+/* Collects the ring that a node is in. Returns its length. */
+SPRINGLS__MATHS int springls__collect_ring(int node, SPRINGLS__LOCAL springls__cell_work *work)
+{
+    int n = 0, k = node;
+    do {
+        work->ring[n++] = work->ring_corner[k];
+        work->ring_seen[k] = 1;
+        k = work->ring_next[k];
+    } while (k != node);
+    return n;
+}
+
+SPRINGLS__INNER bool springls__is_spoke(SPRINGLS__LOCAL const springls__cell_work *work, int corner)
+{
+    return work->corner[corner].sharp && work->mate[corner] < 0;
+}
+
+/* Fills a ring around an apex, where its lone corners meet: sector by sector between those. */
+SPRINGLS__MATHS void springls__fill_sectors(int n, SPRINGLS__LOCAL springls__cell_work *work)
+{
+    SPRINGLS__LOCAL springls__cycle_corner *corner = &work->corner[SPRINGLS__CELL_CORNERS];
+    const int apex = springls__add_inner_vertex(n, springls__ring_apex(n, work), work);
+    int first, k, c, length;
+    corner->vertex = apex;
+    corner->faces = corner->sharp = 0;
+    corner->before = corner->after = springls__zero3();
+    for (k = 0; k < n; k++) work->whole_ring[k] = work->ring[k];
+    for (first = 0; first < n; first++) {
+        if (!springls__is_spoke(work, work->whole_ring[first])) continue;
+        work->ring[0] = SPRINGLS__CELL_CORNERS;
+        length = 1;
+        k = first;
+        do {
+            work->ring[length++] = work->whole_ring[k];
+            k = k + 1 < n ? k + 1 : 0;
+        } while (!springls__is_spoke(work, work->whole_ring[k]));
+        work->ring[length++] = work->whole_ring[k];
+        if (springls__triangulate(length, work)) continue;
+        for (c = 1; c + 1 < length; c++)
+            springls__add_triangle(work, apex, springls__ring_vertex(work, c), springls__ring_vertex(work, c + 1));
+    }
+}
+
+/* Fills the cycle of corners [first, end). */
+SPRINGLS__MATHS void springls__fill_cycle(int first, int end, SPRINGLS__LOCAL springls__cell_work *work)
+{
+    int k, n = 0, lone = 0;
+    work->ring_nodes = end;
+    for (k = first; k < end; k++) {
+        work->ring_corner[k] = k;
+        work->ring_next[k] = k + 1 < end ? k + 1 : first;
+        work->ring_seen[k] = 0;
+        work->mate[k] = -1;
+        if (work->corner[k].sharp && n < SPRINGLS__RING) work->sharp[n++] = k;
+    }
+    if (n >= 2 && end - first <= SPRINGLS__RING) {
+        lone = springls__pair_corners(n, work);
+        if (lone == 2) lone = springls__pair_last(n, work);
+        for (k = 0; k < n; k++)
+            if (work->mate[work->sharp[k]] > work->sharp[k]) springls__cut_ring(work->sharp[k], work->mate[work->sharp[k]], work);
+    }
+    for (k = first; k < work->ring_nodes; k++) {
+        int length, c, spokes = 0;
+        if (work->ring_seen[k]) continue;
+        length = springls__collect_ring(k, work);
+        for (c = 0; c < length; c++) spokes += springls__is_spoke(work, work->ring[c]);
+        if (lone >= 3 && spokes >= 3) springls__fill_sectors(length, work);
+        else if (!springls__triangulate(length, work)) springls__add_fan(length, springls__ring_apex(length, work), work);
+    }
+}
+
+/* ---- triangles that cross ---- */
+
+/* Returns six times the volume of a tetrahedron, exactly. */
+SPRINGLS__MATHS int64_t springls__place_volume(SPRINGLS__LOCAL const springls__cell_work *work, int a, int b, int c, int d)
+{
+    SPRINGLS__LOCAL const int *o = work->vertex[a].place;
+    int64_t x[3], y[3], z[3];
+    int k;
+    for (k = 0; k < 3; k++) {
+        x[k] = work->vertex[b].place[k] - o[k];
+        y[k] = work->vertex[c].place[k] - o[k];
+        z[k] = work->vertex[d].place[k] - o[k];
+    }
+    return x[0] * (y[1] * z[2] - y[2] * z[1]) - x[1] * (y[0] * z[2] - y[2] * z[0]) + x[2] * (y[0] * z[1] - y[1] * z[0]);
+}
+
+/* Returns whether segment pq meets triangle t, which it does not lie in the plane of. */
+SPRINGLS__MATHS bool springls__pierces(SPRINGLS__LOCAL const springls__cell_work *work, int p, int q, SPRINGLS__LOCAL const int *t)
+{
+    const int64_t s = springls__place_volume(work, t[0], t[1], t[2], p), e = springls__place_volume(work, t[0], t[1], t[2], q);
+    int64_t u, v, w;
+    if (!springls__opposite(s, e) || (s == 0 && e == 0)) return false;
+    u = springls__place_volume(work, p, q, t[0], t[1]);
+    v = springls__place_volume(work, p, q, t[1], t[2]);
+    w = springls__place_volume(work, p, q, t[2], t[0]);
+    return (u >= 0 && v >= 0 && w >= 0) || (u <= 0 && v <= 0 && w <= 0);
+}
+
+/* Returns whether two triangles with one side in common lie folded on each other; a, b: the corners apart from it. */
+SPRINGLS__MATHS bool springls__is_folded(SPRINGLS__LOCAL const springls__cell_work *work, int p, int q, int a, int b)
+{
+    const springls__v3 o = work->vertex[p].x, side = springls__normalize(springls__sub(work->vertex[q].x, o));
+    springls__v3 u = springls__sub(work->vertex[a].x, o), v = springls__sub(work->vertex[b].x, o);
+    u = springls__mad(u, side, -springls__dot(u, side));
+    v = springls__mad(v, side, -springls__dot(v, side));
+    return springls__dot(u, v) > 0.99999f * springls__length(u) * springls__length(v);
+}
+
+/* Returns whether two triangles of a cell meet but in the corners that they share. */
+SPRINGLS__MATHS bool springls__triangles_meet(SPRINGLS__LOCAL const springls__cell_work *work, SPRINGLS__LOCAL const int *s,
+                                              SPRINGLS__LOCAL const int *t)
+{
+    int at_s[3], at_t[3], shared = 0, i, j;
+    for (i = 0; i < 3; i++)
+        for (j = 0; j < 3; j++)
+            if (s[i] == t[j] && shared < 3) {
+                at_s[shared] = i;
+                at_t[shared++] = j;
+            }
+    if (shared == 3) return true;
+    if (shared == 2) return springls__is_folded(work, s[at_s[0]], s[at_s[1]], s[3 - at_s[0] - at_s[1]], t[3 - at_t[0] - at_t[1]]);
+    for (i = 0; i < 3; i++) {
+        const int next = i < 2 ? i + 1 : 0; /* with a corner shared, the side across from it alone */
+        if ((shared == 0 || (i != at_s[0] && next != at_s[0])) && springls__pierces(work, s[i], s[next], t)) return true;
+        if ((shared == 0 || (i != at_t[0] && next != at_t[0])) && springls__pierces(work, t[i], t[next], s)) return true;
+    }
+    return false;
+}
+
+SPRINGLS__MATHS bool springls__any_meet(SPRINGLS__LOCAL const springls__cell_work *work)
+{
+    int i, j;
+    for (i = 0; i < work->triangles; i++)
+        for (j = i + 1; j < work->triangles; j++)
+            if (springls__triangles_meet(work, work->triangle + 3 * i, work->triangle + 3 * j)) return true;
+    return false;
+}
+
+/* ---- the cell ---- */
+
+/* Fills all cycles by fans: about their apex, their middle, or a place between that and the middle of the cell. */
+SPRINGLS__MATHS void springls__fill_by_fans(int way, SPRINGLS__LOCAL springls__cell_work *work)
+{
+    const springls__v3 o = springls__v3_make((float)work->origin[0], (float)work->origin[1], (float)work->origin[2]);
+    int cycle, k, begin = 0;
+    work->vertices = work->own_vertices;
+    work->triangles = 0;
+    for (cycle = 0; cycle < work->cycles; cycle++) {
+        const int n = work->cycle_end[cycle] - begin;
+        springls__v3 x;
+        for (k = 0; k < n; k++) work->ring[k] = begin + k;
+        x = way == 0 ? springls__ring_apex(n, work) : springls__ring_middle(n, work);
+        if (way == 2) x = springls__lerp(x, springls__add(o, springls__v3_make(0.5f, 0.5f, 0.5f)), 0.02f);
+        springls__add_fan(n, springls__snapped3(x), work);
+        begin = work->cycle_end[cycle];
+    }
+}
+
+/* Finds the triangles of the cell that begins at a node. Returns false where some cross. */
+SPRINGLS__MATHS bool springls__fill_cell(const springls__contour *contour, const int local[3],
+                                         SPRINGLS__LOCAL springls__cell_work *work)
+{
+    int cycle, way, k, begin = 0;
+    bool plain;
+    springls__list_links(contour, local, work);
+    work->triangles = work->cycles = work->vertices = work->own_vertices = 0;
+    if (work->links == 0) return true;
+    springls__find_cycles(contour, contour->first_corner, work);
+    plain = work->cycles == 1;
+    for (cycle = 0; cycle < work->cycles; cycle++) {
+        springls__fill_cycle(begin, work->cycle_end[cycle], work);
+        for (k = begin; k < work->cycle_end[cycle]; k++) plain = plain && !work->corner[k].sharp;
+        begin = work->cycle_end[cycle];
+    }
+    if (plain || !springls__any_meet(work)) return true;
+    for (way = 0; way < 3; way++) {
+        springls__fill_by_fans(way, work);
+        if (!springls__any_meet(work)) return true;
+    }
+    return false;
+}
+
+/* Returns how many arcs the cells of brick b have on their faces: a cell has at most six triangles for each, and three new vertices. */
+SPRINGLS__MATHS int springls__count_links(const springls__contour *contour, int b, SPRINGLS__LOCAL springls__cell_work *work)
+{
+    int node, k, sum = 0, at[3];
+    const int zero[3] = { 0, 0, 0 }, step[3] = { 1, 9, 81 };
+    if (springls__gather_owned(contour, contour->brick + b, true, &work->owned) == 0) return 0;
+    for (node = 0; node < 512; node++) {
+        springls__voxel_of_brick(zero, node, at);
+        for (k = 0; k < 6; k++)
+            sum += work->owned.count[3 * (springls__node_around(at[0], at[1], at[2]) + (k >= 3 ? step[k - 3] : 0)) + k % 3];
+    }
+    return sum;
+}
+
+/* Writes the triangles of the cells of brick b, three numbers of vertices each, and the vertices in cells. Marks the cells in which
+   triangles cross. */
+SPRINGLS__MATHS void springls__find_patches(const springls__contour *contour, int b, SPRINGLS__LOCAL springls__cell_work *work)
+{
+    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
+    int node, k;
+    const int zero[3] = { 0, 0, 0 };
+    brick->triangles = brick->inner = 0;
+    for (k = 0; k < 16; k++) brick->conflict[k] = 0u;
+    if (springls__gather_owned(contour, brick, true, &work->owned) == 0) return;
+    for (node = 0; node < 512; node++) {
+        SPRINGLS__GLOBAL int *corners = contour->corners + 3 * (size_t)(brick->first_triangle + brick->triangles);
+        int local[3];
+        springls__voxel_of_brick(zero, node, local);
+        springls__voxel_of_brick(brick->origin, node, work->origin);
+        if (!springls__fill_cell(contour, local, work)) brick->conflict[node >> 5] |= 1u << (node & 31);
+        for (k = work->own_vertices; k < work->vertices; k++) {
+            springls__crossing v;
+            v.x = work->vertex[k].x;
+            v.n = work->vertex[k].n;
+            v.side = 0;
+            v.springl = -1;
+            work->vertex[k].id = contour->first_inner + brick->first_inner + brick->inner;
+            contour->inner[brick->first_inner + brick->inner++] = v;
+        }
+        for (k = 0; k < 3 * work->triangles; k++) corners[k] = work->vertex[work->triangle[k]].id;
+        brick->triangles += work->triangles;
+    }
+}
+
+/* ======== >>surface_table  (src/output/surface_table.h) ======================================================== */
+/* surface_table.h - springl contouring (params.contouring): a closed mesh of what the springls hold, made brick by brick. crossings.h,
+   faces.h and patches.h have the formulas; here are the list of bricks, the arrays and the order of the kernels:
+   hits -> sides of nodes -> crossings of edges -> arcs on faces -> triangles in cells. */
+
+typedef enum springls__surface_kernel {
+    SPRINGLS__SURFACE_COUNT_HITS,
+    SPRINGLS__SURFACE_FIND_HITS,
+    SPRINGLS__SURFACE_FIND_SIDES,
+    SPRINGLS__SURFACE_COUNT_CROSSINGS,
+    SPRINGLS__SURFACE_FIND_CROSSINGS,
+    SPRINGLS__SURFACE_COUNT_ARCS,
+    SPRINGLS__SURFACE_FIND_ARCS,
+    SPRINGLS__SURFACE_COUNT_LINKS,
+    SPRINGLS__SURFACE_FIND_PATCHES
+} springls__surface_kernel;
+
+/* The table while it is made. */
+typedef struct springls__surface_job {
+    springls_context *ctx;
+    springls__contour contour;
+    springls__v3 *normal;
+    uint8_t *creased;
+    springls__surface_kernel kernel;
+    int bricks;
+} springls__surface_job;
+
+/* Working memory of one lane. */
+typedef union springls__surface_work {
+    springls__trims trims;
+    springls__line_work line;
+    springls__face_work face;
+    springls__cell_work cell;
+} springls__surface_work;
+
+SPRINGLS__FN springls_status springls__reserve_table(springls_context *ctx, int buffer, size_t count, size_t element)
+{
+    return springls__buffer_grow(ctx, &ctx->surface_memory[buffer], count + 1, element, 0);
+}
+
+/* ---- kernels ---- */
+
+SPRINGLS__FN void springls__surface_brick_task(void *arg, int begin, int end, float *memory)
+{
+    const springls__surface_job *job = (const springls__surface_job *)arg;
+    const springls__model *model = &job->ctx->model;
+    const springls__contour *contour = &job->contour;
+    springls__surface_work *work = (springls__surface_work *)(void *)memory;
+    for (; begin < end; begin++) {
+        if (contour->brick[begin].ready) continue;
+        switch (job->kernel) {
+        case SPRINGLS__SURFACE_COUNT_HITS: springls__brick_hits(model, contour, begin, false, &work->trims); break;
+        case SPRINGLS__SURFACE_FIND_HITS: springls__brick_hits(model, contour, begin, true, &work->trims); break;
+        case SPRINGLS__SURFACE_FIND_SIDES: springls__find_node_sides(model, contour, begin, &work->line); break;
+        case SPRINGLS__SURFACE_COUNT_CROSSINGS: springls__find_crossings(model, contour, begin, false, &work->line); break;
+        case SPRINGLS__SURFACE_FIND_CROSSINGS: springls__find_crossings(model, contour, begin, true, &work->line); break;
+        case SPRINGLS__SURFACE_COUNT_ARCS: springls__count_arcs(contour, begin, &work->face); break;
+        case SPRINGLS__SURFACE_FIND_ARCS: springls__find_arcs(model, contour, begin, &work->face); break;
+        case SPRINGLS__SURFACE_COUNT_LINKS: contour->brick[begin].links = springls__count_links(contour, begin, &work->cell); break;
+        case SPRINGLS__SURFACE_FIND_PATCHES: springls__find_patches(contour, begin, &work->cell); break;
+        }
+    }
+}
+
+SPRINGLS__FN springls_status springls__surface_run(springls__surface_job *job, springls__surface_kernel kernel)
+{
+    const size_t floats = sizeof(springls__surface_work) / sizeof(float) + 1;
+    SPRINGLS__TRY(springls__reserve_lanes(job->ctx, floats, job->bricks));
+    job->kernel = kernel;
+    springls__do_work(job->ctx, springls__surface_brick_task, job, floats, 0, job->bricks, 1);
+    return SPRINGLS_OK;
+}
+
+SPRINGLS__FN void springls__surface_normal_task(void *arg, int begin, int end)
+{
+    const springls__surface_job *job = (const springls__surface_job *)arg;
+    for (; begin < end; begin++) job->normal[begin] = springls__springl_normal(job->ctx->model.set.s[begin]);
+}
+
+SPRINGLS__FN void springls__surface_crease_task(void *arg, int begin, int end)
+{
+    const springls__surface_job *job = (const springls__surface_job *)arg;
+    for (; begin < end; begin++) job->creased[begin] = springls__is_creased(&job->ctx->model, job->normal, begin);
+}
+
+/* ---- the list of bricks: those active and all around them, also beyond the border of the domain ---- */
+
+/* Finds brick `place` in the table, or where it is to go. Places begin at -1. */
+SPRINGLS__FN int *springls__surface_slot(const springls__surface_job *job, size_t size, const int place[3])
+{
+    int *table = (int *)job->ctx->surface_memory[SPRINGLS__SURFACE_HASH].data;
+    size_t slot = springls__hash3((uint32_t)(place[0] + 1), (uint32_t)(place[1] + 1), (uint32_t)(place[2] + 1)) & (size - 1);
+    for (; table[slot] >= 0; slot = (slot + 1) & (size - 1)) {
+        const int *other = (int *)job->ctx->surface_memory[SPRINGLS__SURFACE_RANK].data + 3 * (size_t)table[slot];
+        if (other[0] == place[0] && other[1] == place[1] && other[2] == place[2]) break;
+    }
+    return table + slot;
+}
+
+/* Finds the place of the d-th brick around another. */
+SPRINGLS__FN void springls__place_around(const int center[3], int d, int place[3])
+{
+    place[0] = center[0] + d % 3 - 1;
+    place[1] = center[1] + d / 3 % 3 - 1;
+    place[2] = center[2] + d / 9 - 1;
+}
+
+/* Makes the bricks of the table, without contents. */
+SPRINGLS__FN springls_status springls__surface_bricks(springls__surface_job *job)
+{
+    springls_context *ctx = job->ctx;
+    const springls__grid *g = &ctx->model.grid;
+    const size_t most = 27 * (size_t)g->active_count, size = springls__table_size(most);
+    int i, d, k, place[3], center[3], *places, *table;
+    size_t slot;
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_HASH, size, sizeof(int)));
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_RANK, 3 * most, sizeof(int)));
+    table = (int *)ctx->surface_memory[SPRINGLS__SURFACE_HASH].data;
+    places = (int *)ctx->surface_memory[SPRINGLS__SURFACE_RANK].data;
+    for (slot = 0; slot < size; slot++) table[slot] = -1;
+    for (i = 0; i < g->active_count; i++) {
+        springls__brick_place(g, g->slot_brick[g->active[i]], center);
+        for (d = 0; d < 27; d++) {
+            int *at;
+            springls__place_around(center, d, place);
+            at = springls__surface_slot(job, size, place);
+            if (*at >= 0) continue;
+            *at = job->bricks;
+            memcpy(places + 3 * (size_t)job->bricks++, place, sizeof place);
+        }
+    }
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_BRICK_LIST, (size_t)job->bricks, sizeof(springls__surface_brick)));
+    job->contour.brick = (springls__surface_brick *)ctx->surface_memory[SPRINGLS__SURFACE_BRICK_LIST].data;
+    memset(job->contour.brick, 0, (size_t)job->bricks * sizeof(springls__surface_brick));
+    for (i = 0; i < job->bricks; i++) {
+        springls__surface_brick *brick = job->contour.brick + i;
+        for (k = 0; k < 3; k++) brick->origin[k] = SPRINGLS__BRICK * places[3 * i + k];
+        for (d = 0; d < 27; d++) {
+            springls__place_around(places + 3 * (size_t)i, d, place);
+            brick->around[d] = *springls__surface_slot(job, size, place);
+        }
+    }
+    return SPRINGLS_OK;
+}
+
+/* ---- sums between kernels ---- */
+
+/* Fails when a count does not fit an int. */
+SPRINGLS__FN springls_status springls__surface_fits(springls_context *ctx, int64_t count)
+{
+    return count > INT32_MAX / 8 ? springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "a mesh has too many triangles") : SPRINGLS_OK;
+}
+
+/* Finds all hits. */
+SPRINGLS__FN springls_status springls__surface_hits(springls__surface_job *job)
+{
+    springls_context *ctx = job->ctx;
+    uint64_t sum = 0;
+    int b, k;
+    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_COUNT_HITS));
+    for (b = 0; b < job->bricks; b++) {
+        springls__surface_brick *brick = job->contour.brick + b;
+        uint32_t begin = 0;
+        brick->first_hit = (uint32_t)sum;
+        for (k = 0; k < 192; k++) {
+            brick->line_begin[k] = begin;
+            begin += brick->line_end[k];
+            brick->line_end[k] = brick->line_begin[k];
+        }
+        sum += begin;
+        SPRINGLS__TRY(springls__surface_fits(ctx, (int64_t)sum));
+    }
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_HIT, (size_t)sum, sizeof(springls__hit)));
+    job->contour.hit = (springls__hit *)ctx->surface_memory[SPRINGLS__SURFACE_HIT].data;
+    return springls__surface_run(job, SPRINGLS__SURFACE_FIND_HITS);
+}
+
+/* Finds all crossings; their number is that of the first vertex that is none. */
+SPRINGLS__FN springls_status springls__surface_crossings(springls__surface_job *job)
+{
+    springls_context *ctx = job->ctx;
+    int64_t sum = 0;
+    int b;
+    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_FIND_SIDES));
+    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_COUNT_CROSSINGS));
+    for (b = 0; b < job->bricks; b++) {
+        job->contour.brick[b].first_crossing = (int)sum;
+        sum += job->contour.brick[b].edge_end[1535];
+        SPRINGLS__TRY(springls__surface_fits(ctx, sum));
+    }
+    job->contour.first_corner = (int)sum;
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_CROSSING, (size_t)sum, sizeof(springls__crossing)));
+    job->contour.crossing = (springls__crossing *)ctx->surface_memory[SPRINGLS__SURFACE_CROSSING].data;
+    return springls__surface_run(job, SPRINGLS__SURFACE_FIND_CROSSINGS);
+}
+
+/* Finds all arcs, and makes room for triangles. */
+SPRINGLS__FN springls_status springls__surface_arcs(springls__surface_job *job)
+{
+    springls_context *ctx = job->ctx;
+    int64_t sum = 0;
+    int b;
+    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_COUNT_ARCS));
+    for (b = 0; b < job->bricks; b++) {
+        job->contour.brick[b].first_arc = (int)sum;
+        sum += job->contour.brick[b].face_end[1535];
+        SPRINGLS__TRY(springls__surface_fits(ctx, sum));
+    }
+    job->contour.first_inner = job->contour.first_corner + 2 * (int)sum;
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_ARC, (size_t)sum, sizeof(springls__arc)));
+    job->contour.arc = (springls__arc *)ctx->surface_memory[SPRINGLS__SURFACE_ARC].data;
+    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_FIND_ARCS));
+    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_COUNT_LINKS));
+    for (b = 0, sum = 0; b < job->bricks; b++) {
+        job->contour.brick[b].first_triangle = 6 * (int)sum;
+        job->contour.brick[b].first_inner = 3 * (int)sum;
+        sum += job->contour.brick[b].links;
+        SPRINGLS__TRY(springls__surface_fits(ctx, 6 * sum));
+    }
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_TRIANGLE, 18 * (size_t)sum, sizeof(int)));
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_INNER, 3 * (size_t)sum, sizeof(springls__crossing)));
+    job->contour.corners = (int *)ctx->surface_memory[SPRINGLS__SURFACE_TRIANGLE].data;
+    job->contour.inner = (springls__crossing *)ctx->surface_memory[SPRINGLS__SURFACE_INNER].data;
+    return SPRINGLS_OK;
+}
+
+/* ---- cells whose triangles cross ---- */
+
+/* Takes crossing k of an edge of a brick, and the next one, away. */
+SPRINGLS__FN void springls__remove_pair(const springls__surface_job *job, springls__surface_brick *brick, int edge, int k)
+{
+    springls__crossing *crossing = job->contour.crossing + brick->first_crossing;
+    int e;
+    memmove(crossing + k, crossing + k + 2, (size_t)(brick->edge_end[1535] - k - 2) * sizeof *crossing);
+    for (e = edge; e < 1536; e++) brick->edge_end[e] -= 2;
+}
+
+/* Takes the nearest two crossings of one edge of a cell away. Returns whether there were any. */
+SPRINGLS__FN bool springls__thin_cell(const springls__surface_job *job, const springls__surface_brick *brick, int node)
+{
+    const int zero[3] = { 0, 0, 0 };
+    springls__surface_brick *best_brick = NULL;
+    float least = FLT_MAX;
+    int axis, side, k, best = 0, best_edge = 0, at[3];
+    for (axis = 0; axis < 3; axis++)
+        for (side = 0; side < 4; side++) {
+            int other, edge, begin;
+            springls__surface_brick *owner;
+            springls__voxel_of_brick(zero, node, at);
+            at[springls__axis_after(axis)] += side & 1;
+            at[springls__axis_after(springls__axis_after(axis))] += side >> 1;
+            other = springls__table_node(brick, at, &edge);
+            if (other < 0) continue;
+            owner = job->contour.brick + other;
+            edge = 3 * edge + axis;
+            begin = edge ? owner->edge_end[edge - 1] : 0;
+            for (k = begin; k + 1 < owner->edge_end[edge]; k++) {
+                const springls__crossing *pair = job->contour.crossing + owner->first_crossing + k;
+                const float gap = springls__along(pair[1].x, axis) - springls__along(pair[0].x, axis);
+                if (gap >= least) continue;
+                least = gap;
+                best_brick = owner;
+                best_edge = edge;
+                best = k;
+            }
+        }
+    if (best_brick) springls__remove_pair(job, best_brick, best_edge, best);
+    return best_brick != NULL;
+}
+
+/* Makes the cells simpler in which triangles cross: their faces get no more corners than they need, then they lose pairs of crossings.
+   Returns whether there is anything to do again. */
+SPRINGLS__FN bool springls__simplify_cells(const springls__surface_job *job)
+{
+    bool some = false;
+    int b, node, d;
+    for (b = 0; b < job->bricks; b++) job->contour.brick[b].ready = 1;
+    for (b = 0; b < job->bricks; b++) {
+        springls__surface_brick *brick = job->contour.brick + b;
+        for (node = 0; node < 512; node++) {
+            if (!springls__bit_of(brick->conflict, node)) continue;
+            if (brick->plain[node] && !springls__thin_cell(job, brick, node)) continue;
+            brick->plain[node] = 1;
+            some = true;
+            for (d = 0; d < 27; d++)
+                if (brick->around[d] >= 0) job->contour.brick[brick->around[d]].ready = 0;
+        }
+    }
+    return some;
+}
+
+/* Finds all triangles. */
+SPRINGLS__FN springls_status springls__surface_triangles(springls__surface_job *job)
+{
+    SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_FIND_PATCHES));
+    while (springls__simplify_cells(job)) {
+        SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_COUNT_ARCS));
+        SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_FIND_ARCS));
+        SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_FIND_PATCHES));
+    }
+    return SPRINGLS_OK;
+}
+
+/* ---- the mesh ---- */
+
+/* Holds a welded mesh, positions in voxels. Its arrays are scratch memory of the model. normals: of a mesh of springls; else NULL. */
 typedef struct springls__raw_mesh {
-    springls__v3 *positions;
+    springls__v3 *positions, *normals;
     int *triangles, vertex_count, triangle_count;
 } springls__raw_mesh;
+
+/* Returns a vertex by its number in the table. */
+SPRINGLS__FN springls__crossing springls__surface_vertex(const springls__surface_job *job, int number)
+{
+    const springls__contour *contour = &job->contour;
+    springls__crossing v;
+    const springls__arc *arc;
+    int k;
+    if (number < contour->first_corner) return contour->crossing[number];
+    if (number >= contour->first_inner) return contour->inner[number - contour->first_inner];
+    arc = contour->arc + (number - contour->first_corner) / 2;
+    k = (number - contour->first_corner) % 2;
+    v.x = arc->corner[k];
+    v.n = springls__add(k == 0 ? contour->crossing[arc->from].n : arc->rim,
+                        k == arc->corners - 1 ? contour->crossing[arc->to].n : arc->rim);
+    v.side = 0;
+    v.springl = -1;
+    return v;
+}
+
+/* Gathers the triangles of all bricks, and the vertices that they use in the order of their numbers. */
+SPRINGLS__FN springls_status springls__surface_gather(springls__surface_job *job, springls__raw_mesh *mesh)
+{
+    springls_context *ctx = job->ctx;
+    const springls__surface_brick *last = job->contour.brick + job->bricks - 1;
+    const int numbers = job->contour.first_inner + last->first_inner + 3 * last->links;
+    int *rank, b, k, at = 0;
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_RANK, (size_t)numbers, sizeof(int)));
+    rank = (int *)ctx->surface_memory[SPRINGLS__SURFACE_RANK].data;
+    memset(rank, 0, (size_t)numbers * sizeof *rank);
+    for (b = 0; b < job->bricks; b++) {
+        const springls__surface_brick *brick = job->contour.brick + b;
+        for (k = 0; k < 3 * brick->triangles; k++) rank[job->contour.corners[3 * (size_t)brick->first_triangle + (size_t)k]] = 1;
+        mesh->triangle_count += brick->triangles;
+    }
+    for (k = 0; k < numbers; k++) rank[k] = rank[k] ? ++mesh->vertex_count : 0;
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, surface_positions, mesh->vertex_count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, surface_corners, 3 * (size_t)mesh->triangle_count));
+    SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_gradient, mesh->vertex_count));
+    mesh->positions = springls__surface_positions(&ctx->model);
+    mesh->triangles = springls__surface_corners(&ctx->model);
+    mesh->normals = springls__vertex_gradient(&ctx->model);
+    for (k = 0; k < numbers; k++) {
+        springls__crossing v;
+        if (rank[k] == 0) continue;
+        v = springls__surface_vertex(job, k);
+        mesh->positions[rank[k] - 1] = v.x;
+        mesh->normals[rank[k] - 1] = v.n;
+    }
+    for (b = 0; b < job->bricks; b++) {
+        const springls__surface_brick *brick = job->contour.brick + b;
+        const int *corner = job->contour.corners + 3 * (size_t)brick->first_triangle;
+        for (k = 0; k < 3 * brick->triangles; k++) mesh->triangles[at++] = rank[corner[k]] - 1;
+    }
+    return SPRINGLS_OK;
+}
+
+/* Adds the areas of triangles to the normals of vertices that have none, as where a change of side is all that is known. */
+SPRINGLS__FN void springls__surface_normals(springls__raw_mesh *mesh)
+{
+    int t, k;
+    for (k = 0; k < mesh->vertex_count; k++) mesh->normals[k] = springls__normalize(mesh->normals[k]);
+    for (t = 0; t < mesh->triangle_count; t++) {
+        const int *corner = mesh->triangles + 3 * (size_t)t;
+        springls__tri tri;
+        springls__v3 area;
+        tri.a = mesh->positions[corner[0]];
+        tri.b = mesh->positions[corner[1]];
+        tri.c = mesh->positions[corner[2]];
+        area = springls__scale(springls__tri_area2(tri), 1e-4f); /* beside a unit normal it is nothing */
+        for (k = 0; k < 3; k++)
+            if (springls__length2(mesh->normals[corner[k]]) < 0.5f) mesh->normals[corner[k]] = springls__add(mesh->normals[corner[k]], area);
+    }
+    for (k = 0; k < mesh->vertex_count; k++) mesh->normals[k] = springls__normalize(mesh->normals[k]);
+}
+
+/* Makes the mesh that the springls show, on the host. The cell list must be fresh. */
+SPRINGLS__FN springls_status springls__contour_springls(springls_context *ctx, springls__raw_mesh *mesh)
+{
+    const int count = ctx->model.set.count;
+    springls__surface_job job;
+    memset(mesh, 0, sizeof *mesh);
+    memset(&job, 0, sizeof job);
+    job.ctx = ctx;
+    if (ctx->model.grid.active_count == 0) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_NORMAL, (size_t)count, sizeof(springls__v3)));
+    SPRINGLS__TRY(springls__reserve_table(ctx, SPRINGLS__SURFACE_CREASED, (size_t)count, 1));
+    job.contour.normal = job.normal = (springls__v3 *)ctx->surface_memory[SPRINGLS__SURFACE_NORMAL].data;
+    job.contour.creased = job.creased = (uint8_t *)ctx->surface_memory[SPRINGLS__SURFACE_CREASED].data;
+    springls__parallel(ctx, count, 1024, springls__surface_normal_task, &job);
+    springls__parallel(ctx, count, 256, springls__surface_crease_task, &job);
+    SPRINGLS__TRY(springls__surface_bricks(&job));
+    SPRINGLS__TRY(springls__surface_hits(&job));
+    SPRINGLS__TRY(springls__surface_crossings(&job));
+    SPRINGLS__TRY(springls__surface_arcs(&job));
+    SPRINGLS__TRY(springls__surface_triangles(&job));
+    SPRINGLS__TRY(springls__surface_gather(&job, mesh));
+    springls__surface_normals(mesh);
+    return SPRINGLS_OK;
+}
+
+/* Finds the correspondences and springls of the mesh's vertices, of springls that face the same way. */
+SPRINGLS__FN void springls__surface_material_task(void *arg, int begin, int end)
+{
+    const springls__model *model = (const springls__model *)arg;
+    for (; begin < end; begin++) {
+        const springls__v3 x = springls__surface_positions(model)[begin], n = springls__vertex_gradient(model)[begin];
+        const int nearest = springls__nearest_springl_facing(model, x, n, SPRINGLS__MATERIAL_RADIUS);
+        springls__vertex_correspondence(model)[begin] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);
+        springls__vertex_springl(model)[begin] = nearest;
+    }
+}
+
+/* ======== >>isosurface  (src/output/isosurface.h) ============================================================== */
+/* isosurface.h - extracts the watertight surface as a welded mesh: the zero level, or what springls show (surface_table.h). */
 
 /* Runs welded marching cubes of phi, on the backend where one is in use; the mesh is then on the host. */
 SPRINGLS__FN springls_status springls__isosurface(springls_context *ctx, springls__raw_mesh *mesh)
@@ -25278,6 +27677,15 @@ SPRINGLS__FN springls_status springls__isosurface(springls_context *ctx, springl
     SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(surface_positions),
                                   (size_t)mesh->vertex_count * sizeof *mesh->positions));
     return springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(surface_corners), corners * sizeof *mesh->triangles);
+}
+
+/* Makes the watertight surface as params.contouring has it. */
+SPRINGLS__FN springls_status springls__watertight_mesh(springls_context *ctx, springls__raw_mesh *mesh)
+{
+    if (ctx->model.params.contouring == SPRINGLS_CONTOURING_LEVEL_SET) return springls__isosurface(ctx, mesh);
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    SPRINGLS__TRY(springls__read_cell_list(ctx));
+    return springls__contour_springls(ctx, mesh);
 }
 
 /* Allocates the arrays of a mesh in one block, which springls_mesh_free releases; no vertices: no block. */
@@ -25341,12 +27749,13 @@ SPRINGLS__FN springls_status springls__isosurface_with_data(springls_context *ct
     springls__vertex_data_job job;
     size_t vertices;
     SPRINGLS__TRY(springls__read_cell_list(ctx));
-    SPRINGLS__TRY(springls__isosurface(ctx, &raw));
+    SPRINGLS__TRY(springls__watertight_mesh(ctx, &raw));
     vertices = (size_t)raw.vertex_count;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_gradient, vertices));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_correspondence, vertices));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_springl, vertices));
-    springls__run(ctx, SPRINGLS__KERNEL_attach_vertex_data, raw.vertex_count, NULL);
+    if (raw.normals) springls__parallel(ctx, raw.vertex_count, 256, springls__surface_material_task, &ctx->model);
+    else springls__run(ctx, SPRINGLS__KERNEL_attach_vertex_data, raw.vertex_count, NULL);
     SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(vertex_gradient), vertices * sizeof(springls__v3)));
     SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(vertex_correspondence), vertices * sizeof(springls__v3)));
     SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(vertex_springl), vertices * sizeof(int)));
@@ -25907,7 +28316,7 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "measure: out is NULL");
     SPRINGLS__TRY(springls__begin_reading(ctx));
     springls__use_device(ctx);
-    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__isosurface(ctx, &raw)));
+    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__watertight_mesh(ctx, &raw)));
     if (raw.vertex_count == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, mesh_half_edges, (size_t)raw.triangle_count * 3));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, mesh_parent, raw.vertex_count));
@@ -27683,7 +30092,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1037 \"springls.h\"\n",
+    "#line 1041 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -27705,6 +30114,9 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Names what bodies that touch do: become one, as level sets do, or stay two (manual, CONTACT). */\n",
     "typedef enum springls_contact { SPRINGLS_CONTACT_MERGE, SPRINGLS_CONTACT_SEPARATE } springls_contact;\n",
+    "\n",
+    "/* Names what the watertight surface is made of: the zero level of phi, or springls (manual, CONTOURING). */\n",
+    "typedef enum springls_contouring { SPRINGLS_CONTOURING_LEVEL_SET, SPRINGLS_CONTOURING_SPRINGLS } springls_contouring;\n",
     "\n",
     "/* Names the rule that gives a split or filled springl its place and its correspondence. */\n",
     "typedef enum springls_placement {\n",
@@ -27785,13 +30197,16 @@ static const char *const springls__kernel_lines[] = {
     "    int volume_lock;         /* 1: every component keeps its volume (manual, VOLUME LOCK); 0: the paper            */\n",
     "    int components;          /* 1: components have ids that last, and events (manual, EVENTS); 0: the paper        */\n",
     "\n",
+    "    /* output */\n",
+    "    springls_contouring contouring; /* LEVEL_SET: the mesh is the zero level; SPRINGLS: it is what springls show   */\n",
+    "\n",
     "    /* initial springls: of a mesh; of a level set or shape */\n",
     "    int split_input;         /* 1: springls_set_mesh divides triangles with an edge longer than split_edge, or than that of\n",
     "                                an equilateral triangle of split_area; 0: each triangle becomes one springl        */\n",
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2134 \"springls.h\"\n",
+    "#line 2144 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -27888,7 +30303,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2232 \"springls.h\"\n",
+    "#line 2242 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -27910,7 +30325,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2255 \"springls.h\"\n",
+    "#line 2265 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -27925,7 +30340,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2271 \"springls.h\"\n",
+    "#line 2281 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -28049,7 +30464,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2395 \"springls.h\"\n",
+    "#line 2405 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -28119,7 +30534,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2466 \"springls.h\"\n",
+    "#line 2476 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -28339,7 +30754,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2687 \"springls.h\"\n",
+    "#line 2697 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28354,7 +30769,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2702 \"springls.h\"\n",
+    "#line 2712 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -28478,14 +30893,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2826 \"springls.h\"\n",
+    "#line 2836 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2834 \"springls.h\"\n",
+    "#line 2844 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -28584,7 +30999,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 2934 \"springls.h\"\n",
+    "#line 2944 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -28639,7 +31054,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 2990 \"springls.h\"\n",
+    "#line 3000 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -28735,7 +31150,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 3087 \"springls.h\"\n",
+    "#line 3097 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -28747,7 +31162,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3099 \"springls.h\"\n",
+    "#line 3109 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28762,7 +31177,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3115 \"springls.h\"\n",
+    "#line 3125 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -28806,7 +31221,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3159 \"springls.h\"\n",
+    "#line 3169 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28821,7 +31236,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3174 \"springls.h\"\n",
+    "#line 3184 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -28865,7 +31280,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3218 \"springls.h\"\n",
+    "#line 3228 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -28944,7 +31359,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3297 \"springls.h\"\n",
+    "#line 3307 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -28959,7 +31374,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3313 \"springls.h\"\n",
+    "#line 3323 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -29026,7 +31441,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3380 \"springls.h\"\n",
+    "#line 3390 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -29041,7 +31456,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3395 \"springls.h\"\n",
+    "#line 3405 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -29108,7 +31523,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3463 \"springls.h\"\n",
+    "#line 3473 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -29489,7 +31904,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3845 \"springls.h\"\n",
+    "#line 3855 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -30188,7 +32603,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4545 \"springls.h\"\n",
+    "#line 4555 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -30448,7 +32863,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4806 \"springls.h\"\n",
+    "#line 4816 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -30650,7 +33065,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5009 \"springls.h\"\n",
+    "#line 5019 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -30767,7 +33182,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5127 \"springls.h\"\n",
+    "#line 5137 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -30964,7 +33379,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5324 \"springls.h\"\n",
+    "#line 5334 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30979,7 +33394,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5340 \"springls.h\"\n",
+    "#line 5350 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -31173,7 +33588,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5534 \"springls.h\"\n",
+    "#line 5544 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31188,7 +33603,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5549 \"springls.h\"\n",
+    "#line 5559 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -31382,7 +33797,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6352 \"springls.h\"\n",
+    "#line 6378 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -31408,7 +33823,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6379 \"springls.h\"\n",
+    "#line 6405 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -31497,7 +33912,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6469 \"springls.h\"\n",
+    "#line 6495 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -31637,7 +34052,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6610 \"springls.h\"\n",
+    "#line 6636 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -31742,7 +34157,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6716 \"springls.h\"\n",
+    "#line 6742 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -31974,7 +34389,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6949 \"springls.h\"\n",
+    "#line 6975 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -32004,7 +34419,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 6979 \"springls.h\"\n",
+    "#line 7005 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32019,7 +34434,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 6995 \"springls.h\"\n",
+    "#line 7021 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -32188,7 +34603,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7164 \"springls.h\"\n",
+    "#line 7190 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32203,7 +34618,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7179 \"springls.h\"\n",
+    "#line 7205 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -32372,7 +34787,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7348 \"springls.h\"\n",
+    "#line 7374 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -32426,7 +34841,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7403 \"springls.h\"\n",
+    "#line 7429 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -32452,7 +34867,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7429 \"springls.h\"\n",
+    "#line 7455 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32467,7 +34882,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7445 \"springls.h\"\n",
+    "#line 7471 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -32550,7 +34965,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7528 \"springls.h\"\n",
+    "#line 7554 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -32565,7 +34980,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7543 \"springls.h\"\n",
+    "#line 7569 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -32648,7 +35063,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7626 \"springls.h\"\n",
+    "#line 7652 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -32722,7 +35137,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7701 \"springls.h\"\n",
+    "#line 7727 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -33275,7 +35690,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8255 \"springls.h\"\n",
+    "#line 8281 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -33371,7 +35786,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8352 \"springls.h\"\n",
+    "#line 8378 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -33492,7 +35907,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8474 \"springls.h\"\n",
+    "#line 8500 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -33773,7 +36188,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8756 \"springls.h\"\n",
+    "#line 8782 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -33859,7 +36274,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8843 \"springls.h\"\n",
+    "#line 8869 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -34001,7 +36416,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 8986 \"springls.h\"\n",
+    "#line 9012 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -34190,7 +36605,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9176 \"springls.h\"\n",
+    "#line 9202 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -34314,7 +36729,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9301 \"springls.h\"\n",
+    "#line 9327 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -34348,7 +36763,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 9336 \"springls.h\"\n",
+    "#line 9362 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -34879,7 +37294,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9868 \"springls.h\"\n",
+    "#line 9894 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -35029,7 +37444,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10019 \"springls.h\"\n",
+    "#line 10045 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -35133,7 +37548,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10124 \"springls.h\"\n",
+    "#line 10150 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -35230,7 +37645,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10222 \"springls.h\"\n",
+    "#line 10248 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -35768,7 +38183,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10761 \"springls.h\"\n",
+    "#line 10787 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -35846,7 +38261,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10840 \"springls.h\"\n",
+    "#line 10866 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -36095,7 +38510,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11090 \"springls.h\"\n",
+    "#line 11116 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -36128,7 +38543,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11124 \"springls.h\"\n",
+    "#line 11150 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -36153,14 +38568,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11150 \"springls.h\"\n",
+    "#line 11176 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11157 \"springls.h\"\n",
+    "#line 11183 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36175,7 +38590,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11173 \"springls.h\"\n",
+    "#line 11199 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -36301,7 +38716,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11299 \"springls.h\"\n",
+    "#line 11325 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -36316,7 +38731,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11314 \"springls.h\"\n",
+    "#line 11340 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -36442,7 +38857,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11441 \"springls.h\"\n",
+    "#line 11467 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -36733,7 +39148,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11733 \"springls.h\"\n",
+    "#line 11759 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -36842,7 +39257,1957 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_scatter, LISTS, 128) X(brick_lists_sort, LISTS, 8)                                                             \\\n",
     "    X(compact_flag, LISTS, 4096) X(compact_out, LISTS, 256) X(compact_in, LISTS, 256)                                            \\\n",
     "    X(region_begin, SIGNS, 64) X(region_join, SIGNS, 64) X(region_vote, SIGNS, 64) X(region_resolve, SIGNS, 64)\n",
-    "#line 36846 \"springls.h\"\n",
+    "#line 25276 \"springls.h\"\n",
+    "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
+    "\n",
+    "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
+    "   center) the cheapest sequence of in and out explains the hits; the three lines vote. Edges: the same search between two nodes whose\n",
+    "   sides are known finds runs of hits, and each run is a crossing. An edge may have several: so a sheet may be thinner than a voxel.\n",
+    "\n",
+    "   The table has bricks of 8 x 8 x 8 nodes, those active in the grid and all around them, and each kernel writes its own brick only.\n",
+    "   Node (x, y, z) of a brick owns the edges, faces and the cell that begin there. */\n",
+    "\n",
+    "/* Lengths in voxels and costs, found by experiment. */\n",
+    "#define SPRINGLS__HIT_RADIUS 1.6f       /* how far from its particle a springl is looked for; a large one: .7 beyond its radius */\n",
+    "#define SPRINGLS__LARGEST_HIT_RADIUS 2.5f\n",
+    "#define SPRINGLS__TRIM_RADIUS 1.6f\n",
+    "#define SPRINGLS__CREASE_COSINE 0.77f   /* of two normals: where it is less the springls are on two sides of a crease           */\n",
+    "#define SPRINGLS__OPPOSED_COSINE (-0.5f) /* less: on two sides of a sheet                                                       */\n",
+    "#define SPRINGLS__CROSSING_COST 0.45f   /* of a change of side that begins a run of hits                                        */\n",
+    "#define SPRINGLS__CHANGE_COST 1.5f      /* of one without hits                                                                  */\n",
+    "#define SPRINGLS__RUN_LENGTH 0.6f       /* hits of a run lie within it                                                          */\n",
+    "#define SPRINGLS__PHI_WEIGHT 0.1f       /* what the side of phi counts beside hits                                              */\n",
+    "#define SPRINGLS__LEAST_WEIGHT 0.02f    /* of a hit that places a crossing                                                      */\n",
+    "#define SPRINGLS__CROSSING_GAP (1.0f / 512.0f)\n",
+    "#define SPRINGLS__TRIM_GROUPS 6\n",
+    "#define SPRINGLS__TRIMS 96\n",
+    "#define SPRINGLS__LINE_HITS 256\n",
+    "#define SPRINGLS__LINE_EVENTS (SPRINGLS__LINE_HITS + 16)\n",
+    "#define SPRINGLS__EDGE_HITS 96\n",
+    "#define SPRINGLS__EDGE_CROSSINGS 6\n",
+    "\n",
+    "/* Where a springl's plane meets a grid line. springl: its number, complemented where the line enters the body. */\n",
+    "typedef struct springls__hit { float t, own_weight, weight; int springl; } springls__hit;\n",
+    "\n",
+    "/* Where the surface meets a grid edge. n: 0 where nothing is known but a change of side. side: 1 leaves the body along the axis, -1\n",
+    "   enters. springl: the one that counts most; -1: none. */\n",
+    "typedef struct springls__crossing { springls__v3 x, n; int side, springl; } springls__crossing;\n",
+    "\n",
+    "/* A piece of the surface's section with a face, from a crossing that enters to one that leaves, as seen against the axis, over up to two\n",
+    "   corners; `rim` is the normal between two. */\n",
+    "typedef struct springls__arc { springls__v3 corner[2], rim; int from, to, corners; } springls__arc;\n",
+    "\n",
+    "/* A brick of the table. around: the numbers of the 27 bricks around, -1: none. edge_end, face_end: [3 * node + axis], crossings and arcs up\n",
+    "   to there. */\n",
+    "typedef struct springls__surface_brick {\n",
+    "    int origin[3], around[27];\n",
+    "    uint32_t first_hit, line_begin[192], line_end[192]; /* hits of line (u & 7) + 8 (v & 7) + 64 axis */\n",
+    "    int first_crossing, first_arc, first_triangle, first_inner;   /* in the arrays of the contour */\n",
+    "    int triangles, inner, links, ready; /* ready: 1 where kernels have nothing to do any more */\n",
+    "    uint32_t inside[16], beside_hits[16], conflict[16];           /* of nodes; of cells: triangles cross */\n",
+    "    int edge_end[1536], face_end[1536];\n",
+    "    uint8_t plain[512];  /* 1: the arcs of the cell's faces have no more corners than they need */\n",
+    "} springls__surface_brick;\n",
+    "\n",
+    "typedef struct springls__contour {\n",
+    "    SPRINGLS__GLOBAL springls__surface_brick *brick;\n",
+    "    SPRINGLS__GLOBAL const springls__v3 *normal;     /* of springls                                */\n",
+    "    SPRINGLS__GLOBAL const uint8_t *creased;         /* of a springl: 1 beside others it is cut off by */\n",
+    "    SPRINGLS__GLOBAL springls__hit *hit;\n",
+    "    SPRINGLS__GLOBAL springls__crossing *crossing;\n",
+    "    SPRINGLS__GLOBAL springls__arc *arc;\n",
+    "    SPRINGLS__GLOBAL springls__crossing *inner;      /* vertices in cells                          */\n",
+    "    SPRINGLS__GLOBAL int *corners;                   /* three vertices a triangle: crossings, then two corners an arc, then `inner` */\n",
+    "    int first_corner, first_inner;                   /* numbers of those vertices                  */\n",
+    "} springls__contour;\n",
+    "\n",
+    "/* ---- small helpers ---- */\n",
+    "\n",
+    "SPRINGLS__INNER float springls__along(springls__v3 v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; }\n",
+    "\n",
+    "SPRINGLS__INNER springls__v3 springls__with_along(springls__v3 v, int axis, float x)\n",
+    "{\n",
+    "    if (axis == 0) v.x = x;\n",
+    "    else if (axis == 1) v.y = x;\n",
+    "    else v.z = x;\n",
+    "    return v;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__INNER springls__v3 springls__zero3(void) { return springls__v3_make(0.0f, 0.0f, 0.0f); }\n",
+    "SPRINGLS__INNER int springls__axis_after(int axis) { return axis == 2 ? 0 : axis + 1; }\n",
+    "SPRINGLS__INNER int springls__hit_springl(springls__hit hit) { return hit.springl < 0 ? ~hit.springl : hit.springl; }\n",
+    "SPRINGLS__INNER int springls__hit_side(springls__hit hit) { return hit.springl < 0 ? -1 : 1; }\n",
+    "\n",
+    "/* Places are multiples of 2^-16 voxel, so that the tests of whether triangles cross are exact in whole numbers. */\n",
+    "SPRINGLS__INNER float springls__snapped(float x) { return springls__floor(x * 65536.0f + 0.5f) / 65536.0f; }\n",
+    "\n",
+    "SPRINGLS__INNER springls__v3 springls__snapped3(springls__v3 x)\n",
+    "{\n",
+    "    return springls__v3_make(springls__snapped(x.x), springls__snapped(x.y), springls__snapped(x.z));\n",
+    "}\n",
+    "\n",
+    "/* Returns (1 - d2 / r2)^4, 0 beyond r. */\n",
+    "SPRINGLS__INNER float springls__hit_weight(float d2, float r2)\n",
+    "{\n",
+    "    float w = springls__max(1.0f - d2 / r2, 0.0f);\n",
+    "    w *= w;\n",
+    "    return w * w;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__INNER bool springls__bit_of(SPRINGLS__GLOBAL const uint32_t *bits, int k) { return (bits[k >> 5] >> (k & 31) & 1u) != 0u; }\n",
+    "\n",
+    "/* Finds the brick and the node in it of a node that is up to 8 beyond a brick's own; -1: the table has none. */\n",
+    "SPRINGLS__INNER int springls__table_node(SPRINGLS__GLOBAL const springls__surface_brick *brick, const int local[3], int *node)\n",
+    "{\n",
+    "    *node = springls__voxel_in_brick(local[0], local[1], local[2]);\n",
+    "    return brick->around[13 + (local[0] >> 3) + 3 * (local[1] >> 3) + 9 * (local[2] >> 3)];\n",
+    "}\n",
+    "\n",
+    "/* Returns the node (u, v) beside axis, at x along it. */\n",
+    "SPRINGLS__INNER int springls__line_node(int axis, int x, int line)\n",
+    "{\n",
+    "    const int b = springls__axis_after(axis), c = springls__axis_after(b);\n",
+    "    return (x << 3 * axis) + ((line & 7) << 3 * b) + ((line >> 3) << 3 * c);\n",
+    "}\n",
+    "\n",
+    "/* ---- trims: planes of the springls across a crease ---- */\n",
+    "\n",
+    "typedef struct springls__trim { springls__v3 p, n; int group; } springls__trim;\n",
+    "\n",
+    "/* Trims in groups of like normals. */\n",
+    "typedef struct springls__trims {\n",
+    "    springls__trim list[SPRINGLS__TRIMS];\n",
+    "    springls__v3 seed[SPRINGLS__TRIM_GROUPS];\n",
+    "    int in_group[SPRINGLS__TRIM_GROUPS], count, groups;\n",
+    "} springls__trims;\n",
+    "\n",
+    "/* Returns whether springl `other` lies across a crease from springl i. */\n",
+    "SPRINGLS__INNER bool springls__across_crease(const springls__model *model, SPRINGLS__GLOBAL const springls__v3 *normal, int i,\n",
+    "                                             int other)\n",
+    "{\n",
+    "    const float r = SPRINGLS__TRIM_RADIUS, cosine = springls__dot(normal[i], normal[other]);\n",
+    "    if (cosine > SPRINGLS__CREASE_COSINE || cosine < SPRINGLS__OPPOSED_COSINE) return false;\n",
+    "    return springls__length2(springls__sub(model->set.s[other].p, model->set.s[i].p)) <= r * r;\n",
+    "}\n",
+    "\n",
+    "/* Returns whether any springl lies across a crease from springl i. */\n",
+    "SPRINGLS__MATHS bool springls__is_creased(const springls__model *model, SPRINGLS__GLOBAL const springls__v3 *normal, int i)\n",
+    "{\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, model->set.s[i].p, SPRINGLS__TRIM_RADIUS);\n",
+    "    int other;\n",
+    "    while ((other = springls__cell_walk_next(model, &walk)) >= 0)\n",
+    "        if (springls__across_crease(model, normal, i, other)) return true;\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
+    "/* Finds what cuts springl i off: on a convex crease what lies before the others' planes, on a concave one what lies behind. */\n",
+    "SPRINGLS__NOINLINE void springls__find_trims(const springls__model *model, const springls__contour *contour, int i,\n",
+    "                                             springls__trims *trims)\n",
+    "{\n",
+    "    const springls__v3 p = model->set.s[i].p, n = contour->normal[i];\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, p, SPRINGLS__TRIM_RADIUS);\n",
+    "    int other, g;\n",
+    "    trims->count = trims->groups = 0;\n",
+    "    while ((other = springls__cell_walk_next(model, &walk)) >= 0 && trims->count < SPRINGLS__TRIMS) {\n",
+    "        springls__trim *trim = &trims->list[trims->count];\n",
+    "        springls__v3 d, m = contour->normal[other];\n",
+    "        if (!springls__across_crease(model, contour->normal, i, other)) continue;\n",
+    "        trim->p = model->set.s[other].p;\n",
+    "        d = springls__sub(trim->p, p);\n",
+    "        trim->n = springls__dot(d, n) - springls__dot(d, m) < 0.0f ? m : springls__scale(m, -1.0f);\n",
+    "        for (g = 0; g < trims->groups && springls__dot(trims->seed[g], m) <= 0.8f; g++) continue;\n",
+    "        if (g == trims->groups && g < SPRINGLS__TRIM_GROUPS) {\n",
+    "            trims->seed[trims->groups] = m;\n",
+    "            trims->in_group[trims->groups++] = 0;\n",
+    "        }\n",
+    "        trim->group = springls__imin(g, SPRINGLS__TRIM_GROUPS - 1);\n",
+    "        trims->in_group[trim->group]++;\n",
+    "        trims->count++;\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Returns whether over half of a group's weight cuts x off. A springl alone cuts nothing. */\n",
+    "SPRINGLS__MATHS bool springls__is_trimmed(const springls__trims *trims, springls__v3 x)\n",
+    "{\n",
+    "    const float r2 = SPRINGLS__TRIM_RADIUS * SPRINGLS__TRIM_RADIUS, tolerance = 0.03f;\n",
+    "    float beyond[SPRINGLS__TRIM_GROUPS], all[SPRINGLS__TRIM_GROUPS];\n",
+    "    int k;\n",
+    "    for (k = 0; k < SPRINGLS__TRIM_GROUPS; k++) beyond[k] = all[k] = 0.0f;\n",
+    "    for (k = 0; k < trims->count; k++) {\n",
+    "        const springls__v3 d = springls__sub(x, trims->list[k].p);\n",
+    "        const float w = 1.0f - springls__length2(d) / r2;\n",
+    "        const int g = trims->list[k].group;\n",
+    "        if (w <= 0.0f) continue;\n",
+    "        all[g] += w;\n",
+    "        if (springls__dot(d, trims->list[k].n) > tolerance) beyond[g] += w;\n",
+    "    }\n",
+    "    for (k = 0; k < trims->groups; k++)\n",
+    "        if (beyond[k] > 0.5f * all[k] && trims->in_group[k] > 1) return true;\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
+    "/* ---- hits ---- */\n",
+    "\n",
+    "/* The part of a springl's plane that counts, seen along an axis: a plane over the other two, and which nodes of a brick lie under it. */\n",
+    "typedef struct springls__disc {\n",
+    "    springls__v3 p;\n",
+    "    float radius2, slope_b, slope_c, pb, pc, pa;\n",
+    "    int axis, lo[2], hi[2];\n",
+    "} springls__disc;\n",
+    "\n",
+    "SPRINGLS__INNER float springls__hit_radius(float bounding_radius)\n",
+    "{\n",
+    "    return springls__min(springls__max(SPRINGLS__HIT_RADIUS, 0.7f + bounding_radius), SPRINGLS__LARGEST_HIT_RADIUS);\n",
+    "}\n",
+    "\n",
+    "/* Finds the disc of a springl for the lines of a brick along an axis; false: no line meets it. */\n",
+    "SPRINGLS__MATHS bool springls__disc_of(const springls__model *model, SPRINGLS__GLOBAL const springls__surface_brick *brick, int i,\n",
+    "                                       springls__v3 n, int axis, springls__disc *disc)\n",
+    "{\n",
+    "    const int other[2] = { springls__axis_after(axis), springls__axis_after(springls__axis_after(axis)) };\n",
+    "    const float na = springls__along(n, axis), r = springls__hit_radius(model->set.s[i].bounding_radius);\n",
+    "    int k;\n",
+    "    if (springls__fabs(na) < 0.03f) return false;\n",
+    "    disc->p = model->set.s[i].p;\n",
+    "    disc->axis = axis;\n",
+    "    disc->radius2 = r * r;\n",
+    "    disc->pa = springls__along(disc->p, axis);\n",
+    "    disc->pb = springls__along(disc->p, other[0]);\n",
+    "    disc->pc = springls__along(disc->p, other[1]);\n",
+    "    disc->slope_b = -springls__along(n, other[0]) / na;\n",
+    "    disc->slope_c = -springls__along(n, other[1]) / na;\n",
+    "    for (k = 0; k < 2; k++) {\n",
+    "        const float nk = springls__along(n, other[k]), at = springls__along(disc->p, other[k]);\n",
+    "        const float reach = r * springls__sqrt(springls__max(1.0f - nk * nk, 0.0f));\n",
+    "        const float first = (float)springls__imax(brick->origin[other[k]], 0);\n",
+    "        const float last = (float)(springls__imin(brick->origin[other[k]] + 8, model->grid.size[other[k]]) - 1);\n",
+    "        if (at + reach < first || at - reach > last) return false;\n",
+    "        disc->lo[k] = -(int)springls__floor(-springls__max(at - reach, first));\n",
+    "        disc->hi[k] = (int)springls__floor(springls__min(at + reach, last));\n",
+    "    }\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
+    "/* Finds where a line meets the disc; false: nowhere. */\n",
+    "SPRINGLS__INNER bool springls__disc_meets(const springls__disc *disc, int u, int v, springls__hit *hit)\n",
+    "{\n",
+    "    const float db = (float)u - disc->pb, dc = (float)v - disc->pc, da = db * disc->slope_b + dc * disc->slope_c;\n",
+    "    const float d2 = da * da + db * db + dc * dc;\n",
+    "    if (d2 >= disc->radius2) return false;\n",
+    "    hit->t = disc->pa + da;\n",
+    "    hit->own_weight = hit->weight = springls__hit_weight(d2, disc->radius2);\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
+    "/* Puts a hit into its line, in order. */\n",
+    "SPRINGLS__MATHS void springls__put_hit(const springls__contour *contour, SPRINGLS__GLOBAL springls__surface_brick *brick, int line,\n",
+    "                                       springls__hit hit)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL springls__hit *all = contour->hit + brick->first_hit;\n",
+    "    uint32_t at = brick->line_end[line]++;\n",
+    "    for (; at > brick->line_begin[line] && all[at - 1].t > hit.t; at--) all[at] = all[at - 1];\n",
+    "    all[at] = hit;\n",
+    "}\n",
+    "\n",
+    "/* Marks the nodes at both ends of the edge that has a hit, `at` nodes along a line of a brick. */\n",
+    "SPRINGLS__INNER void springls__mark_beside_hit(SPRINGLS__GLOBAL springls__surface_brick *brick, int line, int at)\n",
+    "{\n",
+    "    int end;\n",
+    "    for (end = at + 1; at <= end; at++)\n",
+    "        if (at >= 0 && at < 8) {\n",
+    "            const int node = springls__line_node(line >> 6, at, line & 63);\n",
+    "            brick->beside_hits[node >> 5] |= 1u << (node & 31);\n",
+    "        }\n",
+    "}\n",
+    "\n",
+    "/* Finds the hits of springl i on the lines of a brick along an axis: counts them in line_end, or stores them. */\n",
+    "SPRINGLS__MATHS void springls__springl_hits(const springls__model *model, const springls__contour *contour, int b, int i, int axis,\n",
+    "                                            const springls__trims *trims, bool store)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;\n",
+    "    const springls__v3 n = contour->normal[i];\n",
+    "    const int beside = springls__axis_after(axis), across = springls__axis_after(beside);\n",
+    "    const float first = (float)springls__imax(brick->origin[axis] - 1, 0);\n",
+    "    const float own = (float)springls__imax(brick->origin[axis], 0);\n",
+    "    const float last = (float)springls__imin(brick->origin[axis] + 8, model->grid.size[axis] - 1);\n",
+    "    springls__disc disc;\n",
+    "    int u, v;\n",
+    "    if (!springls__disc_of(model, brick, i, n, axis, &disc)) return;\n",
+    "    for (v = disc.lo[1]; v <= disc.hi[1]; v++)\n",
+    "        for (u = disc.lo[0]; u <= disc.hi[0]; u++) {\n",
+    "            const int line = 64 * axis + (u & 7) + 8 * (v & 7);\n",
+    "            springls__hit hit;\n",
+    "            if (!springls__disc_meets(&disc, u, v, &hit) || hit.t < first || hit.t >= last) continue;\n",
+    "            if (!store) {\n",
+    "                brick->line_end[line] += hit.t >= own;\n",
+    "                continue;\n",
+    "            }\n",
+    "            if (trims->count) {\n",
+    "                springls__v3 x = springls__with_along(springls__zero3(), axis, hit.t);\n",
+    "                x = springls__with_along(springls__with_along(x, beside, (float)u), across, (float)v);\n",
+    "                if (springls__is_trimmed(trims, x)) continue;\n",
+    "            }\n",
+    "            springls__mark_beside_hit(brick, line, (int)springls__floor(hit.t) - brick->origin[axis]);\n",
+    "            hit.springl = springls__along(n, axis) > 0.0f ? i : ~i;\n",
+    "            if (hit.t >= own) springls__put_hit(contour, brick, line, hit);\n",
+    "        }\n",
+    "}\n",
+    "\n",
+    "/* Counts the hits on the lines of brick b, trimmed ones too, or stores them. Precondition: line_end is 0, or where each line begins. */\n",
+    "SPRINGLS__MATHS void springls__brick_hits(const springls__model *model, const springls__contour *contour, int b, bool store,\n",
+    "                                          springls__trims *trims)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;\n",
+    "    const springls__v3 first = springls__v3_make((float)brick->origin[0], (float)brick->origin[1], (float)brick->origin[2]);\n",
+    "    const float r = SPRINGLS__LARGEST_HIT_RADIUS, margin = r + 1.0f;\n",
+    "    const springls__v3 low = springls__v3_make(first.x - margin, first.y - margin, first.z - margin);\n",
+    "    const springls__v3 high = springls__v3_make(first.x + 8.0f + r, first.y + 8.0f + r, first.z + 8.0f + r);\n",
+    "    springls__cell_walk walk = springls__cell_walk_begin(model, low, high);\n",
+    "    springls__box box;\n",
+    "    int i, axis;\n",
+    "    box.lower = low;\n",
+    "    box.upper = high;\n",
+    "    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {\n",
+    "        if (springls__is_overlapped(model, i) || !springls__box_contains(box, model->set.s[i].p)) continue;\n",
+    "        trims->count = 0;\n",
+    "        if (store && contour->creased[i]) springls__find_trims(model, contour, i, trims);\n",
+    "        for (axis = 0; axis < 3; axis++) springls__springl_hits(model, contour, b, i, axis, trims, store);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "\n",
+    "/* ---- lines ---- */\n",
+    "\n",
+    "/* What is known along a line: a hit (side 1 or -1), or a node and what speaks against its being on a side. */\n",
+    "typedef struct springls__event { float t, cost[2]; int side, node; } springls__event;\n",
+    "\n",
+    "/* Working memory of one brick. */\n",
+    "typedef struct springls__line_work {\n",
+    "    springls__hit hit[SPRINGLS__LINE_HITS];\n",
+    "    springls__event event[SPRINGLS__LINE_EVENTS];\n",
+    "    float forward[SPRINGLS__LINE_EVENTS][2], margin[512];\n",
+    "    int group[SPRINGLS__EDGE_HITS], way[SPRINGLS__EDGE_HITS][2];\n",
+    "    int hits, events, line, axis, begin[3]; /* begin: of each brick's hits; the second is the brick's own */\n",
+    "} springls__line_work;\n",
+    "\n",
+    "/* Gathers the hits of a line in a brick and three voxels before and behind it, with their own weights or the last ones. Of too many the\n",
+    "   nearest are taken. */\n",
+    "SPRINGLS__MATHS void springls__gather_line(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,\n",
+    "                                           int line, bool weighed, SPRINGLS__LOCAL springls__line_work *work)\n",
+    "{\n",
+    "    const int axis = line >> 6, stride = axis == 0 ? 1 : axis == 1 ? 3 : 9;\n",
+    "    const float low = (float)brick->origin[axis] - 3.0f, high = low + 14.0f;\n",
+    "    float least = 0.0f;\n",
+    "    int k, all;\n",
+    "    do {\n",
+    "        work->hits = all = 0;\n",
+    "        for (k = 0; k < 3; k++) {\n",
+    "            const int b = brick->around[13 + (k - 1) * stride];\n",
+    "            SPRINGLS__GLOBAL const springls__surface_brick *other = contour->brick + b;\n",
+    "            uint32_t at;\n",
+    "            work->begin[k] = work->hits;\n",
+    "            if (b < 0) continue;\n",
+    "            for (at = other->line_begin[line]; at < other->line_end[line]; at++) {\n",
+    "                const springls__hit hit = contour->hit[other->first_hit + at];\n",
+    "                if (hit.t < low || hit.t >= high || hit.own_weight <= least) continue;\n",
+    "                if (all++ < SPRINGLS__LINE_HITS) {\n",
+    "                    work->hit[work->hits] = hit;\n",
+    "                    if (!weighed) work->hit[work->hits].weight = hit.own_weight;\n",
+    "                    work->hits++;\n",
+    "                }\n",
+    "            }\n",
+    "        }\n",
+    "        least = least > 0.0f ? 2.0f * least : 1e-3f;\n",
+    "    } while (all > SPRINGLS__LINE_HITS);\n",
+    "    work->line = line;\n",
+    "    work->axis = axis;\n",
+    "}\n",
+    "\n",
+    "/* Returns the place at t along a line of a brick. */\n",
+    "SPRINGLS__INNER springls__v3 springls__line_place(SPRINGLS__GLOBAL const springls__surface_brick *brick, int line, float t)\n",
+    "{\n",
+    "    const int axis = line >> 6, b = springls__axis_after(axis), c = springls__axis_after(b);\n",
+    "    springls__v3 x = springls__with_along(springls__zero3(), axis, t);\n",
+    "    x = springls__with_along(x, b, (float)(brick->origin[b] + (line & 7)));\n",
+    "    return springls__with_along(x, c, (float)(brick->origin[c] + (line >> 3 & 7)));\n",
+    "}\n",
+    "\n",
+    "/* Returns how much of hits [first, end) of one orientation counts: less where their particles lie all to one side, since the surface ends\n",
+    "   there. */\n",
+    "SPRINGLS__MATHS float springls__share_of_run(const springls__model *model, const springls__contour *contour,\n",
+    "                                             SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int end, int side,\n",
+    "                                             SPRINGLS__LOCAL const springls__line_work *work)\n",
+    "{\n",
+    "    const float begins = 0.5f, over = 0.8f, r2 = SPRINGLS__HIT_RADIUS * SPRINGLS__HIT_RADIUS;\n",
+    "    springls__v3 x, aside = springls__zero3(), n = springls__zero3();\n",
+    "    float sum = 0.0f, t = 0.0f;\n",
+    "    int k;\n",
+    "    for (k = first; k < end; k++) {\n",
+    "        if (springls__hit_side(work->hit[k]) != side) continue;\n",
+    "        sum += work->hit[k].weight;\n",
+    "        t += work->hit[k].weight * work->hit[k].t;\n",
+    "    }\n",
+    "    x = springls__line_place(brick, work->line, t / (sum + 1e-9f));\n",
+    "    sum = 0.0f;\n",
+    "    for (k = first; k < end; k++) {\n",
+    "        const int i = springls__hit_springl(work->hit[k]);\n",
+    "        springls__v3 d;\n",
+    "        float w;\n",
+    "        if (springls__hit_side(work->hit[k]) != side) continue;\n",
+    "        d = springls__sub(model->set.s[i].p, x);\n",
+    "        w = springls__hit_weight(springls__length2(d), r2) + 1e-6f;\n",
+    "        aside = springls__mad(aside, d, w);\n",
+    "        n = springls__mad(n, contour->normal[i], w);\n",
+    "        sum += w;\n",
+    "    }\n",
+    "    aside = springls__scale(aside, 1.0f / sum);\n",
+    "    n = springls__normalize(n);\n",
+    "    aside = springls__mad(aside, n, -springls__dot(aside, n));\n",
+    "    return springls__clamp((over - springls__length(aside)) / (over - begins), 0.0f, 1.0f);\n",
+    "}\n",
+    "\n",
+    "/* Weighs the hits of a gathered line, run by run of one orientation. */\n",
+    "SPRINGLS__MATHS void springls__weigh_line(const springls__model *model, const springls__contour *contour,\n",
+    "                                          SPRINGLS__GLOBAL const springls__surface_brick *brick,\n",
+    "                                          SPRINGLS__LOCAL springls__line_work *work)\n",
+    "{\n",
+    "    int side, first, k, end;\n",
+    "    for (side = -1; side <= 1; side += 2)\n",
+    "        for (first = 0; first < work->hits; first = end) {\n",
+    "            float t = work->hit[first].t, share;\n",
+    "            end = first + 1;\n",
+    "            if (springls__hit_side(work->hit[first]) != side) continue;\n",
+    "            for (; end < work->hits && work->hit[end].t - t < 0.5f; end++)\n",
+    "                if (springls__hit_side(work->hit[end]) == side) t = springls__max(t, work->hit[end].t - 0.25f);\n",
+    "            share = springls__share_of_run(model, contour, brick, first, end, side, work);\n",
+    "            if (share == 1.0f) continue;\n",
+    "            for (k = first; k < end; k++)\n",
+    "                if (springls__hit_side(work->hit[k]) == side) work->hit[k].weight *= share;\n",
+    "        }\n",
+    "}\n",
+    "\n",
+    "/* ---- sides of nodes ---- */\n",
+    "\n",
+    "/* The cheapest costs of being outside (0) and inside (1) at a place, and where the last crossing to each side was. */\n",
+    "typedef struct springls__way { float cost[2], since[2]; } springls__way;\n",
+    "\n",
+    "SPRINGLS__INNER springls__way springls__way_begin(float outside, float inside)\n",
+    "{\n",
+    "    springls__way way;\n",
+    "    way.cost[0] = outside;\n",
+    "    way.cost[1] = inside;\n",
+    "    way.since[0] = way.since[1] = -1e9f;\n",
+    "    return way;\n",
+    "}\n",
+    "\n",
+    "/* Goes on over a hit that leads to side `to`; weight: what it costs to leave it unexplained. came: from which side each is reached, and\n",
+    "   4 where the hit is explained. */\n",
+    "SPRINGLS__INNER springls__way springls__way_over_hit(springls__way way, float t, float weight, int to, int came[2])\n",
+    "{\n",
+    "    const int from = 1 - to;\n",
+    "    const bool in_run = springls__fabs(t - way.since[to]) <= SPRINGLS__RUN_LENGTH;\n",
+    "    springls__way next = way;\n",
+    "    next.cost[to] += in_run ? 0.0f : weight;\n",
+    "    next.cost[from] += weight;\n",
+    "    came[to] = to | (in_run ? 4 : 0);\n",
+    "    came[from] = from;\n",
+    "    if (way.cost[from] + SPRINGLS__CROSSING_COST < next.cost[to]) {\n",
+    "        next.cost[to] = way.cost[from] + SPRINGLS__CROSSING_COST;\n",
+    "        next.since[to] = t;\n",
+    "        came[to] = from | 4;\n",
+    "    }\n",
+    "    return next;\n",
+    "}\n",
+    "\n",
+    "/* Goes on over a node, where the side may change without a hit. */\n",
+    "SPRINGLS__INNER springls__way springls__way_over_node(springls__way way, const float cost[2])\n",
+    "{\n",
+    "    springls__way next = way;\n",
+    "    int s;\n",
+    "    for (s = 0; s < 2; s++) {\n",
+    "        if (way.cost[1 - s] + SPRINGLS__CHANGE_COST < way.cost[s]) {\n",
+    "            next.cost[s] = way.cost[1 - s] + SPRINGLS__CHANGE_COST;\n",
+    "            next.since[s] = -1e9f;\n",
+    "        }\n",
+    "        next.cost[s] += cost[s];\n",
+    "    }\n",
+    "    return next;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__INNER springls__way springls__way_over(springls__way way, SPRINGLS__LOCAL const springls__event *event, bool forward)\n",
+    "{\n",
+    "    const float cost[2] = { event->cost[0], event->cost[1] };\n",
+    "    int came[2];\n",
+    "    if (event->side == 0) return springls__way_over_node(way, cost);\n",
+    "    return springls__way_over_hit(way, event->t, cost[0], (event->side < 0) == forward ? 1 : 0, came);\n",
+    "}\n",
+    "\n",
+    "/* Returns what phi says about a node: below 0 inside. */\n",
+    "SPRINGLS__INNER float springls__phi_evidence(float phi, bool beside_hits)\n",
+    "{\n",
+    "    const float deep = springls__min(springls__fabs(phi), 1.0f);\n",
+    "    const float weight = !beside_hits ? 0.3f + 2.0f * deep : phi < 0.0f ? SPRINGLS__PHI_WEIGHT + deep : SPRINGLS__PHI_WEIGHT;\n",
+    "    return phi < 0.0f ? -weight : weight;\n",
+    "}\n",
+    "\n",
+    "/* Lists hits [first, end) of the line and the nodes between and around them, in order. */\n",
+    "SPRINGLS__MATHS void springls__list_line_events(const springls__model *model, const springls__contour *contour,\n",
+    "                                           SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int end,\n",
+    "                                           SPRINGLS__LOCAL springls__line_work *work)\n",
+    "{\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    const int axis = work->axis, o = brick->origin[axis], stride = axis == 0 ? 1 : axis == 1 ? 3 : 9;\n",
+    "    const int from = springls__imax((int)springls__floor(work->hit[first].t) - 1, springls__imax(o - 3, 0));\n",
+    "    const int to = springls__imin((int)springls__floor(work->hit[end - 1].t) + 2, springls__imin(o + 10, g->size[axis] - 1));\n",
+    "    const springls__v3 line = springls__line_place(brick, work->line, 0.0f);\n",
+    "    int at[3], x, n = 0, k = first;\n",
+    "    at[0] = (int)line.x;\n",
+    "    at[1] = (int)line.y;\n",
+    "    at[2] = (int)line.z;\n",
+    "    for (x = from; x <= to + 1; x++) {\n",
+    "        SPRINGLS__LOCAL springls__event *event;\n",
+    "        float evidence;\n",
+    "        int b, node;\n",
+    "        for (; k < end && (x > to || work->hit[k].t < (float)x); k++) {\n",
+    "            event = &work->event[n++];\n",
+    "            event->t = work->hit[k].t;\n",
+    "            event->side = springls__hit_side(work->hit[k]);\n",
+    "            event->cost[0] = event->cost[1] = work->hit[k].weight;\n",
+    "            event->node = -1;\n",
+    "        }\n",
+    "        if (x > to) break;\n",
+    "        b = brick->around[13 + ((x - o) >> 3) * stride];\n",
+    "        node = springls__line_node(axis, x & 7, work->line & 63);\n",
+    "        at[axis] = x;\n",
+    "        evidence = springls__phi_evidence(springls__grid_phi(g, g->phi, at[0], at[1], at[2]),\n",
+    "                                          b >= 0 && springls__bit_of(contour->brick[b].beside_hits, node));\n",
+    "        event = &work->event[n++];\n",
+    "        event->t = (float)x;\n",
+    "        event->side = 0;\n",
+    "        event->cost[0] = springls__max(-evidence, 0.0f);\n",
+    "        event->cost[1] = springls__max(evidence, 0.0f);\n",
+    "        event->node = x >= o && x < o + 8 ? node : -1;\n",
+    "    }\n",
+    "    work->events = n;\n",
+    "}\n",
+    "\n",
+    "/* Adds to each node of the events by how much cheaper it is to be outside than inside. */\n",
+    "SPRINGLS__MATHS void springls__vote_for_nodes(SPRINGLS__LOCAL springls__line_work *work)\n",
+    "{\n",
+    "    springls__way way = springls__way_begin(0.0f, 0.0f);\n",
+    "    int k;\n",
+    "    for (k = 0; k < work->events; k++) {\n",
+    "        way = springls__way_over(way, &work->event[k], true);\n",
+    "        work->forward[k][0] = way.cost[0];\n",
+    "        work->forward[k][1] = way.cost[1];\n",
+    "    }\n",
+    "    way = springls__way_begin(0.0f, 0.0f);\n",
+    "    for (k = work->events - 1; k >= 0; k--) {\n",
+    "        const int node = work->event[k].node;\n",
+    "        if (node >= 0)\n",
+    "            work->margin[node] += springls__clamp(work->forward[k][1] + way.cost[1] - (work->forward[k][0] + way.cost[0]), -1.0f,\n",
+    "                                                  1.0f);\n",
+    "        way = springls__way_over(way, &work->event[k], false);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Votes along a line for its nodes, in parts where hits are less than four voxels apart; keeps the weights of the brick's own hits. */\n",
+    "SPRINGLS__MATHS void springls__vote_on_line(const springls__model *model, const springls__contour *contour,\n",
+    "                                            SPRINGLS__GLOBAL const springls__surface_brick *brick, int line,\n",
+    "                                            SPRINGLS__LOCAL springls__line_work *work)\n",
+    "{\n",
+    "    int first, end, k;\n",
+    "    uint32_t at;\n",
+    "    springls__gather_line(contour, brick, line, false, work);\n",
+    "    if (work->hits == 0) return;\n",
+    "    springls__weigh_line(model, contour, brick, work);\n",
+    "    for (first = 0; first < work->hits; first = end) {\n",
+    "        for (end = first + 1; end < work->hits && work->hit[end].t - work->hit[end - 1].t < 4.0f; end++) continue;\n",
+    "        springls__list_line_events(model, contour, brick, first, end, work);\n",
+    "        springls__vote_for_nodes(work);\n",
+    "    }\n",
+    "    at = brick->first_hit + brick->line_begin[line];\n",
+    "    for (k = work->begin[1]; k < work->begin[2]; k++) { /* in the same order; those left out of too many keep their own */\n",
+    "        while (contour->hit[at].t != work->hit[k].t || contour->hit[at].springl != work->hit[k].springl) at++;\n",
+    "        contour->hit[at].weight = work->hit[k].weight;\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Finds the sides of the nodes of brick b. */\n",
+    "SPRINGLS__MATHS void springls__find_node_sides(const springls__model *model, const springls__contour *contour, int b,\n",
+    "                                          SPRINGLS__LOCAL springls__line_work *work)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;\n",
+    "    const springls__grid *g = &model->grid;\n",
+    "    int line, node, at[3];\n",
+    "    for (node = 0; node < 512; node++) work->margin[node] = 0.0f;\n",
+    "    for (line = 0; line < 192; line++) springls__vote_on_line(model, contour, brick, line, work);\n",
+    "    for (node = 0; node < 16; node++) brick->inside[node] = 0u;\n",
+    "    for (node = 0; node < 512; node++) {\n",
+    "        float value;\n",
+    "        springls__voxel_of_brick(brick->origin, node, at);\n",
+    "        value = springls__grid_phi(g, g->phi, at[0], at[1], at[2]);\n",
+    "        if (springls__bit_of(brick->beside_hits, node)) value = work->margin[node] + springls__phi_evidence(value, true);\n",
+    "        if (value < 0.0f && springls__grid_contains(g, at[0], at[1], at[2])) brick->inside[node >> 5] |= 1u << (node & 31);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* ---- crossings of edges ---- */\n",
+    "\n",
+    "/* Places a crossing among hits of one side of the surface, whose `group` is `which`: to second order, by the mean distance to their planes\n",
+    "   and particles. */\n",
+    "SPRINGLS__MATHS springls__crossing springls__place_crossing(const springls__model *model, const springls__contour *contour,\n",
+    "                                                            SPRINGLS__GLOBAL const springls__surface_brick *brick, int first,\n",
+    "                                                            int which, SPRINGLS__LOCAL const springls__line_work *work)\n",
+    "{\n",
+    "    const float r2 = SPRINGLS__HIT_RADIUS * SPRINGLS__HIT_RADIUS;\n",
+    "    const int axis = work->axis;\n",
+    "    springls__crossing found;\n",
+    "    springls__v3 n = springls__zero3(), aside = springls__zero3();\n",
+    "    float sum = 0.0f, t = 0.0f, height = 0.0f, best = -1.0f, bend, along;\n",
+    "    int k;\n",
+    "    for (k = 0; first + k < work->hits && k < SPRINGLS__EDGE_HITS; k++) {\n",
+    "        const springls__hit hit = work->hit[first + k];\n",
+    "        springls__v3 d;\n",
+    "        float w;\n",
+    "        if (work->group[k] != which) continue;\n",
+    "        d = springls__sub(springls__line_place(brick, work->line, hit.t), model->set.s[springls__hit_springl(hit)].p);\n",
+    "        w = hit.own_weight * (springls__hit_weight(springls__length2(d), r2) + 1e-4f);\n",
+    "        sum += w;\n",
+    "        t += w * hit.t;\n",
+    "    }\n",
+    "    found.x = springls__line_place(brick, work->line, t / sum);\n",
+    "    found.side = found.springl = 0;\n",
+    "    sum = 0.0f;\n",
+    "    for (k = 0; first + k < work->hits && k < SPRINGLS__EDGE_HITS; k++) {\n",
+    "        const springls__hit hit = work->hit[first + k];\n",
+    "        const int i = springls__hit_springl(hit);\n",
+    "        springls__v3 d;\n",
+    "        float w;\n",
+    "        if (work->group[k] != which) continue;\n",
+    "        d = springls__sub(found.x, model->set.s[i].p);\n",
+    "        w = hit.own_weight * (springls__hit_weight(springls__length2(d), r2) + 1e-4f);\n",
+    "        sum += w;\n",
+    "        n = springls__mad(n, contour->normal[i], w);\n",
+    "        aside = springls__mad(aside, d, w);\n",
+    "        height += w * springls__dot(contour->normal[i], d);\n",
+    "        found.side = springls__hit_side(hit);\n",
+    "        if (w > best) {\n",
+    "            best = w;\n",
+    "            found.springl = i;\n",
+    "        }\n",
+    "    }\n",
+    "    bend = 1.0f - springls__length(n) / sum;\n",
+    "    found.n = springls__normalize(n);\n",
+    "    height = 0.5f * (springls__dot(found.n, aside) + height) / sum * (1.0f + 0.5f * bend);\n",
+    "    along = springls__along(found.n, axis);\n",
+    "    if (springls__fabs(along) > 0.1f)\n",
+    "        found.x = springls__with_along(found.x, axis, springls__along(found.x, axis) - springls__clamp(height / along, -0.3f, 0.3f));\n",
+    "    return found;\n",
+    "}\n",
+    "\n",
+    "/* Places the crossing of a run, whose hits have its number as group. Where they are of the two sides of a crease the body is the\n",
+    "   intersection of the two, or their union. */\n",
+    "SPRINGLS__MATHS springls__crossing springls__place_run(const springls__model *model, const springls__contour *contour,\n",
+    "                                                       SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int run,\n",
+    "                                                       SPRINGLS__LOCAL springls__line_work *work)\n",
+    "{\n",
+    "    const int second_side = SPRINGLS__EDGE_HITS + run;\n",
+    "    springls__crossing one, two;\n",
+    "    springls__v3 d;\n",
+    "    float one_t, two_t;\n",
+    "    bool convex, some = false;\n",
+    "    int k, best = -1;\n",
+    "    for (k = 0; first + k < work->hits && k < SPRINGLS__EDGE_HITS; k++)\n",
+    "        if (work->group[k] == run && (best < 0 || work->hit[first + k].own_weight > work->hit[first + best].own_weight)) best = k;\n",
+    "    d = contour->normal[springls__hit_springl(work->hit[first + best])];\n",
+    "    for (k = 0; first + k < work->hits && k < SPRINGLS__EDGE_HITS; k++) {\n",
+    "        if (work->group[k] != run) continue;\n",
+    "        if (springls__dot(contour->normal[springls__hit_springl(work->hit[first + k])], d) > SPRINGLS__CREASE_COSINE) continue;\n",
+    "        work->group[k] = second_side;\n",
+    "        some = true;\n",
+    "    }\n",
+    "    one = springls__place_crossing(model, contour, brick, first, run, work);\n",
+    "    if (!some) return one;\n",
+    "    two = springls__place_crossing(model, contour, brick, first, second_side, work);\n",
+    "    d = springls__sub(model->set.s[two.springl].p, model->set.s[one.springl].p);\n",
+    "    convex = springls__dot(d, one.n) - springls__dot(d, two.n) < 0.0f;\n",
+    "    one_t = springls__along(one.x, work->axis);\n",
+    "    two_t = springls__along(two.x, work->axis);\n",
+    "    return (two_t > one_t) == ((one.side < 0) == convex) ? two : one; /* into an intersection: at the later one */\n",
+    "}\n",
+    "\n",
+    "/* Numbers the runs of hits that explain best how the line comes from one side to the other between nodes x and x + 1: work->group of the hits\n",
+    "   from `first` on; -1: of none. Returns how many there are. */\n",
+    "SPRINGLS__MATHS int springls__find_runs(int first, float x, int from, int to, SPRINGLS__LOCAL springls__line_work *work)\n",
+    "{\n",
+    "    springls__way way = springls__way_begin(from ? 1e9f : 0.0f, from ? 0.0f : 1e9f);\n",
+    "    int n = 0, k, side = to, runs = 0, came[2];\n",
+    "    bool open = false;\n",
+    "    for (; first + n < work->hits && n < SPRINGLS__EDGE_HITS && work->hit[first + n].t <= x + 1.15f; n++) {\n",
+    "        const springls__hit hit = work->hit[first + n];\n",
+    "        work->group[n] = -1;\n",
+    "        work->way[n][0] = 0;\n",
+    "        work->way[n][1] = 1;\n",
+    "        if (hit.weight <= SPRINGLS__LEAST_WEIGHT) continue;\n",
+    "        way = springls__way_over_hit(way, hit.t, hit.t < x || hit.t > x + 1.0f ? 0.0f : hit.weight,\n",
+    "                                     springls__hit_side(hit) < 0 ? 1 : 0, came);\n",
+    "        work->way[n][0] = came[0];\n",
+    "        work->way[n][1] = came[1];\n",
+    "    }\n",
+    "    for (k = n; first + k < work->hits && k < SPRINGLS__EDGE_HITS; k++) work->group[k] = -1;\n",
+    "    if (way.cost[to] > 1e8f) return 0;\n",
+    "    for (k = n - 1; k >= 0; k--) {\n",
+    "        const int before = work->way[k][side] & 3;\n",
+    "        if (work->way[k][side] & 4) {\n",
+    "            if (!open) runs++;\n",
+    "            work->group[k] = runs - 1;\n",
+    "            open = before == side;\n",
+    "        }\n",
+    "        side = before;\n",
+    "    }\n",
+    "    for (k = 0; k < n; k++) /* counted from the last: an edge's first runs are those that count, by pairs */\n",
+    "        if (work->group[k] >= 0) work->group[k] = runs - 1 - work->group[k];\n",
+    "    for (; runs > SPRINGLS__EDGE_CROSSINGS; runs -= 2) continue;\n",
+    "    return runs;\n",
+    "}\n",
+    "\n",
+    "/* Makes a run of hits that weigh little: better than none, where the side changes. Returns 1 if there are any. */\n",
+    "SPRINGLS__MATHS int springls__find_weak_run(int first, float x, int side, SPRINGLS__LOCAL springls__line_work *work)\n",
+    "{\n",
+    "    int k, best = -1;\n",
+    "    for (k = 0; first + k < work->hits && k < SPRINGLS__EDGE_HITS && work->hit[first + k].t <= x + 1.15f; k++)\n",
+    "        if (springls__hit_side(work->hit[first + k]) == side\n",
+    "            && (best < 0 || springls__fabs(work->hit[first + k].t - x - 0.5f) < springls__fabs(work->hit[first + best].t - x - 0.5f)))\n",
+    "            best = k;\n",
+    "    for (k = 0; best >= 0 && first + k < work->hits && k < SPRINGLS__EDGE_HITS; k++) {\n",
+    "        const bool with = springls__fabs(work->hit[first + k].t - work->hit[first + best].t) < 0.3f\n",
+    "                          && springls__hit_side(work->hit[first + k]) == side;\n",
+    "        work->group[k] = with ? 0 : -1;\n",
+    "    }\n",
+    "    return best >= 0;\n",
+    "}\n",
+    "\n",
+    "/* Returns the crossing of an edge without hits: phi's zero, or the border of the domain halfway. */\n",
+    "SPRINGLS__MATHS springls__crossing springls__plain_crossing(const springls__grid *g, const int at[3], int axis, int side)\n",
+    "{\n",
+    "    springls__crossing found;\n",
+    "    int to[3], k;\n",
+    "    float a, b, t = 0.5f;\n",
+    "    for (k = 0; k < 3; k++) to[k] = at[k] + (k == axis);\n",
+    "    found.side = side;\n",
+    "    found.springl = -1;\n",
+    "    found.n = springls__zero3();\n",
+    "    a = springls__grid_phi(g, g->phi, at[0], at[1], at[2]);\n",
+    "    b = springls__grid_phi(g, g->phi, to[0], to[1], to[2]);\n",
+    "    if (at[axis] < 0 || to[axis] >= g->size[axis]) found.n = springls__with_along(found.n, axis, (float)side);\n",
+    "    else if ((a < 0.0f) != (b < 0.0f)) t = springls__clamp(a / (a - b), 0.001f, 0.999f);\n",
+    "    found.x = springls__v3_make((float)at[0], (float)at[1], (float)at[2]);\n",
+    "    found.x = springls__with_along(found.x, axis, (float)at[axis] + t);\n",
+    "    return found;\n",
+    "}\n",
+    "\n",
+    "/* Puts crossings of the edge from x to x + 1 in order, apart and within it. */\n",
+    "SPRINGLS__MATHS void springls__order_crossings(SPRINGLS__GLOBAL springls__crossing *c, int count, int axis, float x)\n",
+    "{\n",
+    "    const float gap = SPRINGLS__CROSSING_GAP;\n",
+    "    float before = x;\n",
+    "    int k;\n",
+    "    for (k = 0; k < count; k++) {\n",
+    "        const float t = springls__clamp(springls__along(c[k].x, axis), before + gap, x + 1.0f - gap * (float)(count - k));\n",
+    "        before = springls__snapped(t);\n",
+    "        c[k].x = springls__with_along(c[k].x, axis, before);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Finds the crossings of the edge that begins at node `at`, x along the gathered line; from, to: whether its ends are inside. Returns how\n",
+    "   many; writes them unless `out` is NULL. */\n",
+    "SPRINGLS__MATHS int springls__edge_crossings(const springls__model *model, const springls__contour *contour,\n",
+    "                                             SPRINGLS__GLOBAL const springls__surface_brick *brick, const int at[3], int first,\n",
+    "                                             int from, int to, SPRINGLS__LOCAL springls__line_work *work,\n",
+    "                                             SPRINGLS__GLOBAL springls__crossing *out)\n",
+    "{\n",
+    "    const float x = (float)at[work->axis];\n",
+    "    int runs = springls__find_runs(first, x, from, to, work), k;\n",
+    "    if (runs == 0 && from != to) {\n",
+    "        runs = springls__find_weak_run(first, x, from ? 1 : -1, work);\n",
+    "        if (runs == 0 && out) out[0] = springls__plain_crossing(&model->grid, at, work->axis, from ? 1 : -1);\n",
+    "        if (runs == 0) return 1;\n",
+    "    }\n",
+    "    for (k = 0; out && k < runs; k++) out[k] = springls__place_run(model, contour, brick, first, k, work);\n",
+    "    if (out) springls__order_crossings(out, runs, work->axis, x);\n",
+    "    return runs;\n",
+    "}\n",
+    "\n",
+    "/* Counts the crossings of the edges of a line of brick b, or writes them (`store`). */\n",
+    "SPRINGLS__MATHS void springls__line_crossings(const springls__model *model, const springls__contour *contour, int b, int line,\n",
+    "                                              bool store, SPRINGLS__LOCAL springls__line_work *work)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;\n",
+    "    const int axis = line >> 6, stride = axis == 0 ? 1 : axis == 1 ? 3 : 9, next = brick->around[13 + stride];\n",
+    "    int x, first = 0, at[3];\n",
+    "    springls__gather_line(contour, brick, line, true, work);\n",
+    "    for (x = 0; x < 8; x++) {\n",
+    "        const int node = springls__line_node(axis, x, line & 63), after = springls__line_node(axis, (x + 1) & 7, line & 63);\n",
+    "        const int edge = 3 * node + axis, from = springls__bit_of(brick->inside, node);\n",
+    "        const float t = (float)(brick->origin[axis] + x);\n",
+    "        int to = from;\n",
+    "        if (x < 7) to = springls__bit_of(brick->inside, after);\n",
+    "        else if (next >= 0) to = springls__bit_of(contour->brick[next].inside, after);\n",
+    "        while (first < work->hits && work->hit[first].t < t - 0.15f) first++;\n",
+    "        if (from == to && (first == work->hits || work->hit[first].t > t + 1.15f)) continue;\n",
+    "        springls__voxel_of_brick(brick->origin, node, at);\n",
+    "        if (!store) {\n",
+    "            brick->edge_end[edge] = springls__edge_crossings(model, contour, brick, at, first, from, to, work, NULL);\n",
+    "        } else {\n",
+    "            const int begin = edge ? brick->edge_end[edge - 1] : 0;\n",
+    "            if (brick->edge_end[edge] > begin)\n",
+    "                springls__edge_crossings(model, contour, brick, at, first, from, to, work,\n",
+    "                                         contour->crossing + brick->first_crossing + begin);\n",
+    "        }\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Counts the crossings of the edges of brick b, then sums the counts up; or writes the crossings (`store`). */\n",
+    "SPRINGLS__MATHS void springls__find_crossings(const springls__model *model, const springls__contour *contour, int b, bool store,\n",
+    "                                              SPRINGLS__LOCAL springls__line_work *work)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;\n",
+    "    int k, sum = 0;\n",
+    "    if (store && brick->edge_end[1535] == 0) return;\n",
+    "    for (k = 0; k < 1536 && !store; k++) brick->edge_end[k] = 0;\n",
+    "    for (k = 0; k < 192; k++) springls__line_crossings(model, contour, b, k, store, work);\n",
+    "    for (k = 0; k < 1536 && !store; k++) brick->edge_end[k] = sum += brick->edge_end[k];\n",
+    "}\n",
+    "#line 26099 \"springls.h\"\n",
+    "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
+    "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
+    "   beside a face see the same arcs: so the surface is closed. */\n",
+    "\n",
+    "#define SPRINGLS__FACE_CROSSINGS (4 * SPRINGLS__EDGE_CROSSINGS)\n",
+    "#define SPRINGLS__FACE_ARCS (SPRINGLS__FACE_CROSSINGS / 2)\n",
+    "#define SPRINGLS__NODES_AROUND 729 /* of a brick and the first ones beyond it */\n",
+    "#define SPRINGLS__SHARP_COSINE 0.8f /* of the normals at both ends of an arc: with less it gets a corner             */\n",
+    "#define SPRINGLS__RIM_COSINE (-0.7f) /* with less it goes around a rim                                               */\n",
+    "#define SPRINGLS__FACE_MARGIN (1.0f / 256.0f)\n",
+    "\n",
+    "/* What the nodes of a brick and those beyond own, by 3 * node + axis: crossings of edges, or arcs of faces. */\n",
+    "typedef struct springls__owned { int first[3 * SPRINGLS__NODES_AROUND], count[3 * SPRINGLS__NODES_AROUND]; } springls__owned;\n",
+    "\n",
+    "SPRINGLS__INNER int springls__node_around(int x, int y, int z) { return x + 9 * (y + 9 * z); }\n",
+    "\n",
+    "/* Gathers the crossings (or arcs: `arcs`) of a brick and the nodes beyond. Returns how many there are. */\n",
+    "SPRINGLS__MATHS int springls__gather_owned(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,\n",
+    "                                           bool arcs, SPRINGLS__LOCAL springls__owned *owned)\n",
+    "{\n",
+    "    int n = 0, sum = 0, k, node, at[3];\n",
+    "    for (at[2] = 0; at[2] < 9; at[2]++)\n",
+    "        for (at[1] = 0; at[1] < 9; at[1]++)\n",
+    "            for (at[0] = 0; at[0] < 9; at[0]++) {\n",
+    "                const int b = springls__table_node(brick, at, &node);\n",
+    "                SPRINGLS__GLOBAL const springls__surface_brick *other = contour->brick + b;\n",
+    "                for (k = 0; k < 3; k++, n++) {\n",
+    "                    int begin, end;\n",
+    "                    owned->first[n] = owned->count[n] = 0;\n",
+    "                    if (b < 0) continue;\n",
+    "                    begin = 3 * node + k == 0 ? 0 : (arcs ? other->face_end : other->edge_end)[3 * node + k - 1];\n",
+    "                    end = (arcs ? other->face_end : other->edge_end)[3 * node + k];\n",
+    "                    owned->first[n] = begin + (arcs ? other->first_arc : other->first_crossing);\n",
+    "                    owned->count[n] = end - begin;\n",
+    "                    sum += end - begin;\n",
+    "                }\n",
+    "            }\n",
+    "    return sum;\n",
+    "}\n",
+    "\n",
+    "/* Working memory of one brick. */\n",
+    "typedef struct springls__face_work {\n",
+    "    springls__owned owned;\n",
+    "    float cost[(SPRINGLS__FACE_CROSSINGS + 1) * (SPRINGLS__FACE_CROSSINGS + 1)];\n",
+    "    int cut[(SPRINGLS__FACE_CROSSINGS + 1) * (SPRINGLS__FACE_CROSSINGS + 1)];\n",
+    "    int list[SPRINGLS__FACE_CROSSINGS], kind[SPRINGLS__FACE_CROSSINGS], stack[2 * SPRINGLS__FACE_CROSSINGS];\n",
+    "    springls__arc arc[SPRINGLS__FACE_ARCS];\n",
+    "} springls__face_work;\n",
+    "\n",
+    "/* A face across `axis`, that begins at node o; b and c: the axes along it. */\n",
+    "typedef struct springls__face { int axis, b, c, o[3]; } springls__face;\n",
+    "\n",
+    "SPRINGLS__INNER springls__v3 springls__in_face(const springls__face *face, float b, float c)\n",
+    "{\n",
+    "    springls__v3 v = springls__with_along(springls__zero3(), face->axis, 0.0f);\n",
+    "    return springls__with_along(springls__with_along(v, face->b, b), face->c, c);\n",
+    "}\n",
+    "\n",
+    "/* Returns the way along the section of a plane with a face, such that outside is on the left. */\n",
+    "SPRINGLS__INNER springls__v3 springls__face_tangent(const springls__face *face, springls__v3 n)\n",
+    "{\n",
+    "    return springls__in_face(face, springls__along(n, face->c), -springls__along(n, face->b));\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__INNER bool springls__is_in_face(const springls__face *face, springls__v3 x)\n",
+    "{\n",
+    "    const float e = SPRINGLS__FACE_MARGIN, b = springls__along(x, face->b) - (float)face->o[face->b];\n",
+    "    const float c = springls__along(x, face->c) - (float)face->o[face->c];\n",
+    "    return b > e && b < 1.0f - e && c > e && c < 1.0f - e;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__INNER bool springls__is_supported(const springls__crossing *c) { return springls__length2(c->n) > 0.0f; }\n",
+    "\n",
+    "/* ---- arcs ---- */\n",
+    "\n",
+    "/* Lists the crossings on the border of a face, counter-clockwise as seen against the axis; kind: -1 enters the body there, 1 leaves.\n",
+    "   Returns how many. */\n",
+    "SPRINGLS__MATHS int springls__face_border(const springls__contour *contour, const springls__face *face, const int local[3],\n",
+    "                                          SPRINGLS__LOCAL springls__face_work *work)\n",
+    "{\n",
+    "    int side, k, n = 0;\n",
+    "    for (side = 0; side < 4; side++) {\n",
+    "        const int axis = side & 1 ? face->c : face->b;\n",
+    "        const bool back = side >= 2;\n",
+    "        int at[3], node, count;\n",
+    "        for (k = 0; k < 3; k++) at[k] = local[k];\n",
+    "        if (side == 1) at[face->b]++;\n",
+    "        if (side == 2) at[face->c]++;\n",
+    "        node = 3 * springls__node_around(at[0], at[1], at[2]) + axis;\n",
+    "        count = work->owned.count[node];\n",
+    "        for (k = 0; k < count; k++, n++) {\n",
+    "            const int id = work->owned.first[node] + (back ? count - 1 - k : k);\n",
+    "            work->list[n] = id;\n",
+    "            work->kind[n] = back ? -contour->crossing[id].side : contour->crossing[id].side;\n",
+    "        }\n",
+    "    }\n",
+    "    return n;\n",
+    "}\n",
+    "\n",
+    "/* Returns what it costs to join crossing p, which enters, to q, which leaves: little where the way lies in the planes of both. */\n",
+    "SPRINGLS__MATHS float springls__pair_cost(const springls__face *face, const springls__crossing *p, const springls__crossing *q)\n",
+    "{\n",
+    "    const springls__v3 d = springls__sub(q->x, p->x);\n",
+    "    const float length = springls__length(d);\n",
+    "    const springls__v3 left = springls__scale(springls__in_face(face, -springls__along(d, face->c), springls__along(d, face->b)),\n",
+    "                                              1.0f / (length + 1e-9f));\n",
+    "    const bool one = springls__is_supported(p), other = springls__is_supported(q);\n",
+    "    float sum = 0.0f;\n",
+    "    if (one) sum += springls__fabs(springls__dot(p->n, d)) + 0.5f * springls__max(0.0f, -springls__dot(p->n, left));\n",
+    "    if (other) sum += springls__fabs(springls__dot(q->n, d)) + 0.5f * springls__max(0.0f, -springls__dot(q->n, left));\n",
+    "    return sum + (one && other ? 0.5f * (1.0f - springls__dot(p->n, q->n)) : 0.1f * length);\n",
+    "}\n",
+    "\n",
+    "/* Makes crossings i and j of the border an arc. */\n",
+    "SPRINGLS__INNER springls__arc springls__arc_between(SPRINGLS__LOCAL const springls__face_work *work, int i, int j)\n",
+    "{\n",
+    "    springls__arc arc;\n",
+    "    arc.from = work->list[work->kind[i] < 0 ? i : j];\n",
+    "    arc.to = work->list[work->kind[i] < 0 ? j : i];\n",
+    "    arc.corners = 0;\n",
+    "    arc.corner[0] = arc.corner[1] = arc.rim = springls__zero3();\n",
+    "    return arc;\n",
+    "}\n",
+    "\n",
+    "/* Joins the n crossings of the border by arcs that do not cross, the cheapest ones together. */\n",
+    "SPRINGLS__MATHS void springls__join_border(const springls__contour *contour, const springls__face *face, int n,\n",
+    "                                           SPRINGLS__LOCAL springls__face_work *work)\n",
+    "{\n",
+    "    const int row = SPRINGLS__FACE_CROSSINGS + 1;\n",
+    "    int width, i, j, arcs = 0, top = 0;\n",
+    "    if (n == 2) {\n",
+    "        work->arc[0] = springls__arc_between(work, 0, 1);\n",
+    "        return;\n",
+    "    }\n",
+    "    for (i = 0; i <= n; i++) work->cost[row * i + i] = 0.0f;\n",
+    "    for (width = 2; width <= n; width += 2)\n",
+    "        for (i = 0; i + width <= n; i++) {\n",
+    "            float best = 1e30f;\n",
+    "            for (j = i + 1; j < i + width; j += 2) {\n",
+    "                springls__arc arc;\n",
+    "                springls__crossing p, q;\n",
+    "                float cost;\n",
+    "                if (work->kind[i] == work->kind[j]) continue;\n",
+    "                arc = springls__arc_between(work, i, j);\n",
+    "                p = contour->crossing[arc.from];\n",
+    "                q = contour->crossing[arc.to];\n",
+    "                cost = springls__pair_cost(face, &p, &q) + work->cost[row * (i + 1) + j] + work->cost[row * (j + 1) + i + width];\n",
+    "                if (cost >= best) continue;\n",
+    "                best = cost;\n",
+    "                work->cut[row * i + i + width] = j;\n",
+    "            }\n",
+    "            work->cost[row * i + i + width] = best;\n",
+    "        }\n",
+    "    work->stack[top++] = 0;\n",
+    "    work->stack[top++] = n;\n",
+    "    while (top > 0) {\n",
+    "        const int end = work->stack[--top], begin = work->stack[--top];\n",
+    "        if (begin >= end) continue;\n",
+    "        j = work->cut[row * begin + end];\n",
+    "        work->arc[arcs++] = springls__arc_between(work, begin, j);\n",
+    "        work->stack[top++] = begin + 1;\n",
+    "        work->stack[top++] = j;\n",
+    "        work->stack[top++] = j + 1;\n",
+    "        work->stack[top++] = end;\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* ---- corners ---- */\n",
+    "\n",
+    "/* An arc on its face: its ends, its ways there and whether both lie on one edge of the face. */\n",
+    "typedef struct springls__arc_section {\n",
+    "    springls__crossing p, q;\n",
+    "    springls__v3 leaving, arriving; /* along the arc at p and q, in the planes of the surface */\n",
+    "    float cosine;\n",
+    "    int along_edge, across_edge;    /* both ends on one edge: its axis and the other one; else -1 */\n",
+    "} springls__arc_section;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__arc_section springls__section_of_arc(const springls__contour *contour, const springls__face *face,\n",
+    "                                                       const springls__arc *arc)\n",
+    "{\n",
+    "    springls__arc_section s;\n",
+    "    int k;\n",
+    "    s.p = contour->crossing[arc->from];\n",
+    "    s.q = contour->crossing[arc->to];\n",
+    "    s.leaving = springls__face_tangent(face, s.p.n);\n",
+    "    s.arriving = springls__face_tangent(face, s.q.n);\n",
+    "    s.cosine = springls__is_supported(&s.p) && springls__is_supported(&s.q) ? springls__dot(s.p.n, s.q.n) : 1.0f;\n",
+    "    s.along_edge = s.across_edge = -1;\n",
+    "    for (k = 0; k < 2; k++) {\n",
+    "        const int axis = k ? face->b : face->c, across = k ? face->c : face->b;\n",
+    "        const float at = springls__along(s.p.x, across);\n",
+    "        if (at != springls__along(s.q.x, across)) continue;\n",
+    "        if (at != (float)face->o[across] && at != (float)face->o[across] + 1.0f) continue;\n",
+    "        if (at != springls__floor(at)) continue;\n",
+    "        s.along_edge = axis;\n",
+    "        s.across_edge = across;\n",
+    "    }\n",
+    "    return s;\n",
+    "}\n",
+    "\n",
+    "/* Returns the direction from the edge that both ends lie on into the face, 1 or -1 along its other axis. */\n",
+    "SPRINGLS__INNER float springls__into_face(const springls__face *face, const springls__arc_section *s)\n",
+    "{\n",
+    "    return springls__along(s->p.x, s->across_edge) == (float)face->o[s->across_edge] ? 1.0f : -1.0f;\n",
+    "}\n",
+    "\n",
+    "/* Finds where the planes through p and q, with normals n and m, and a face meet; false: they are nearly parallel. */\n",
+    "SPRINGLS__MATHS bool springls__planes_meet(const springls__face *face, springls__v3 p, springls__v3 n, springls__v3 q,\n",
+    "                                           springls__v3 m, springls__v3 *x)\n",
+    "{\n",
+    "    const float nb = springls__along(n, face->b), nc = springls__along(n, face->c);\n",
+    "    const float mb = springls__along(m, face->b), mc = springls__along(m, face->c), det = nb * mc - nc * mb;\n",
+    "    const float ob = (float)face->o[face->b], oc = (float)face->o[face->c];\n",
+    "    const float dp = nb * (springls__along(p, face->b) - ob) + nc * (springls__along(p, face->c) - oc);\n",
+    "    const float dq = mb * (springls__along(q, face->b) - ob) + mc * (springls__along(q, face->c) - oc);\n",
+    "    if (springls__fabs(det) < 0.15f * springls__sqrt((nb * nb + nc * nc) * (mb * mb + mc * mc)) + 1e-6f) return false;\n",
+    "    *x = springls__in_face(face, ob + (dp * mc - nc * dq) / det, oc + (nb * dq - dp * mb) / det);\n",
+    "    *x = springls__with_along(*x, face->axis, (float)face->o[face->axis]);\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
+    "/* Finds the corner where the tangents at both ends meet; false: not between them in the face. */\n",
+    "SPRINGLS__MATHS bool springls__tangents_meet(const springls__face *face, const springls__arc_section *s, springls__v3 *x)\n",
+    "{\n",
+    "    return springls__planes_meet(face, s->p.x, s->p.n, s->q.x, s->q.n, x) && springls__is_in_face(face, *x)\n",
+    "        && springls__dot(springls__sub(*x, s->p.x), s->leaving) > 0.0f && springls__dot(springls__sub(s->q.x, *x), s->arriving) > 0.0f;\n",
+    "}\n",
+    "\n",
+    "/* Returns the cosine of half the angle between the ways at both ends. */\n",
+    "SPRINGLS__INNER float springls__half_cosine(const springls__arc_section *s)\n",
+    "{\n",
+    "    const float both = springls__length(s->leaving) * springls__length(s->arriving) + 1e-9f;\n",
+    "    const float cosine = springls__clamp(springls__dot(s->leaving, s->arriving) / both, -1.0f, 1.0f);\n",
+    "    return springls__sqrt(0.5f * (1.0f + cosine));\n",
+    "}\n",
+    "\n",
+    "/* Returns whether a corner at x is sharp: a springl there lies at an edge, or few springls have normals between the two. */\n",
+    "SPRINGLS__MATHS bool springls__is_sharp_corner(const springls__model *model, const springls__contour *contour,\n",
+    "                                               const springls__arc_section *s, springls__v3 x)\n",
+    "{\n",
+    "    const float between = 0.94f, share = 0.15f;\n",
+    "    const springls__v3 half = springls__normalize(springls__add(s->p.n, s->q.n));\n",
+    "    springls__cell_walk walk;\n",
+    "    float all = 0.0f, some = 0.0f;\n",
+    "    int i;\n",
+    "    if (s->p.springl >= 0 && springls__at_edge(model, s->p.springl)) return true;\n",
+    "    if (s->q.springl >= 0 && springls__at_edge(model, s->q.springl)) return true;\n",
+    "    walk = springls__cell_walk_near(model, x, 1.0f);\n",
+    "    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {\n",
+    "        const springls__v3 n = contour->normal[i];\n",
+    "        const float w = 1.0f - springls__length2(springls__sub(model->set.s[i].p, x));\n",
+    "        const float cp = springls__dot(n, s->p.n), cq = springls__dot(n, s->q.n);\n",
+    "        if (w <= 0.0f || (cp < -0.3f && cq < -0.3f)) continue;\n",
+    "        all += w;\n",
+    "        if (cp < between && cq < between && springls__dot(n, half) > 0.0f) some += w;\n",
+    "    }\n",
+    "    return some < share * all;\n",
+    "}\n",
+    "\n",
+    "/* Returns the corner itself where it is sharp, else the point of the arc of a circle about there: (1 - tan^2(theta/4)) / 2 of the way from\n",
+    "   the middle, which is c / (1 + c) for c = cos(theta/2). */\n",
+    "SPRINGLS__MATHS springls__v3 springls__rounded_corner(const springls__model *model, const springls__contour *contour,\n",
+    "                                                      const springls__arc_section *s, springls__v3 x)\n",
+    "{\n",
+    "    const springls__v3 middle = springls__lerp(s->p.x, s->q.x, 0.5f);\n",
+    "    const float c = springls__half_cosine(s);\n",
+    "    return springls__is_sharp_corner(model, contour, s, x) ? x : springls__lerp(middle, x, c / (1.0f + c));\n",
+    "}\n",
+    "\n",
+    "/* What springls before the middle of an arc say about a rim: the plane of those that face forward, and how far others reach. */\n",
+    "typedef struct springls__rim { springls__v3 place, normal; float weight, reach; } springls__rim;\n",
+    "\n",
+    "SPRINGLS__MATHS springls__rim springls__find_rim(const springls__model *model, const springls__contour *contour,\n",
+    "                                                 const springls__arc_section *s, springls__v3 middle, springls__v3 forward)\n",
+    "{\n",
+    "    const springls__v3 center = springls__mad(middle, forward, 0.4f);\n",
+    "    const float radius = 1.3f;\n",
+    "    springls__cell_walk walk = springls__cell_walk_near(model, center, radius);\n",
+    "    springls__rim rim;\n",
+    "    int i;\n",
+    "    rim.place = rim.normal = springls__zero3();\n",
+    "    rim.weight = rim.reach = 0.0f;\n",
+    "    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {\n",
+    "        const springls__v3 p = model->set.s[i].p, n = contour->normal[i], d = springls__sub(p, middle);\n",
+    "        const float ahead = springls__dot(d, forward), facing = springls__dot(n, forward);\n",
+    "        const float aside2 = springls__length2(springls__mad(d, forward, -ahead));\n",
+    "        if (springls__is_overlapped(model, i) || springls__length2(springls__sub(p, center)) > radius * radius) continue;\n",
+    "        if (aside2 > 1.0f || ahead < -0.6f || ahead > 1.4f) continue;\n",
+    "        if (facing > 0.5f && springls__dot(n, s->p.n) < 0.8f && springls__dot(n, s->q.n) < 0.8f) {\n",
+    "            const float w = (1.0f - aside2) * (1.0f - aside2) * facing;\n",
+    "            rim.weight += w;\n",
+    "            rim.place = springls__mad(rim.place, p, w);\n",
+    "            rim.normal = springls__mad(rim.normal, n, w);\n",
+    "        }\n",
+    "        if (aside2 < 0.36f && springls__dot(springls__sub(p, s->p.x), s->p.n) < 0.1f\n",
+    "            && springls__dot(springls__sub(p, s->q.x), s->q.n) < 0.1f) rim.reach = springls__max(rim.reach, ahead);\n",
+    "    }\n",
+    "    if (rim.weight <= 0.0f) return rim;\n",
+    "    rim.place = springls__scale(rim.place, 1.0f / rim.weight);\n",
+    "    rim.normal = springls__normalize(rim.normal);\n",
+    "    return rim;\n",
+    "}\n",
+    "\n",
+    "/* Returns how far one can go from x in a direction within a face. */\n",
+    "SPRINGLS__MATHS float springls__room_in_face(const springls__face *face, springls__v3 x, springls__v3 direction)\n",
+    "{\n",
+    "    float room = 2.0f;\n",
+    "    int k;\n",
+    "    for (k = 0; k < 2; k++) {\n",
+    "        const int axis = k ? face->c : face->b;\n",
+    "        const float d = springls__along(direction, axis), at = springls__along(x, axis) - (float)face->o[axis];\n",
+    "        if (d > 1e-6f) room = springls__min(room, (1.0f - SPRINGLS__FACE_MARGIN - at) / d);\n",
+    "        if (d < -1e-6f) room = springls__min(room, (SPRINGLS__FACE_MARGIN - at) / d);\n",
+    "    }\n",
+    "    return room;\n",
+    "}\n",
+    "\n",
+    "/* Gives an arc around a rim two corners, where the planes of its ends meet that of the rim through x; false: not in the face. */\n",
+    "SPRINGLS__MATHS bool springls__square_rim(const springls__face *face, const springls__arc_section *s, springls__v3 x, springls__v3 n,\n",
+    "                                          springls__arc *arc)\n",
+    "{\n",
+    "    const springls__v3 along = springls__face_tangent(face, n);\n",
+    "    springls__v3 one, two;\n",
+    "    if (!springls__planes_meet(face, s->p.x, s->p.n, x, n, &one) || !springls__planes_meet(face, s->q.x, s->q.n, x, n, &two)) return false;\n",
+    "    if (!springls__is_in_face(face, one) || !springls__is_in_face(face, two)) return false;\n",
+    "    if (springls__dot(springls__sub(one, s->p.x), s->leaving) <= 0.0f || springls__dot(springls__sub(s->q.x, two), s->arriving) <= 0.0f\n",
+    "        || springls__dot(springls__sub(two, one), along) <= 0.0f) return false;\n",
+    "    if (springls__length2(springls__sub(two, one)) <= 0.06f * 0.06f) return false;\n",
+    "    arc->corner[0] = one;\n",
+    "    arc->corner[1] = two;\n",
+    "    arc->rim = n;\n",
+    "    arc->corners = 2;\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
+    "/* Gives an arc between opposed sides its corners at the rim ahead. */\n",
+    "SPRINGLS__MATHS void springls__round_rim(const springls__model *model, const springls__contour *contour, const springls__face *face,\n",
+    "                                         const springls__arc_section *s, springls__arc *arc)\n",
+    "{\n",
+    "    const springls__v3 middle = springls__lerp(s->p.x, s->q.x, 0.5f);\n",
+    "    springls__v3 forward = springls__sub(springls__scale(s->leaving, 1.0f / (springls__length(s->leaving) + 1e-6f)),\n",
+    "                                         springls__scale(s->arriving, 1.0f / (springls__length(s->arriving) + 1e-6f)));\n",
+    "    springls__rim rim;\n",
+    "    float room, ahead;\n",
+    "    if (s->along_edge >= 0) {\n",
+    "        const springls__v3 in = springls__with_along(springls__zero3(), s->across_edge, springls__into_face(face, s));\n",
+    "        if (springls__length(forward) < 0.2f || springls__dot(forward, in) <= 0.05f) forward = in;\n",
+    "    }\n",
+    "    if (springls__length(forward) < 0.2f) return;\n",
+    "    forward = springls__normalize(forward);\n",
+    "    room = springls__room_in_face(face, middle, forward);\n",
+    "    if (room <= 0.0f) return;\n",
+    "    rim = springls__find_rim(model, contour, s, middle, forward);\n",
+    "    arc->corners = 1;\n",
+    "    if (rim.weight > 0.05f) {\n",
+    "        const float slope = springls__dot(rim.normal, forward);\n",
+    "        ahead = slope > 0.2f ? springls__dot(rim.normal, springls__sub(rim.place, middle)) / slope : -1.0f;\n",
+    "        if (ahead > 0.02f) {\n",
+    "            arc->corner[0] = springls__mad(middle, forward, springls__min(ahead, room));\n",
+    "            springls__square_rim(face, s, arc->corner[0], rim.normal, arc);\n",
+    "            return;\n",
+    "        }\n",
+    "    }\n",
+    "    ahead = springls__min(rim.reach, room);\n",
+    "    if (ahead < 0.02f) ahead = springls__min(0.02f, 0.5f * room);\n",
+    "    arc->corner[0] = springls__mad(middle, forward, ahead);\n",
+    "}\n",
+    "\n",
+    "/* Gives an arc a corner as high in the face as `slope` times the distance of its ends, which lie on one edge. */\n",
+    "SPRINGLS__MATHS void springls__low_corner(const springls__face *face, const springls__arc_section *s, float height, springls__arc *arc)\n",
+    "{\n",
+    "    const springls__v3 x = springls__lerp(s->p.x, s->q.x, 0.5f);\n",
+    "    const float up = springls__max(height, 2.0f / 65536.0f) * springls__into_face(face, s);\n",
+    "    arc->corner[0] = springls__with_along(x, s->across_edge, springls__along(x, s->across_edge) + up);\n",
+    "    arc->corners = 1;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__INNER float springls__ends_distance(const springls__arc_section *s)\n",
+    "{\n",
+    "    return springls__fabs(springls__along(s->p.x, s->along_edge) - springls__along(s->q.x, s->along_edge));\n",
+    "}\n",
+    "\n",
+    "/* Takes the corners of an arc away, but for a low one where both ends lie on one edge. */\n",
+    "SPRINGLS__MATHS void springls__make_plain(const springls__face *face, const springls__arc_section *s, float slope, springls__arc *arc)\n",
+    "{\n",
+    "    arc->corners = 0;\n",
+    "    if (s->along_edge >= 0) springls__low_corner(face, s, slope * springls__ends_distance(s), arc);\n",
+    "}\n",
+    "\n",
+    "/* Gives an arc its corners. */\n",
+    "SPRINGLS__MATHS void springls__find_corners(const springls__model *model, const springls__contour *contour,\n",
+    "                                            const springls__face *face, const springls__arc_section *s, springls__arc *arc)\n",
+    "{\n",
+    "    const bool rim = s->cosine < SPRINGLS__RIM_COSINE || s->along_edge >= 0;\n",
+    "    springls__v3 x;\n",
+    "    if (!rim && s->cosine > SPRINGLS__SHARP_COSINE) return;\n",
+    "    if (!(s->cosine < SPRINGLS__RIM_COSINE) && !(s->along_edge >= 0 && s->cosine >= 0.9f) && springls__tangents_meet(face, s, &x)) {\n",
+    "        arc->corner[0] = springls__rounded_corner(model, contour, s, x);\n",
+    "        arc->corners = 1;\n",
+    "        return;\n",
+    "    }\n",
+    "    if (!rim && s->cosine > 0.0f) return;\n",
+    "    if (s->along_edge >= 0 && s->cosine > 0.5f && springls__is_supported(&s->p) && springls__is_supported(&s->q)) {\n",
+    "        const float c = springls__half_cosine(s); /* a cap that comes over the edge: an arc, tan(theta/4) high */\n",
+    "        const float height = springls__sqrt(springls__max(1.0f - c, 0.0f) / (1.0f + c)) + 0.02f;\n",
+    "        springls__low_corner(face, s, springls__min(0.5f * springls__ends_distance(s) * height, 0.5f), arc);\n",
+    "        return;\n",
+    "    }\n",
+    "    springls__round_rim(model, contour, face, s, arc);\n",
+    "}\n",
+    "\n",
+    "/* ---- arcs that cross ---- */\n",
+    "\n",
+    "/* Returns twice the area of a triangle in a face, exactly, in units of 2^-32 voxel^2. */\n",
+    "SPRINGLS__MATHS int64_t springls__face_area(const springls__face *face, springls__v3 x, springls__v3 y, springls__v3 z)\n",
+    "{\n",
+    "    const float s = 65536.0f, ob = springls__along(x, face->b), oc = springls__along(x, face->c);\n",
+    "    const int64_t yb = (int64_t)((springls__along(y, face->b) - ob) * s), yc = (int64_t)((springls__along(y, face->c) - oc) * s);\n",
+    "    const int64_t zb = (int64_t)((springls__along(z, face->b) - ob) * s), zc = (int64_t)((springls__along(z, face->c) - oc) * s);\n",
+    "    return yb * zc - yc * zb;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__INNER bool springls__opposite(int64_t a, int64_t b) { return (a <= 0 && b >= 0) || (a >= 0 && b <= 0); }\n",
+    "\n",
+    "/* Returns point k of an arc: its ends and the corners between. */\n",
+    "SPRINGLS__INNER springls__v3 springls__arc_point(const springls__contour *contour, const springls__arc *arc, int k)\n",
+    "{\n",
+    "    if (k == 0) return contour->crossing[arc->from].x;\n",
+    "    return k <= arc->corners ? arc->corner[k - 1] : contour->crossing[arc->to].x;\n",
+    "}\n",
+    "\n",
+    "/* Returns whether two arcs meet. */\n",
+    "SPRINGLS__MATHS bool springls__arcs_meet(const springls__contour *contour, const springls__face *face, const springls__arc *one,\n",
+    "                                         const springls__arc *two)\n",
+    "{\n",
+    "    int i, j;\n",
+    "    for (i = 0; i <= one->corners; i++)\n",
+    "        for (j = 0; j <= two->corners; j++) {\n",
+    "            const springls__v3 p = springls__arc_point(contour, one, i), q = springls__arc_point(contour, one, i + 1);\n",
+    "            const springls__v3 r = springls__arc_point(contour, two, j), s = springls__arc_point(contour, two, j + 1);\n",
+    "            if (springls__opposite(springls__face_area(face, p, q, r), springls__face_area(face, p, q, s))\n",
+    "                && springls__opposite(springls__face_area(face, r, s, p), springls__face_area(face, r, s, q))) return true;\n",
+    "        }\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
+    "/* Takes corners away from arcs that meet, until none do. */\n",
+    "SPRINGLS__MATHS void springls__part_arcs(const springls__contour *contour, const springls__face *face, int arcs,\n",
+    "                                         SPRINGLS__LOCAL springls__face_work *work)\n",
+    "{\n",
+    "    float slope = 0.05f;\n",
+    "    int round, i, j;\n",
+    "    bool some = true;\n",
+    "    for (round = 0; round < 12 && some; round++) {\n",
+    "        some = false;\n",
+    "        for (i = 0; i < arcs; i++)\n",
+    "            for (j = i + 1; j < arcs; j++) {\n",
+    "                springls__arc_section one, two;\n",
+    "                if (!springls__arcs_meet(contour, face, &work->arc[i], &work->arc[j])) continue;\n",
+    "                some = true;\n",
+    "                one = springls__section_of_arc(contour, face, &work->arc[i]);\n",
+    "                two = springls__section_of_arc(contour, face, &work->arc[j]);\n",
+    "                springls__make_plain(face, &one, slope, &work->arc[i]);\n",
+    "                springls__make_plain(face, &two, slope, &work->arc[j]);\n",
+    "            }\n",
+    "        if (round > 1) slope *= 0.3f;\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* ---- the kernels ---- */\n",
+    "\n",
+    "/* Counts the arcs of the faces of brick b, and sums the counts up. Each joins two crossings. */\n",
+    "SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int b, SPRINGLS__LOCAL springls__face_work *work)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;\n",
+    "    int node, axis, sum = 0, at[3];\n",
+    "    const bool none = springls__gather_owned(contour, brick, false, &work->owned) == 0;\n",
+    "    for (node = 0; node < 512; node++) {\n",
+    "        const int zero[3] = { 0, 0, 0 };\n",
+    "        springls__voxel_of_brick(zero, node, at);\n",
+    "        for (axis = 0; axis < 3; axis++) {\n",
+    "            const int p = springls__axis_after(axis), q = springls__axis_after(p);\n",
+    "            SPRINGLS__LOCAL const int *count = work->owned.count;\n",
+    "            const int n = springls__node_around(at[0], at[1], at[2]), step[3] = { 1, 9, 81 };\n",
+    "            if (!none) sum += (count[3 * n + p] + count[3 * n + q] + count[3 * (n + step[q]) + p] + count[3 * (n + step[p]) + q]) / 2;\n",
+    "            brick->face_end[3 * node + axis] = sum;\n",
+    "        }\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Returns whether a cell on either side of a face of a brick is to have no more corners than it needs. */\n",
+    "SPRINGLS__MATHS bool springls__is_plain_face(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,\n",
+    "                                             const int local[3], int axis)\n",
+    "{\n",
+    "    int before[3], node, b, k;\n",
+    "    for (k = 0; k < 3; k++) before[k] = local[k] - (k == axis);\n",
+    "    if (brick->plain[springls__voxel_in_brick(local[0], local[1], local[2])]) return true;\n",
+    "    b = springls__table_node(brick, before, &node);\n",
+    "    return b >= 0 && contour->brick[b].plain[node];\n",
+    "}\n",
+    "\n",
+    "/* Finds the arcs of the faces of brick b. */\n",
+    "SPRINGLS__MATHS void springls__find_arcs(const springls__model *model, const springls__contour *contour, int b,\n",
+    "                                         SPRINGLS__LOCAL springls__face_work *work)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL const springls__surface_brick *brick = contour->brick + b;\n",
+    "    int k, arcs, i;\n",
+    "    if (brick->face_end[1535] == 0) return;\n",
+    "    springls__gather_owned(contour, brick, false, &work->owned);\n",
+    "    for (k = 0; k < 1536; k++) {\n",
+    "        const int zero[3] = { 0, 0, 0 }, begin = k ? brick->face_end[k - 1] : 0;\n",
+    "        springls__face face;\n",
+    "        int local[3];\n",
+    "        arcs = brick->face_end[k] - begin;\n",
+    "        if (arcs == 0) continue;\n",
+    "        face.axis = k % 3;\n",
+    "        face.b = springls__axis_after(face.axis);\n",
+    "        face.c = springls__axis_after(face.b);\n",
+    "        springls__voxel_of_brick(zero, k / 3, local);\n",
+    "        springls__voxel_of_brick(brick->origin, k / 3, face.o);\n",
+    "        springls__join_border(contour, &face, springls__face_border(contour, &face, local, work), work);\n",
+    "        for (i = 0; i < arcs; i++) {\n",
+    "            const springls__arc_section section = springls__section_of_arc(contour, &face, &work->arc[i]);\n",
+    "            const bool plain = springls__is_plain_face(contour, brick, local, face.axis);\n",
+    "            if (!plain) springls__find_corners(model, contour, &face, &section, &work->arc[i]);\n",
+    "            if (plain || (section.along_edge >= 0 && work->arc[i].corners == 0))\n",
+    "                springls__make_plain(&face, &section, 0.05f, &work->arc[i]);\n",
+    "            work->arc[i].corner[0] = springls__snapped3(work->arc[i].corner[0]);\n",
+    "            work->arc[i].corner[1] = springls__snapped3(work->arc[i].corner[1]);\n",
+    "        }\n",
+    "        springls__part_arcs(contour, &face, arcs, work);\n",
+    "        for (i = 0; i < arcs; i++) {\n",
+    "            springls__arc arc = work->arc[i];\n",
+    "            arc.corner[0] = springls__snapped3(arc.corner[0]);\n",
+    "            arc.corner[1] = springls__snapped3(arc.corner[1]);\n",
+    "            contour->arc[brick->first_arc + begin + i] = arc;\n",
+    "        }\n",
+    "    }\n",
+    "}\n",
+    "#line 26640 \"springls.h\"\n",
+    "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
+    "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
+    "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
+    "\n",
+    "#define SPRINGLS__CELL_ARCS (6 * SPRINGLS__FACE_ARCS)\n",
+    "#define SPRINGLS__CELL_CORNERS (3 * SPRINGLS__CELL_ARCS)    /* of all cycles: an arc has a crossing and up to two corners  */\n",
+    "#define SPRINGLS__CELL_RINGS (2 * SPRINGLS__CELL_CORNERS)   /* corners, with those that chords repeat                      */\n",
+    "#define SPRINGLS__CELL_VERTICES (2 * SPRINGLS__CELL_CORNERS)\n",
+    "#define SPRINGLS__CELL_TRIANGLES (2 * SPRINGLS__CELL_CORNERS)\n",
+    "#define SPRINGLS__RING 32 /* a longer cycle is a fan */\n",
+    "\n",
+    "/* A vertex of a cell. id: a crossing; from first_corner on corners of arcs; below 0 a new one. n: of the surface; crosses: 1 for a crossing\n",
+    "   that is supported by springls. */\n",
+    "typedef struct springls__cell_vertex { springls__v3 x, n; int id, crosses, place[3]; } springls__cell_vertex;\n",
+    "\n",
+    "/* A corner of a cycle: the normals before and after it, the faces of the cell that it lies on, as bits; sharp: 1 for a corner of an arc. */\n",
+    "typedef struct springls__cycle_corner { springls__v3 before, after; int vertex, faces, sharp; } springls__cycle_corner;\n",
+    "\n",
+    "/* An arc as the cell sees it: from one crossing to another; forward: 1 for the face's own way. */\n",
+    "typedef struct springls__link { int from, to, arc, forward, face, used; } springls__link;\n",
+    "\n",
+    "/* Working memory of one brick. */\n",
+    "typedef struct springls__cell_work {\n",
+    "    springls__owned owned;\n",
+    "    springls__link link[SPRINGLS__CELL_ARCS];\n",
+    "    springls__cell_vertex vertex[SPRINGLS__CELL_VERTICES];\n",
+    "    springls__cycle_corner corner[SPRINGLS__CELL_CORNERS + 1]; /* the last: an apex */\n",
+    "    int cycle_end[SPRINGLS__CELL_ARCS];\n",
+    "    int ring_corner[SPRINGLS__CELL_RINGS], ring_next[SPRINGLS__CELL_RINGS], ring_seen[SPRINGLS__CELL_RINGS];\n",
+    "    int ring[SPRINGLS__CELL_RINGS], whole_ring[SPRINGLS__CELL_RINGS], mate[SPRINGLS__CELL_CORNERS], sharp[SPRINGLS__RING];\n",
+    "    float cost[(SPRINGLS__RING + 1) * (SPRINGLS__RING + 1)];\n",
+    "    int cut[(SPRINGLS__RING + 1) * (SPRINGLS__RING + 1)], stack[4 * SPRINGLS__RING];\n",
+    "    int triangle[3 * SPRINGLS__CELL_TRIANGLES];\n",
+    "    int links, cycles, vertices, own_vertices, ring_nodes, triangles, origin[3];\n",
+    "} springls__cell_work;\n",
+    "\n",
+    "/* ---- cycles ---- */\n",
+    "\n",
+    "/* Lists the arcs on the six faces of a cell, each in the way that has outside on the left as seen from outside the cell. */\n",
+    "SPRINGLS__MATHS void springls__list_links(const springls__contour *contour, const int local[3],\n",
+    "                                          SPRINGLS__LOCAL springls__cell_work *work)\n",
+    "{\n",
+    "    int axis, side, k, at[3];\n",
+    "    work->links = 0;\n",
+    "    for (axis = 0; axis < 3; axis++)\n",
+    "        for (side = 0; side < 2; side++) {\n",
+    "            int face;\n",
+    "            for (k = 0; k < 3; k++) at[k] = local[k] + (k == axis ? side : 0);\n",
+    "            face = 3 * springls__node_around(at[0], at[1], at[2]) + axis;\n",
+    "            for (k = 0; k < work->owned.count[face]; k++) {\n",
+    "                SPRINGLS__LOCAL springls__link *link = &work->link[work->links++];\n",
+    "                link->arc = work->owned.first[face] + k;\n",
+    "                link->forward = side;\n",
+    "                link->from = side ? contour->arc[link->arc].from : contour->arc[link->arc].to;\n",
+    "                link->to = side ? contour->arc[link->arc].to : contour->arc[link->arc].from;\n",
+    "                link->face = 1 << (2 * axis + side);\n",
+    "                link->used = 0;\n",
+    "            }\n",
+    "        }\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS int springls__add_cell_vertex(SPRINGLS__LOCAL springls__cell_work *work, int id, springls__v3 x, springls__v3 n,\n",
+    "                                              bool crosses)\n",
+    "{\n",
+    "    SPRINGLS__LOCAL springls__cell_vertex *v = &work->vertex[work->vertices];\n",
+    "    const float scale = 65536.0f;\n",
+    "    v->id = id;\n",
+    "    v->x = x;\n",
+    "    v->n = n;\n",
+    "    v->crosses = crosses;\n",
+    "    v->place[0] = (int)((x.x - (float)work->origin[0]) * scale);\n",
+    "    v->place[1] = (int)((x.y - (float)work->origin[1]) * scale);\n",
+    "    v->place[2] = (int)((x.z - (float)work->origin[2]) * scale);\n",
+    "    return work->vertices++;\n",
+    "}\n",
+    "\n",
+    "/* Adds corners first and last of a link to the cycle: the crossing that it begins at, and those of its arc. */\n",
+    "SPRINGLS__MATHS int springls__add_link(const springls__contour *contour, int first_corner, const springls__link *link, int face_before,\n",
+    "                                       int corners, SPRINGLS__LOCAL springls__cell_work *work)\n",
+    "{\n",
+    "    const springls__crossing begin = contour->crossing[link->from];\n",
+    "    const springls__arc arc = contour->arc[link->arc];\n",
+    "    SPRINGLS__LOCAL springls__cycle_corner *c = &work->corner[corners++];\n",
+    "    int k;\n",
+    "    c->before = c->after = begin.n;\n",
+    "    c->faces = link->face | face_before;\n",
+    "    c->sharp = 0;\n",
+    "    c->vertex = springls__add_cell_vertex(work, link->from, begin.x, begin.n, springls__length2(begin.n) > 0.0f);\n",
+    "    for (k = 0; k < arc.corners; k++) {\n",
+    "        const int n = link->forward ? k : arc.corners - 1 - k;\n",
+    "        const springls__v3 first = n == 0 ? contour->crossing[arc.from].n : arc.rim;\n",
+    "        const springls__v3 last = n == arc.corners - 1 ? contour->crossing[arc.to].n : arc.rim;\n",
+    "        c = &work->corner[corners++];\n",
+    "        c->before = link->forward ? first : last;\n",
+    "        c->after = link->forward ? last : first;\n",
+    "        c->faces = link->face;\n",
+    "        c->sharp = 1;\n",
+    "        c->vertex = springls__add_cell_vertex(work, first_corner + 2 * link->arc + n, arc.corner[n],\n",
+    "                                              springls__normalize(springls__add(first, last)), false);\n",
+    "    }\n",
+    "    return corners;\n",
+    "}\n",
+    "\n",
+    "/* Returns the link that begins where another ends. */\n",
+    "SPRINGLS__MATHS int springls__link_after(SPRINGLS__LOCAL const springls__cell_work *work, int to)\n",
+    "{\n",
+    "    int k;\n",
+    "    for (k = 0; k + 1 < work->links && work->link[k].from != to; k++) continue;\n",
+    "    return k;\n",
+    "}\n",
+    "\n",
+    "/* Finds the cycles of a cell. */\n",
+    "SPRINGLS__MATHS void springls__find_cycles(const springls__contour *contour, int first_corner,\n",
+    "                                           SPRINGLS__LOCAL springls__cell_work *work)\n",
+    "{\n",
+    "    int first, k, corners = 0;\n",
+    "    work->cycles = work->vertices = 0;\n",
+    "    for (first = 0; first < work->links; first++) {\n",
+    "        int face_before = 0;\n",
+    "        if (work->link[first].used) continue;\n",
+    "        for (k = first; work->link[springls__link_after(work, work->link[k].to)].used == 0; ) {\n",
+    "            work->link[k].used = 1;\n",
+    "            k = springls__link_after(work, work->link[k].to);\n",
+    "        }\n",
+    "        face_before = work->link[k].face; /* of the last link, which ends where the first begins */\n",
+    "        work->link[k].used = 1;\n",
+    "        k = first;\n",
+    "        do {\n",
+    "            const springls__link link = work->link[k];\n",
+    "            corners = springls__add_link(contour, first_corner, &link, face_before, corners, work);\n",
+    "            face_before = link.face;\n",
+    "            k = springls__link_after(work, link.to);\n",
+    "        } while (k != first);\n",
+    "        work->cycle_end[work->cycles++] = corners;\n",
+    "    }\n",
+    "    work->own_vertices = work->vertices;\n",
+    "}\n",
+    "\n",
+    "/* ---- triangles ---- */\n",
+    "\n",
+    "SPRINGLS__INNER void springls__add_triangle(SPRINGLS__LOCAL springls__cell_work *work, int a, int b, int c)\n",
+    "{\n",
+    "    SPRINGLS__LOCAL int *t = work->triangle + 3 * work->triangles++;\n",
+    "    t[0] = a;\n",
+    "    t[1] = b;\n",
+    "    t[2] = c;\n",
+    "}\n",
+    "\n",
+    "/* Returns the vertex of corner k of the ring. */\n",
+    "SPRINGLS__INNER int springls__ring_vertex(SPRINGLS__LOCAL const springls__cell_work *work, int k)\n",
+    "{\n",
+    "    return work->corner[work->ring[k]].vertex;\n",
+    "}\n",
+    "\n",
+    "/* Returns what a triangle costs: its area, and more where it is off the normals of its corners. */\n",
+    "SPRINGLS__MATHS float springls__triangle_cost(SPRINGLS__LOCAL const springls__cell_work *work, int i, int j, int k)\n",
+    "{\n",
+    "    const int v[3] = { springls__ring_vertex(work, i), springls__ring_vertex(work, j), springls__ring_vertex(work, k) };\n",
+    "    const springls__v3 p = work->vertex[v[0]].x;\n",
+    "    const springls__v3 n = springls__cross(springls__sub(work->vertex[v[1]].x, p), springls__sub(work->vertex[v[2]].x, p));\n",
+    "    const float area = springls__length(n);\n",
+    "    float sum = 0.01f;\n",
+    "    int c;\n",
+    "    if (area < 1e-12f) return 1e-3f;\n",
+    "    for (c = 0; c < 3; c++) {\n",
+    "        const float off = 1.0f - springls__dot(n, work->vertex[v[c]].n) / area;\n",
+    "        if (work->vertex[v[c]].crosses) sum += off * off;\n",
+    "    }\n",
+    "    return area * sum + 1e-4f;\n",
+    "}\n",
+    "\n",
+    "/* Returns what a diagonal costs: none may lie in a face of the cell. */\n",
+    "SPRINGLS__INNER float springls__diagonal_cost(SPRINGLS__LOCAL const springls__cell_work *work, int n, int i, int j)\n",
+    "{\n",
+    "    if (j == i + 1 || (i == 0 && j == n - 1)) return 0.0f;\n",
+    "    return work->corner[work->ring[i]].faces & work->corner[work->ring[j]].faces ? 1e6f : 0.0f;\n",
+    "}\n",
+    "\n",
+    "/* Fills the ring of n corners by the cheapest triangles between them; false: there is no way without diagonals in a face. */\n",
+    "SPRINGLS__MATHS bool springls__triangulate(int n, SPRINGLS__LOCAL springls__cell_work *work)\n",
+    "{\n",
+    "    const int row = SPRINGLS__RING;\n",
+    "    int width, i, k, top = 0;\n",
+    "    if (n < 3 || n > SPRINGLS__RING) return false;\n",
+    "    for (i = 0; i + 1 < n; i++) work->cost[row * i + i + 1] = 0.0f;\n",
+    "    for (width = 2; width < n; width++)\n",
+    "        for (i = 0; i + width < n; i++) {\n",
+    "            const int j = i + width;\n",
+    "            float best = 1e30f;\n",
+    "            for (k = i + 1; k < j; k++) {\n",
+    "                const float cost = work->cost[row * i + k] + work->cost[row * k + j] + springls__triangle_cost(work, i, k, j)\n",
+    "                                 + springls__diagonal_cost(work, n, i, k) + springls__diagonal_cost(work, n, k, j);\n",
+    "                if (cost >= best) continue;\n",
+    "                best = cost;\n",
+    "                work->cut[row * i + j] = k;\n",
+    "            }\n",
+    "            work->cost[row * i + j] = best;\n",
+    "        }\n",
+    "    if (work->cost[n - 1] >= 1e6f) return false;\n",
+    "    work->stack[top++] = 0;\n",
+    "    work->stack[top++] = n - 1;\n",
+    "    while (top > 0) {\n",
+    "        const int j = work->stack[--top];\n",
+    "        i = work->stack[--top];\n",
+    "        if (j - i < 2) continue;\n",
+    "        k = work->cut[row * i + j];\n",
+    "        springls__add_triangle(work, springls__ring_vertex(work, i), springls__ring_vertex(work, k), springls__ring_vertex(work, j));\n",
+    "        work->stack[top++] = i;\n",
+    "        work->stack[top++] = k;\n",
+    "        work->stack[top++] = k;\n",
+    "        work->stack[top++] = j;\n",
+    "    }\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
+    "/* Returns the middle of the ring's n corners. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__ring_middle(int n, SPRINGLS__LOCAL const springls__cell_work *work)\n",
+    "{\n",
+    "    springls__v3 sum = springls__zero3();\n",
+    "    int k;\n",
+    "    for (k = 0; k < n; k++) sum = springls__add(sum, work->vertex[springls__ring_vertex(work, k)].x);\n",
+    "    return springls__scale(sum, 1.0f / (float)n);\n",
+    "}\n",
+    "\n",
+    "/* Returns the place in the cell nearest to the planes at all crossings of the ring, by least squares about its middle. */\n",
+    "SPRINGLS__MATHS springls__v3 springls__ring_apex(int n, SPRINGLS__LOCAL const springls__cell_work *work)\n",
+    "{\n",
+    "    const springls__v3 middle = springls__ring_middle(n, work);\n",
+    "    float m[3][4], x[3], c[3];\n",
+    "    int k, i, j, r;\n",
+    "    for (i = 0; i < 3; i++)\n",
+    "        for (j = 0; j < 4; j++) m[i][j] = i == j ? 0.05f : 0.0f;\n",
+    "    for (k = 0; k < n; k++) {\n",
+    "        const springls__v3 p = work->vertex[springls__ring_vertex(work, k)].x, q = work->vertex[springls__ring_vertex(work, k)].n;\n",
+    "        const float height = springls__dot(q, springls__sub(p, middle));\n",
+    "        if (!work->vertex[springls__ring_vertex(work, k)].crosses) continue;\n",
+    "        for (i = 0; i < 3; i++) {\n",
+    "            for (j = 0; j < 3; j++) m[i][j] += springls__along(q, i) * springls__along(q, j);\n",
+    "            m[i][3] += springls__along(q, i) * height;\n",
+    "        }\n",
+    "    }\n",
+    "    for (i = 0; i < 3; i++)\n",
+    "        for (r = i + 1; r < 3; r++) {\n",
+    "            const float f = m[r][i] / m[i][i];\n",
+    "            for (j = i; j < 4; j++) m[r][j] -= f * m[i][j];\n",
+    "        }\n",
+    "    for (i = 2; i >= 0; i--) {\n",
+    "        const float low = (float)work->origin[i] + 1.0f / 128.0f;\n",
+    "        x[i] = m[i][3];\n",
+    "        for (j = i + 1; j < 3; j++) x[i] -= m[i][j] * x[j];\n",
+    "        x[i] /= m[i][i];\n",
+    "        c[i] = springls__clamp(springls__along(middle, i) + x[i], low, low + 126.0f / 128.0f);\n",
+    "    }\n",
+    "    return springls__snapped3(springls__v3_make(c[0], c[1], c[2]));\n",
+    "}\n",
+    "\n",
+    "/* Adds a vertex inside the cell, with the mean normal of the ring. */\n",
+    "SPRINGLS__MATHS int springls__add_inner_vertex(int n, springls__v3 x, SPRINGLS__LOCAL springls__cell_work *work)\n",
+    "{\n",
+    "    springls__v3 sum = springls__zero3();\n",
+    "    int k;\n",
+    "    for (k = 0; k < n; k++) sum = springls__add(sum, work->vertex[springls__ring_vertex(work, k)].n);\n",
+    "    return springls__add_cell_vertex(work, -1, x, springls__normalize(sum), false);\n",
+    "}\n",
+    "\n",
+    "/* Fills the ring by a fan around x. */\n",
+    "SPRINGLS__MATHS void springls__add_fan(int n, springls__v3 x, SPRINGLS__LOCAL springls__cell_work *work)\n",
+    "{\n",
+    "    const int v = springls__add_inner_vertex(n, x, work);\n",
+    "    int k;\n",
+    "    for (k = 0; k < n; k++)\n",
+    "        springls__add_triangle(work, springls__ring_vertex(work, k), springls__ring_vertex(work, k + 1 < n ? k + 1 : 0), v);\n",
+    "}\n",
+    "\n",
+    "/* ---- creases: chords and apexes ---- */\n",
+    "\n",
+    "/* Returns what it costs to join corners p and q of two faces as ends of one crease: little where the sides are the same. */\n",
+    "SPRINGLS__MATHS float springls__chord_cost(const springls__cycle_corner *p, const springls__cycle_corner *q)\n",
+    "{\n",
+    "    if (p->faces & q->faces) return 9.0f;\n",
+    "    return (1.0f - springls__dot(p->before, q->after)) + (1.0f - springls__dot(p->after, q->before));\n",
+    "}\n",
+    "\n",
+    "/* Joins sharp corners of a cycle in pairs that do not cross, the cheapest together; one alone costs `alone`. work->mate of a corner: its mate,\n",
+    "   or -1. Returns how many have none. */\n",
+    "SPRINGLS__MATHS int springls__pair_corners(int n, SPRINGLS__LOCAL springls__cell_work *work)\n",
+    "{\n",
+    "    const float alone = 0.3f;\n",
+    "    const int row = SPRINGLS__RING + 1;\n",
+    "    int width, i, j, top = 0, lone = 0;\n",
+    "    for (i = 0; i <= n; i++) work->cost[row * i + i] = 0.0f;\n",
+    "    for (width = 1; width <= n; width++)\n",
+    "        for (i = 0; i + width <= n; i++) {\n",
+    "            const int end = i + width;\n",
+    "            float best = work->cost[row * (i + 1) + end] + alone;\n",
+    "            work->cut[row * i + end] = -1;\n",
+    "            for (j = i + 1; j < end; j++) {\n",
+    "                const springls__cycle_corner p = work->corner[work->sharp[i]], q = work->corner[work->sharp[j]];\n",
+    "                const float cost = springls__chord_cost(&p, &q) + work->cost[row * (i + 1) + j] + work->cost[row * (j + 1) + end];\n",
+    "                if (cost >= best) continue;\n",
+    "                best = cost;\n",
+    "                work->cut[row * i + end] = j;\n",
+    "            }\n",
+    "            work->cost[row * i + end] = best;\n",
+    "        }\n",
+    "    for (i = 0; i < n; i++) work->mate[work->sharp[i]] = -1;\n",
+    "    work->stack[top++] = 0;\n",
+    "    work->stack[top++] = n;\n",
+    "    while (top > 0) {\n",
+    "        const int end = work->stack[--top];\n",
+    "        i = work->stack[--top];\n",
+    "        if (i >= end) continue;\n",
+    "        j = work->cut[row * i + end];\n",
+    "        lone += j < 0;\n",
+    "        if (j >= 0) {\n",
+    "            work->mate[work->sharp[i]] = work->sharp[j];\n",
+    "            work->mate[work->sharp[j]] = work->sharp[i];\n",
+    "        }\n",
+    "        work->stack[top++] = i + 1;\n",
+    "        work->stack[top++] = j < 0 ? end : j;\n",
+    "        if (j < 0) continue;\n",
+    "        work->stack[top++] = j + 1;\n",
+    "        work->stack[top++] = end;\n",
+    "    }\n",
+    "    return lone;\n",
+    "}\n",
+    "\n",
+    "/* Joins the two sharp corners that were left, if they lie on two faces and no chord is between. Returns how many are left then. */\n",
+    "SPRINGLS__MATHS int springls__pair_last(int n, SPRINGLS__LOCAL springls__cell_work *work)\n",
+    "{\n",
+    "    int i, first = -1, last = -1;\n",
+    "    for (i = 0; i < n; i++) {\n",
+    "        if (work->mate[work->sharp[i]] >= 0) continue;\n",
+    "        if (first < 0) first = i;\n",
+    "        last = i;\n",
+    "    }\n",
+    "    if (work->corner[work->sharp[first]].faces & work->corner[work->sharp[last]].faces) return 2;\n",
+    "    for (i = first + 1; i < last; i++) {\n",
+    "        const int mate = work->mate[work->sharp[i]];\n",
+    "        if (mate < work->sharp[first] || mate > work->sharp[last]) return 2;\n",
+    "    }\n",
+    "    work->mate[work->sharp[first]] = work->sharp[last];\n",
+    "    work->mate[work->sharp[last]] = work->sharp[first];\n",
+    "    return 0;\n",
+    "}\n",
+    "\n",
+    "/* Cuts the ring between corners a and b along their chord: two more nodes of rings. */\n",
+    "SPRINGLS__MATHS void springls__cut_ring(int a, int b, SPRINGLS__LOCAL springls__cell_work *work)\n",
+    "{\n",
+    "    const int again_a = work->ring_nodes, again_b = again_a + 1;\n",
+    "    if (work->ring_next[a] == b || work->ring_next[b] == a) return;\n",
+    "    work->ring_corner[again_a] = work->ring_corner[a];\n",
+    "    work->ring_corner[again_b] = work->ring_corner[b];\n",
+    "    work->ring_next[again_a] = work->ring_next[a];\n",
+    "    work->ring_next[again_b] = work->ring_next[b];\n",
+    "    work->ring_next[a] = again_b;\n",
+    "    work->ring_next[b] = again_a;\n",
+    "    work->ring_seen[again_a] = work->ring_seen[again_b] = 0;\n",
+    "    work->ring_nodes += 2;\n",
+    "}\n",
+    "\n",
+    "/* Collects the ring that a node is in. Returns its length. */\n",
+    "SPRINGLS__MATHS int springls__collect_ring(int node, SPRINGLS__LOCAL springls__cell_work *work)\n",
+    "{\n",
+    "    int n = 0, k = node;\n",
+    "    do {\n",
+    "        work->ring[n++] = work->ring_corner[k];\n",
+    "        work->ring_seen[k] = 1;\n",
+    "        k = work->ring_next[k];\n",
+    "    } while (k != node);\n",
+    "    return n;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__INNER bool springls__is_spoke(SPRINGLS__LOCAL const springls__cell_work *work, int corner)\n",
+    "{\n",
+    "    return work->corner[corner].sharp && work->mate[corner] < 0;\n",
+    "}\n",
+    "\n",
+    "/* Fills a ring around an apex, where its lone corners meet: sector by sector between those. */\n",
+    "SPRINGLS__MATHS void springls__fill_sectors(int n, SPRINGLS__LOCAL springls__cell_work *work)\n",
+    "{\n",
+    "    SPRINGLS__LOCAL springls__cycle_corner *corner = &work->corner[SPRINGLS__CELL_CORNERS];\n",
+    "    const int apex = springls__add_inner_vertex(n, springls__ring_apex(n, work), work);\n",
+    "    int first, k, c, length;\n",
+    "    corner->vertex = apex;\n",
+    "    corner->faces = corner->sharp = 0;\n",
+    "    corner->before = corner->after = springls__zero3();\n",
+    "    for (k = 0; k < n; k++) work->whole_ring[k] = work->ring[k];\n",
+    "    for (first = 0; first < n; first++) {\n",
+    "        if (!springls__is_spoke(work, work->whole_ring[first])) continue;\n",
+    "        work->ring[0] = SPRINGLS__CELL_CORNERS;\n",
+    "        length = 1;\n",
+    "        k = first;\n",
+    "        do {\n",
+    "            work->ring[length++] = work->whole_ring[k];\n",
+    "            k = k + 1 < n ? k + 1 : 0;\n",
+    "        } while (!springls__is_spoke(work, work->whole_ring[k]));\n",
+    "        work->ring[length++] = work->whole_ring[k];\n",
+    "        if (springls__triangulate(length, work)) continue;\n",
+    "        for (c = 1; c + 1 < length; c++)\n",
+    "            springls__add_triangle(work, apex, springls__ring_vertex(work, c), springls__ring_vertex(work, c + 1));\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Fills the cycle of corners [first, end). */\n",
+    "SPRINGLS__MATHS void springls__fill_cycle(int first, int end, SPRINGLS__LOCAL springls__cell_work *work)\n",
+    "{\n",
+    "    int k, n = 0, lone = 0;\n",
+    "    work->ring_nodes = end;\n",
+    "    for (k = first; k < end; k++) {\n",
+    "        work->ring_corner[k] = k;\n",
+    "        work->ring_next[k] = k + 1 < end ? k + 1 : first;\n",
+    "        work->ring_seen[k] = 0;\n",
+    "        work->mate[k] = -1;\n",
+    "        if (work->corner[k].sharp && n < SPRINGLS__RING) work->sharp[n++] = k;\n",
+    "    }\n",
+    "    if (n >= 2 && end - first <= SPRINGLS__RING) {\n",
+    "        lone = springls__pair_corners(n, work);\n",
+    "        if (lone == 2) lone = springls__pair_last(n, work);\n",
+    "        for (k = 0; k < n; k++)\n",
+    "            if (work->mate[work->sharp[k]] > work->sharp[k]) springls__cut_ring(work->sharp[k], work->mate[work->sharp[k]], work);\n",
+    "    }\n",
+    "    for (k = first; k < work->ring_nodes; k++) {\n",
+    "        int length, c, spokes = 0;\n",
+    "        if (work->ring_seen[k]) continue;\n",
+    "        length = springls__collect_ring(k, work);\n",
+    "        for (c = 0; c < length; c++) spokes += springls__is_spoke(work, work->ring[c]);\n",
+    "        if (lone >= 3 && spokes >= 3) springls__fill_sectors(length, work);\n",
+    "        else if (!springls__triangulate(length, work)) springls__add_fan(length, springls__ring_apex(length, work), work);\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* ---- triangles that cross ---- */\n",
+    "\n",
+    "/* Returns six times the volume of a tetrahedron, exactly. */\n",
+    "SPRINGLS__MATHS int64_t springls__place_volume(SPRINGLS__LOCAL const springls__cell_work *work, int a, int b, int c, int d)\n",
+    "{\n",
+    "    SPRINGLS__LOCAL const int *o = work->vertex[a].place;\n",
+    "    int64_t x[3], y[3], z[3];\n",
+    "    int k;\n",
+    "    for (k = 0; k < 3; k++) {\n",
+    "        x[k] = work->vertex[b].place[k] - o[k];\n",
+    "        y[k] = work->vertex[c].place[k] - o[k];\n",
+    "        z[k] = work->vertex[d].place[k] - o[k];\n",
+    "    }\n",
+    "    return x[0] * (y[1] * z[2] - y[2] * z[1]) - x[1] * (y[0] * z[2] - y[2] * z[0]) + x[2] * (y[0] * z[1] - y[1] * z[0]);\n",
+    "}\n",
+    "\n",
+    "/* Returns whether segment pq meets triangle t, which it does not lie in the plane of. */\n",
+    "SPRINGLS__MATHS bool springls__pierces(SPRINGLS__LOCAL const springls__cell_work *work, int p, int q, SPRINGLS__LOCAL const int *t)\n",
+    "{\n",
+    "    const int64_t s = springls__place_volume(work, t[0], t[1], t[2], p), e = springls__place_volume(work, t[0], t[1], t[2], q);\n",
+    "    int64_t u, v, w;\n",
+    "    if (!springls__opposite(s, e) || (s == 0 && e == 0)) return false;\n",
+    "    u = springls__place_volume(work, p, q, t[0], t[1]);\n",
+    "    v = springls__place_volume(work, p, q, t[1], t[2]);\n",
+    "    w = springls__place_volume(work, p, q, t[2], t[0]);\n",
+    "    return (u >= 0 && v >= 0 && w >= 0) || (u <= 0 && v <= 0 && w <= 0);\n",
+    "}\n",
+    "\n",
+    "/* Returns whether two triangles with one side in common lie folded on each other; a, b: the corners apart from it. */\n",
+    "SPRINGLS__MATHS bool springls__is_folded(SPRINGLS__LOCAL const springls__cell_work *work, int p, int q, int a, int b)\n",
+    "{\n",
+    "    const springls__v3 o = work->vertex[p].x, side = springls__normalize(springls__sub(work->vertex[q].x, o));\n",
+    "    springls__v3 u = springls__sub(work->vertex[a].x, o), v = springls__sub(work->vertex[b].x, o);\n",
+    "    u = springls__mad(u, side, -springls__dot(u, side));\n",
+    "    v = springls__mad(v, side, -springls__dot(v, side));\n",
+    "    return springls__dot(u, v) > 0.99999f * springls__length(u) * springls__length(v);\n",
+    "}\n",
+    "\n",
+    "/* Returns whether two triangles of a cell meet but in the corners that they share. */\n",
+    "SPRINGLS__MATHS bool springls__triangles_meet(SPRINGLS__LOCAL const springls__cell_work *work, SPRINGLS__LOCAL const int *s,\n",
+    "                                              SPRINGLS__LOCAL const int *t)\n",
+    "{\n",
+    "    int at_s[3], at_t[3], shared = 0, i, j;\n",
+    "    for (i = 0; i < 3; i++)\n",
+    "        for (j = 0; j < 3; j++)\n",
+    "            if (s[i] == t[j] && shared < 3) {\n",
+    "                at_s[shared] = i;\n",
+    "                at_t[shared++] = j;\n",
+    "            }\n",
+    "    if (shared == 3) return true;\n",
+    "    if (shared == 2) return springls__is_folded(work, s[at_s[0]], s[at_s[1]], s[3 - at_s[0] - at_s[1]], t[3 - at_t[0] - at_t[1]]);\n",
+    "    for (i = 0; i < 3; i++) {\n",
+    "        const int next = i < 2 ? i + 1 : 0; /* with a corner shared, the side across from it alone */\n",
+    "        if ((shared == 0 || (i != at_s[0] && next != at_s[0])) && springls__pierces(work, s[i], s[next], t)) return true;\n",
+    "        if ((shared == 0 || (i != at_t[0] && next != at_t[0])) && springls__pierces(work, t[i], t[next], s)) return true;\n",
+    "    }\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__MATHS bool springls__any_meet(SPRINGLS__LOCAL const springls__cell_work *work)\n",
+    "{\n",
+    "    int i, j;\n",
+    "    for (i = 0; i < work->triangles; i++)\n",
+    "        for (j = i + 1; j < work->triangles; j++)\n",
+    "            if (springls__triangles_meet(work, work->triangle + 3 * i, work->triangle + 3 * j)) return true;\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
+    "/* ---- the cell ---- */\n",
+    "\n",
+    "/* Fills all cycles by fans: about their apex, their middle, or a place between that and the middle of the cell. */\n",
+    "SPRINGLS__MATHS void springls__fill_by_fans(int way, SPRINGLS__LOCAL springls__cell_work *work)\n",
+    "{\n",
+    "    const springls__v3 o = springls__v3_make((float)work->origin[0], (float)work->origin[1], (float)work->origin[2]);\n",
+    "    int cycle, k, begin = 0;\n",
+    "    work->vertices = work->own_vertices;\n",
+    "    work->triangles = 0;\n",
+    "    for (cycle = 0; cycle < work->cycles; cycle++) {\n",
+    "        const int n = work->cycle_end[cycle] - begin;\n",
+    "        springls__v3 x;\n",
+    "        for (k = 0; k < n; k++) work->ring[k] = begin + k;\n",
+    "        x = way == 0 ? springls__ring_apex(n, work) : springls__ring_middle(n, work);\n",
+    "        if (way == 2) x = springls__lerp(x, springls__add(o, springls__v3_make(0.5f, 0.5f, 0.5f)), 0.02f);\n",
+    "        springls__add_fan(n, springls__snapped3(x), work);\n",
+    "        begin = work->cycle_end[cycle];\n",
+    "    }\n",
+    "}\n",
+    "\n",
+    "/* Finds the triangles of the cell that begins at a node. Returns false where some cross. */\n",
+    "SPRINGLS__MATHS bool springls__fill_cell(const springls__contour *contour, const int local[3],\n",
+    "                                         SPRINGLS__LOCAL springls__cell_work *work)\n",
+    "{\n",
+    "    int cycle, way, k, begin = 0;\n",
+    "    bool plain;\n",
+    "    springls__list_links(contour, local, work);\n",
+    "    work->triangles = work->cycles = work->vertices = work->own_vertices = 0;\n",
+    "    if (work->links == 0) return true;\n",
+    "    springls__find_cycles(contour, contour->first_corner, work);\n",
+    "    plain = work->cycles == 1;\n",
+    "    for (cycle = 0; cycle < work->cycles; cycle++) {\n",
+    "        springls__fill_cycle(begin, work->cycle_end[cycle], work);\n",
+    "        for (k = begin; k < work->cycle_end[cycle]; k++) plain = plain && !work->corner[k].sharp;\n",
+    "        begin = work->cycle_end[cycle];\n",
+    "    }\n",
+    "    if (plain || !springls__any_meet(work)) return true;\n",
+    "    for (way = 0; way < 3; way++) {\n",
+    "        springls__fill_by_fans(way, work);\n",
+    "        if (!springls__any_meet(work)) return true;\n",
+    "    }\n",
+    "    return false;\n",
+    "}\n",
+    "\n",
+    "/* Returns how many arcs the cells of brick b have on their faces: a cell has at most six triangles for each, and three new vertices. */\n",
+    "SPRINGLS__MATHS int springls__count_links(const springls__contour *contour, int b, SPRINGLS__LOCAL springls__cell_work *work)\n",
+    "{\n",
+    "    int node, k, sum = 0, at[3];\n",
+    "    const int zero[3] = { 0, 0, 0 }, step[3] = { 1, 9, 81 };\n",
+    "    if (springls__gather_owned(contour, contour->brick + b, true, &work->owned) == 0) return 0;\n",
+    "    for (node = 0; node < 512; node++) {\n",
+    "        springls__voxel_of_brick(zero, node, at);\n",
+    "        for (k = 0; k < 6; k++)\n",
+    "            sum += work->owned.count[3 * (springls__node_around(at[0], at[1], at[2]) + (k >= 3 ? step[k - 3] : 0)) + k % 3];\n",
+    "    }\n",
+    "    return sum;\n",
+    "}\n",
+    "\n",
+    "/* Writes the triangles of the cells of brick b, three numbers of vertices each, and the vertices in cells. Marks the cells in which\n",
+    "   triangles cross. */\n",
+    "SPRINGLS__MATHS void springls__find_patches(const springls__contour *contour, int b, SPRINGLS__LOCAL springls__cell_work *work)\n",
+    "{\n",
+    "    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;\n",
+    "    int node, k;\n",
+    "    const int zero[3] = { 0, 0, 0 };\n",
+    "    brick->triangles = brick->inner = 0;\n",
+    "    for (k = 0; k < 16; k++) brick->conflict[k] = 0u;\n",
+    "    if (springls__gather_owned(contour, brick, true, &work->owned) == 0) return;\n",
+    "    for (node = 0; node < 512; node++) {\n",
+    "        SPRINGLS__GLOBAL int *corners = contour->corners + 3 * (size_t)(brick->first_triangle + brick->triangles);\n",
+    "        int local[3];\n",
+    "        springls__voxel_of_brick(zero, node, local);\n",
+    "        springls__voxel_of_brick(brick->origin, node, work->origin);\n",
+    "        if (!springls__fill_cell(contour, local, work)) brick->conflict[node >> 5] |= 1u << (node & 31);\n",
+    "        for (k = work->own_vertices; k < work->vertices; k++) {\n",
+    "            springls__crossing v;\n",
+    "            v.x = work->vertex[k].x;\n",
+    "            v.n = work->vertex[k].n;\n",
+    "            v.side = 0;\n",
+    "            v.springl = -1;\n",
+    "            work->vertex[k].id = contour->first_inner + brick->first_inner + brick->inner;\n",
+    "            contour->inner[brick->first_inner + brick->inner++] = v;\n",
+    "        }\n",
+    "        for (k = 0; k < 3 * work->triangles; k++) corners[k] = work->vertex[work->triangle[k]].id;\n",
+    "        brick->triangles += work->triangles;\n",
+    "    }\n",
+    "}\n",
+    "#line 41211 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

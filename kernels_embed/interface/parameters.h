@@ -22,6 +22,9 @@ typedef enum springls_topology { SPRINGLS_TOPOLOGY_FREE, SPRINGLS_TOPOLOGY_PRESE
 /* Names what bodies that touch do: become one, as level sets do, or stay two (manual, CONTACT). */
 typedef enum springls_contact { SPRINGLS_CONTACT_MERGE, SPRINGLS_CONTACT_SEPARATE } springls_contact;
 
+/* Names what the watertight surface is made of: the zero level of phi, or springls (manual, CONTOURING). */
+typedef enum springls_contouring { SPRINGLS_CONTOURING_LEVEL_SET, SPRINGLS_CONTOURING_SPRINGLS } springls_contouring;
+
 /* Names the rule that gives a split or filled springl its place and its correspondence. */
 typedef enum springls_placement {
     SPRINGLS_PLACEMENT_COPY,     /* the paper: flat halves; the correspondence is copied (split), averaged or nearest (fill) */
@@ -100,6 +103,9 @@ typedef struct springls_params {
     /* after a step */
     int volume_lock;         /* 1: every component keeps its volume (manual, VOLUME LOCK); 0: the paper            */
     int components;          /* 1: components have ids that last, and events (manual, EVENTS); 0: the paper        */
+
+    /* output */
+    springls_contouring contouring; /* LEVEL_SET: the mesh is the zero level; SPRINGLS: it is what springls show   */
 
     /* initial springls: of a mesh; of a level set or shape */
     int split_input;         /* 1: springls_set_mesh divides triangles with an edge longer than split_edge, or than that of

@@ -62,6 +62,7 @@ SPRINGLS_API springls_params springls_paper_params(void)
     p.volume_lock = 0;
     p.split_input = 0;
     p.components = 0;
+    p.contouring = SPRINGLS_CONTOURING_LEVEL_SET;
     p.initial_stride = 2;
     p.project_initial = 1;
     return p;
@@ -142,6 +143,7 @@ SPRINGLS_API springls_params springls_default_params(void)
     INTEGER(volume_lock, 0, 1)                                                                                                   \
     INTEGER(split_input, 0, 1)                                                                                                   \
     INTEGER(components, 0, 1)                                                                                                    \
+    INTEGER(contouring, SPRINGLS_CONTOURING_LEVEL_SET, SPRINGLS_CONTOURING_SPRINGLS)                                             \
     INTEGER(project_initial, 0, 1)                                                                                               \
     INTEGER(fill_from_springls, 0, 1)                                                                                            \
     REAL(min_component, 0, 16)                                                                                                   \

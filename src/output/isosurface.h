@@ -1,4 +1,4 @@
-/* isosurface.h - extracts the watertight zero level as a welded mesh, and the springls as a triangle soup. */
+/* isosurface.h - extracts the watertight surface as a welded mesh: the zero level, or what springls show (surface_table.h). */
 #ifndef SPRINGLS__OUTPUT_ISOSURFACE_H
 #define SPRINGLS__OUTPUT_ISOSURFACE_H
 
@@ -13,12 +13,7 @@
 #include "../model/host_access.h"
 #include "../model/transform.h"
 #include "../solver/step.h"
-
-/* Holds a welded mesh, positions in voxels. Its arrays are scratch memory of the model. */
-typedef struct springls__raw_mesh {
-    springls__v3 *positions;
-    int *triangles, vertex_count, triangle_count;
-} springls__raw_mesh;
+#include "surface_table.h"
 
 /* Runs welded marching cubes of phi, on the backend where one is in use; the mesh is then on the host. */
 SPRINGLS__FN springls_status springls__isosurface(springls_context *ctx, springls__raw_mesh *mesh)
@@ -46,6 +41,15 @@ SPRINGLS__FN springls_status springls__isosurface(springls_context *ctx, springl
     SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(surface_positions),
                                   (size_t)mesh->vertex_count * sizeof *mesh->positions));
     return springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(surface_corners), corners * sizeof *mesh->triangles);
+}
+
+/* Makes the watertight surface as params.contouring has it. */
+SPRINGLS__FN springls_status springls__watertight_mesh(springls_context *ctx, springls__raw_mesh *mesh)
+{
+    if (ctx->model.params.contouring == SPRINGLS_CONTOURING_LEVEL_SET) return springls__isosurface(ctx, mesh);
+    SPRINGLS__TRY(springls__use_host(ctx, false));
+    SPRINGLS__TRY(springls__read_cell_list(ctx));
+    return springls__contour_springls(ctx, mesh);
 }
 
 /* Allocates the arrays of a mesh in one block, which springls_mesh_free releases; no vertices: no block. */
@@ -109,12 +113,13 @@ SPRINGLS__FN springls_status springls__isosurface_with_data(springls_context *ct
     springls__vertex_data_job job;
     size_t vertices;
     SPRINGLS__TRY(springls__read_cell_list(ctx));
-    SPRINGLS__TRY(springls__isosurface(ctx, &raw));
+    SPRINGLS__TRY(springls__watertight_mesh(ctx, &raw));
     vertices = (size_t)raw.vertex_count;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_gradient, vertices));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_correspondence, vertices));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, vertex_springl, vertices));
-    springls__run(ctx, SPRINGLS__KERNEL_attach_vertex_data, raw.vertex_count, NULL);
+    if (raw.normals) springls__parallel(ctx, raw.vertex_count, 256, springls__surface_material_task, &ctx->model);
+    else springls__run(ctx, SPRINGLS__KERNEL_attach_vertex_data, raw.vertex_count, NULL);
     SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(vertex_gradient), vertices * sizeof(springls__v3)));
     SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(vertex_correspondence), vertices * sizeof(springls__v3)));
     SPRINGLS__TRY(springls__fetch(ctx, SPRINGLS__ROLE_ARRAY(vertex_springl), vertices * sizeof(int)));

@@ -55,7 +55,7 @@ SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_me
     if (!out) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "measure: out is NULL");
     SPRINGLS__TRY(springls__begin_reading(ctx));
     springls__use_device(ctx);
-    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__isosurface(ctx, &raw)));
+    SPRINGLS__TRY(springls__report_device_failure(ctx, springls__watertight_mesh(ctx, &raw)));
     if (raw.vertex_count == 0) return SPRINGLS_OK;
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, mesh_half_edges, (size_t)raw.triangle_count * 3));
     SPRINGLS__TRY(SPRINGLS__RESERVE(ctx, mesh_parent, raw.vertex_count));

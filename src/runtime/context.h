@@ -62,6 +62,21 @@ typedef struct springls__surface {
 
 enum { SPRINGLS__OLD_PLACES, SPRINGLS__NEW_VALUES, SPRINGLS__MERGE_TARGETS, SPRINGLS__ATTRIBUTE_BUFFERS };
 
+/* Arrays of springl contouring: see springls__contour. */
+enum {
+    SPRINGLS__SURFACE_BRICK_LIST,
+    SPRINGLS__SURFACE_HASH,
+    SPRINGLS__SURFACE_NORMAL,
+    SPRINGLS__SURFACE_CREASED,
+    SPRINGLS__SURFACE_HIT,
+    SPRINGLS__SURFACE_CROSSING,
+    SPRINGLS__SURFACE_ARC,
+    SPRINGLS__SURFACE_INNER,
+    SPRINGLS__SURFACE_TRIANGLE,
+    SPRINGLS__SURFACE_RANK,
+    SPRINGLS__SURFACE_BUFFERS
+};
+
 /* What springls carry besides themselves (attribute_values.h): `channels` floats each, in the order of springls. */
 typedef struct springls__attribute {
     char name[SPRINGLS_MAX_NAME_LENGTH + 1];
@@ -285,6 +300,7 @@ struct springls_context {
     bool particles_listed;  /* the cell list has all particles where they are; triangles may have changed since           */
     int particles_outside;  /* how many in the cell list lie outside active bricks                               */
     uint64_t springls_version; /* counts what may have changed springls: springls_mesh.version is one more        */
+    springls__buffer surface_memory[SPRINGLS__SURFACE_BUFFERS]; /* working memory of surface_table.h               */
     springls__buffer id_memory; /* working memory of springls_index_of                                            */
     uint64_t phi_version;   /* counts what may have changed the level set (residency.h)                          */
     uint64_t components_version, labels_version; /* the version that components, and labels of voxels, were found from; 0: none */
