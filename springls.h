@@ -2173,6 +2173,7 @@ SPRINGLS__FN bool springls__is_nan(double x) { return springls__magnitude_bits(x
       }
   typedef uchar uint8_t;
   typedef int int32_t;
+  typedef long int64_t;
   typedef uint uint32_t;
   #define springls__sqrt(x)   sqrt(x)
   #define springls__fabs(x)   fabs(x)
@@ -25371,11 +25372,27 @@ SPRINGLS__INNER float springls__hit_weight(float d2, float r2)
 
 SPRINGLS__INNER bool springls__bit_of(SPRINGLS__GLOBAL const uint32_t *bits, int k) { return (bits[k >> 5] >> (k & 31) & 1u) != 0u; }
 
-/* Finds the brick and the node in it of a node that is up to 8 beyond a brick's own; -1: the table has none. */
-SPRINGLS__INNER int springls__table_node(SPRINGLS__GLOBAL const springls__surface_brick *brick, const int local[3], int *node)
+/* Finds where node `node` is in its brick, and in the grid. */
+SPRINGLS__INNER void springls__node_of_brick(int node, int at[3])
 {
-    *node = springls__voxel_in_brick(local[0], local[1], local[2]);
-    return brick->around[13 + (local[0] >> 3) + 3 * (local[1] >> 3) + 9 * (local[2] >> 3)];
+    at[0] = node & 7;
+    at[1] = node >> 3 & 7;
+    at[2] = node >> 6;
+}
+
+SPRINGLS__INNER void springls__place_of_node(SPRINGLS__GLOBAL const springls__surface_brick *brick, int node, int at[3])
+{
+    springls__node_of_brick(node, at);
+    at[0] += brick->origin[0];
+    at[1] += brick->origin[1];
+    at[2] += brick->origin[2];
+}
+
+/* Finds the brick and the node in it of a node that is up to 8 beyond a brick's own; -1: the table has none. */
+SPRINGLS__INNER int springls__table_node(SPRINGLS__GLOBAL const springls__surface_brick *brick, const int of_node[3], int *node)
+{
+    *node = springls__voxel_in_brick(of_node[0], of_node[1], of_node[2]);
+    return brick->around[13 + (of_node[0] >> 3) + 3 * (of_node[1] >> 3) + 9 * (of_node[2] >> 3)];
 }
 
 /* Returns the node (u, v) beside axis, at x along it. */
@@ -25608,7 +25625,7 @@ typedef struct springls__line_work {
 /* Gathers the hits of a line in a brick and three voxels before and behind it, with their own weights or the last ones. Of too many the
    nearest are taken. */
 SPRINGLS__MATHS void springls__gather_line(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
-                                           int line, bool weighed, SPRINGLS__LOCAL springls__line_work *work)
+                                           int line, bool weighed, springls__line_work *work)
 {
     const int axis = line >> 6, stride = axis == 0 ? 1 : axis == 1 ? 3 : 9;
     const float low = (float)brick->origin[axis] - 3.0f, high = low + 14.0f;
@@ -25651,7 +25668,7 @@ SPRINGLS__INNER springls__v3 springls__line_place(SPRINGLS__GLOBAL const springl
    there. */
 SPRINGLS__MATHS float springls__share_of_run(const springls__model *model, const springls__contour *contour,
                                              SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int end, int side,
-                                             SPRINGLS__LOCAL const springls__line_work *work)
+                                             const springls__line_work *work)
 {
     const float begins = 0.5f, over = 0.8f, r2 = SPRINGLS__HIT_RADIUS * SPRINGLS__HIT_RADIUS;
     springls__v3 x, aside = springls__zero3(), n = springls__zero3();
@@ -25684,7 +25701,7 @@ SPRINGLS__MATHS float springls__share_of_run(const springls__model *model, const
 /* Weighs the hits of a gathered line, run by run of one orientation. */
 SPRINGLS__MATHS void springls__weigh_line(const springls__model *model, const springls__contour *contour,
                                           SPRINGLS__GLOBAL const springls__surface_brick *brick,
-                                          SPRINGLS__LOCAL springls__line_work *work)
+                                          springls__line_work *work)
 {
     int side, first, k, end;
     for (side = -1; side <= 1; side += 2)
@@ -25749,7 +25766,7 @@ SPRINGLS__INNER springls__way springls__way_over_node(springls__way way, const f
     return next;
 }
 
-SPRINGLS__INNER springls__way springls__way_over(springls__way way, SPRINGLS__LOCAL const springls__event *event, bool forward)
+SPRINGLS__INNER springls__way springls__way_over(springls__way way, const springls__event *event, bool forward)
 {
     const float cost[2] = { event->cost[0], event->cost[1] };
     int came[2];
@@ -25768,7 +25785,7 @@ SPRINGLS__INNER float springls__phi_evidence(float phi, bool beside_hits)
 /* Lists hits [first, end) of the line and the nodes between and around them, in order. */
 SPRINGLS__MATHS void springls__list_line_events(const springls__model *model, const springls__contour *contour,
                                            SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int end,
-                                           SPRINGLS__LOCAL springls__line_work *work)
+                                           springls__line_work *work)
 {
     const springls__grid *g = &model->grid;
     const int axis = work->axis, o = brick->origin[axis], stride = axis == 0 ? 1 : axis == 1 ? 3 : 9;
@@ -25780,7 +25797,7 @@ SPRINGLS__MATHS void springls__list_line_events(const springls__model *model, co
     at[1] = (int)line.y;
     at[2] = (int)line.z;
     for (x = from; x <= to + 1; x++) {
-        SPRINGLS__LOCAL springls__event *event;
+        springls__event *event;
         float evidence;
         int b, node;
         for (; k < end && (x > to || work->hit[k].t < (float)x); k++) {
@@ -25807,7 +25824,7 @@ SPRINGLS__MATHS void springls__list_line_events(const springls__model *model, co
 }
 
 /* Adds to each node of the events by how much cheaper it is to be outside than inside. */
-SPRINGLS__MATHS void springls__vote_for_nodes(SPRINGLS__LOCAL springls__line_work *work)
+SPRINGLS__MATHS void springls__vote_for_nodes(springls__line_work *work)
 {
     springls__way way = springls__way_begin(0.0f, 0.0f);
     int k;
@@ -25829,7 +25846,7 @@ SPRINGLS__MATHS void springls__vote_for_nodes(SPRINGLS__LOCAL springls__line_wor
 /* Votes along a line for its nodes, in parts where hits are less than four voxels apart; keeps the weights of the brick's own hits. */
 SPRINGLS__MATHS void springls__vote_on_line(const springls__model *model, const springls__contour *contour,
                                             SPRINGLS__GLOBAL const springls__surface_brick *brick, int line,
-                                            SPRINGLS__LOCAL springls__line_work *work)
+                                            springls__line_work *work)
 {
     int first, end, k;
     uint32_t at;
@@ -25850,7 +25867,7 @@ SPRINGLS__MATHS void springls__vote_on_line(const springls__model *model, const 
 
 /* Finds the sides of the nodes of brick b. */
 SPRINGLS__MATHS void springls__find_node_sides(const springls__model *model, const springls__contour *contour, int b,
-                                          SPRINGLS__LOCAL springls__line_work *work)
+                                          springls__line_work *work)
 {
     SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
     const springls__grid *g = &model->grid;
@@ -25860,7 +25877,7 @@ SPRINGLS__MATHS void springls__find_node_sides(const springls__model *model, con
     for (node = 0; node < 16; node++) brick->inside[node] = 0u;
     for (node = 0; node < 512; node++) {
         float value;
-        springls__voxel_of_brick(brick->origin, node, at);
+        springls__place_of_node(brick, node, at);
         value = springls__grid_phi(g, g->phi, at[0], at[1], at[2]);
         if (springls__bit_of(brick->beside_hits, node)) value = work->margin[node] + springls__phi_evidence(value, true);
         if (value < 0.0f && springls__grid_contains(g, at[0], at[1], at[2])) brick->inside[node >> 5] |= 1u << (node & 31);
@@ -25873,7 +25890,7 @@ SPRINGLS__MATHS void springls__find_node_sides(const springls__model *model, con
    and particles. */
 SPRINGLS__MATHS springls__crossing springls__place_crossing(const springls__model *model, const springls__contour *contour,
                                                             SPRINGLS__GLOBAL const springls__surface_brick *brick, int first,
-                                                            int which, SPRINGLS__LOCAL const springls__line_work *work)
+                                                            int which, const springls__line_work *work)
 {
     const float r2 = SPRINGLS__HIT_RADIUS * SPRINGLS__HIT_RADIUS;
     const int axis = work->axis;
@@ -25925,7 +25942,7 @@ SPRINGLS__MATHS springls__crossing springls__place_crossing(const springls__mode
    intersection of the two, or their union. */
 SPRINGLS__MATHS springls__crossing springls__place_run(const springls__model *model, const springls__contour *contour,
                                                        SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int run,
-                                                       SPRINGLS__LOCAL springls__line_work *work)
+                                                       springls__line_work *work)
 {
     const int second_side = SPRINGLS__EDGE_HITS + run;
     springls__crossing one, two;
@@ -25954,7 +25971,7 @@ SPRINGLS__MATHS springls__crossing springls__place_run(const springls__model *mo
 
 /* Numbers the runs of hits that explain best how the line comes from one side to the other between nodes x and x + 1: work->group of the hits
    from `first` on; -1: of none. Returns how many there are. */
-SPRINGLS__MATHS int springls__find_runs(int first, float x, int from, int to, SPRINGLS__LOCAL springls__line_work *work)
+SPRINGLS__MATHS int springls__find_runs(int first, float x, int from, int to, springls__line_work *work)
 {
     springls__way way = springls__way_begin(from ? 1e9f : 0.0f, from ? 0.0f : 1e9f);
     int n = 0, k, side = to, runs = 0, came[2];
@@ -25988,7 +26005,7 @@ SPRINGLS__MATHS int springls__find_runs(int first, float x, int from, int to, SP
 }
 
 /* Makes a run of hits that weigh little: better than none, where the side changes. Returns 1 if there are any. */
-SPRINGLS__MATHS int springls__find_weak_run(int first, float x, int side, SPRINGLS__LOCAL springls__line_work *work)
+SPRINGLS__MATHS int springls__find_weak_run(int first, float x, int side, springls__line_work *work)
 {
     int k, best = -1;
     for (k = 0; first + k < work->hits && k < SPRINGLS__EDGE_HITS && work->hit[first + k].t <= x + 1.15f; k++)
@@ -26039,7 +26056,7 @@ SPRINGLS__MATHS void springls__order_crossings(SPRINGLS__GLOBAL springls__crossi
    many; writes them unless `out` is NULL. */
 SPRINGLS__MATHS int springls__edge_crossings(const springls__model *model, const springls__contour *contour,
                                              SPRINGLS__GLOBAL const springls__surface_brick *brick, const int at[3], int first,
-                                             int from, int to, SPRINGLS__LOCAL springls__line_work *work,
+                                             int from, int to, springls__line_work *work,
                                              SPRINGLS__GLOBAL springls__crossing *out)
 {
     const float x = (float)at[work->axis];
@@ -26056,7 +26073,7 @@ SPRINGLS__MATHS int springls__edge_crossings(const springls__model *model, const
 
 /* Counts the crossings of the edges of a line of brick b, or writes them (`store`). */
 SPRINGLS__MATHS void springls__line_crossings(const springls__model *model, const springls__contour *contour, int b, int line,
-                                              bool store, SPRINGLS__LOCAL springls__line_work *work)
+                                              bool store, springls__line_work *work)
 {
     SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
     const int axis = line >> 6, stride = axis == 0 ? 1 : axis == 1 ? 3 : 9, next = brick->around[13 + stride];
@@ -26071,7 +26088,7 @@ SPRINGLS__MATHS void springls__line_crossings(const springls__model *model, cons
         else if (next >= 0) to = springls__bit_of(contour->brick[next].inside, after);
         while (first < work->hits && work->hit[first].t < t - 0.15f) first++;
         if (from == to && (first == work->hits || work->hit[first].t > t + 1.15f)) continue;
-        springls__voxel_of_brick(brick->origin, node, at);
+        springls__place_of_node(brick, node, at);
         if (!store) {
             brick->edge_end[edge] = springls__edge_crossings(model, contour, brick, at, first, from, to, work, NULL);
         } else {
@@ -26085,7 +26102,7 @@ SPRINGLS__MATHS void springls__line_crossings(const springls__model *model, cons
 
 /* Counts the crossings of the edges of brick b, then sums the counts up; or writes the crossings (`store`). */
 SPRINGLS__MATHS void springls__find_crossings(const springls__model *model, const springls__contour *contour, int b, bool store,
-                                              SPRINGLS__LOCAL springls__line_work *work)
+                                              springls__line_work *work)
 {
     SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
     int k, sum = 0;
@@ -26114,7 +26131,7 @@ SPRINGLS__INNER int springls__node_around(int x, int y, int z) { return x + 9 * 
 
 /* Gathers the crossings (or arcs: `arcs`) of a brick and the nodes beyond. Returns how many there are. */
 SPRINGLS__MATHS int springls__gather_owned(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
-                                           bool arcs, SPRINGLS__LOCAL springls__owned *owned)
+                                           bool arcs, springls__owned *owned)
 {
     int n = 0, sum = 0, k, node, at[3];
     for (at[2] = 0; at[2] < 9; at[2]++)
@@ -26173,15 +26190,15 @@ SPRINGLS__INNER bool springls__is_supported(const springls__crossing *c) { retur
 
 /* Lists the crossings on the border of a face, counter-clockwise as seen against the axis; kind: -1 enters the body there, 1 leaves.
    Returns how many. */
-SPRINGLS__MATHS int springls__face_border(const springls__contour *contour, const springls__face *face, const int local[3],
-                                          SPRINGLS__LOCAL springls__face_work *work)
+SPRINGLS__MATHS int springls__face_border(const springls__contour *contour, const springls__face *face, const int of_node[3],
+                                          springls__face_work *work)
 {
     int side, k, n = 0;
     for (side = 0; side < 4; side++) {
         const int axis = side & 1 ? face->c : face->b;
         const bool back = side >= 2;
         int at[3], node, count;
-        for (k = 0; k < 3; k++) at[k] = local[k];
+        for (k = 0; k < 3; k++) at[k] = of_node[k];
         if (side == 1) at[face->b]++;
         if (side == 2) at[face->c]++;
         node = 3 * springls__node_around(at[0], at[1], at[2]) + axis;
@@ -26210,7 +26227,7 @@ SPRINGLS__MATHS float springls__pair_cost(const springls__face *face, const spri
 }
 
 /* Makes crossings i and j of the border an arc. */
-SPRINGLS__INNER springls__arc springls__arc_between(SPRINGLS__LOCAL const springls__face_work *work, int i, int j)
+SPRINGLS__INNER springls__arc springls__arc_between(const springls__face_work *work, int i, int j)
 {
     springls__arc arc;
     arc.from = work->list[work->kind[i] < 0 ? i : j];
@@ -26222,7 +26239,7 @@ SPRINGLS__INNER springls__arc springls__arc_between(SPRINGLS__LOCAL const spring
 
 /* Joins the n crossings of the border by arcs that do not cross, the cheapest ones together. */
 SPRINGLS__MATHS void springls__join_border(const springls__contour *contour, const springls__face *face, int n,
-                                           SPRINGLS__LOCAL springls__face_work *work)
+                                           springls__face_work *work)
 {
     const int row = SPRINGLS__FACE_CROSSINGS + 1;
     int width, i, j, arcs = 0, top = 0;
@@ -26337,7 +26354,7 @@ SPRINGLS__MATHS bool springls__is_sharp_corner(const springls__model *model, con
                                                const springls__arc_section *s, springls__v3 x)
 {
     const float between = 0.94f, share = 0.15f;
-    const springls__v3 half = springls__normalize(springls__add(s->p.n, s->q.n));
+    const springls__v3 middle_normal = springls__normalize(springls__add(s->p.n, s->q.n));
     springls__cell_walk walk;
     float all = 0.0f, some = 0.0f;
     int i;
@@ -26350,7 +26367,7 @@ SPRINGLS__MATHS bool springls__is_sharp_corner(const springls__model *model, con
         const float cp = springls__dot(n, s->p.n), cq = springls__dot(n, s->q.n);
         if (w <= 0.0f || (cp < -0.3f && cq < -0.3f)) continue;
         all += w;
-        if (cp < between && cq < between && springls__dot(n, half) > 0.0f) some += w;
+        if (cp < between && cq < between && springls__dot(n, middle_normal) > 0.0f) some += w;
     }
     return some < share * all;
 }
@@ -26544,7 +26561,7 @@ SPRINGLS__MATHS bool springls__arcs_meet(const springls__contour *contour, const
 
 /* Takes corners away from arcs that meet, until none do. */
 SPRINGLS__MATHS void springls__part_arcs(const springls__contour *contour, const springls__face *face, int arcs,
-                                         SPRINGLS__LOCAL springls__face_work *work)
+                                         springls__face_work *work)
 {
     float slope = 0.05f;
     int round, i, j;
@@ -26568,17 +26585,16 @@ SPRINGLS__MATHS void springls__part_arcs(const springls__contour *contour, const
 /* ---- the kernels ---- */
 
 /* Counts the arcs of the faces of brick b, and sums the counts up. Each joins two crossings. */
-SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int b, SPRINGLS__LOCAL springls__face_work *work)
+SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int b, springls__face_work *work)
 {
     SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
     int node, axis, sum = 0, at[3];
     const bool none = springls__gather_owned(contour, brick, false, &work->owned) == 0;
     for (node = 0; node < 512; node++) {
-        const int zero[3] = { 0, 0, 0 };
-        springls__voxel_of_brick(zero, node, at);
+            springls__node_of_brick(node, at);
         for (axis = 0; axis < 3; axis++) {
             const int p = springls__axis_after(axis), q = springls__axis_after(p);
-            SPRINGLS__LOCAL const int *count = work->owned.count;
+            const int *count = work->owned.count;
             const int n = springls__node_around(at[0], at[1], at[2]), step[3] = { 1, 9, 81 };
             if (!none) sum += (count[3 * n + p] + count[3 * n + q] + count[3 * (n + step[q]) + p] + count[3 * (n + step[p]) + q]) / 2;
             brick->face_end[3 * node + axis] = sum;
@@ -26588,38 +26604,38 @@ SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int 
 
 /* Returns whether a cell on either side of a face of a brick is to have no more corners than it needs. */
 SPRINGLS__MATHS bool springls__is_plain_face(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
-                                             const int local[3], int axis)
+                                             const int of_node[3], int axis)
 {
     int before[3], node, b, k;
-    for (k = 0; k < 3; k++) before[k] = local[k] - (k == axis);
-    if (brick->plain[springls__voxel_in_brick(local[0], local[1], local[2])]) return true;
+    for (k = 0; k < 3; k++) before[k] = of_node[k] - (k == axis);
+    if (brick->plain[springls__voxel_in_brick(of_node[0], of_node[1], of_node[2])]) return true;
     b = springls__table_node(brick, before, &node);
     return b >= 0 && contour->brick[b].plain[node];
 }
 
 /* Finds the arcs of the faces of brick b. */
 SPRINGLS__MATHS void springls__find_arcs(const springls__model *model, const springls__contour *contour, int b,
-                                         SPRINGLS__LOCAL springls__face_work *work)
+                                         springls__face_work *work)
 {
     SPRINGLS__GLOBAL const springls__surface_brick *brick = contour->brick + b;
     int k, arcs, i;
     if (brick->face_end[1535] == 0) return;
     springls__gather_owned(contour, brick, false, &work->owned);
     for (k = 0; k < 1536; k++) {
-        const int zero[3] = { 0, 0, 0 }, begin = k ? brick->face_end[k - 1] : 0;
+        const int begin = k ? brick->face_end[k - 1] : 0;
         springls__face face;
-        int local[3];
+        int of_node[3];
         arcs = brick->face_end[k] - begin;
         if (arcs == 0) continue;
         face.axis = k % 3;
         face.b = springls__axis_after(face.axis);
         face.c = springls__axis_after(face.b);
-        springls__voxel_of_brick(zero, k / 3, local);
-        springls__voxel_of_brick(brick->origin, k / 3, face.o);
-        springls__join_border(contour, &face, springls__face_border(contour, &face, local, work), work);
+        springls__node_of_brick(k / 3, of_node);
+        springls__place_of_node(brick, k / 3, face.o);
+        springls__join_border(contour, &face, springls__face_border(contour, &face, of_node, work), work);
         for (i = 0; i < arcs; i++) {
             const springls__arc_section section = springls__section_of_arc(contour, &face, &work->arc[i]);
-            const bool plain = springls__is_plain_face(contour, brick, local, face.axis);
+            const bool plain = springls__is_plain_face(contour, brick, of_node, face.axis);
             if (!plain) springls__find_corners(model, contour, &face, &section, &work->arc[i]);
             if (plain || (section.along_edge >= 0 && work->arc[i].corners == 0))
                 springls__make_plain(&face, &section, 0.05f, &work->arc[i]);
@@ -26676,18 +26692,18 @@ typedef struct springls__cell_work {
 /* ---- cycles ---- */
 
 /* Lists the arcs on the six faces of a cell, each in the way that has outside on the left as seen from outside the cell. */
-SPRINGLS__MATHS void springls__list_links(const springls__contour *contour, const int local[3],
-                                          SPRINGLS__LOCAL springls__cell_work *work)
+SPRINGLS__MATHS void springls__list_links(const springls__contour *contour, const int of_node[3],
+                                          springls__cell_work *work)
 {
     int axis, side, k, at[3];
     work->links = 0;
     for (axis = 0; axis < 3; axis++)
         for (side = 0; side < 2; side++) {
             int face;
-            for (k = 0; k < 3; k++) at[k] = local[k] + (k == axis ? side : 0);
+            for (k = 0; k < 3; k++) at[k] = of_node[k] + (k == axis ? side : 0);
             face = 3 * springls__node_around(at[0], at[1], at[2]) + axis;
             for (k = 0; k < work->owned.count[face]; k++) {
-                SPRINGLS__LOCAL springls__link *link = &work->link[work->links++];
+                springls__link *link = &work->link[work->links++];
                 link->arc = work->owned.first[face] + k;
                 link->forward = side;
                 link->from = side ? contour->arc[link->arc].from : contour->arc[link->arc].to;
@@ -26698,10 +26714,10 @@ SPRINGLS__MATHS void springls__list_links(const springls__contour *contour, cons
         }
 }
 
-SPRINGLS__MATHS int springls__add_cell_vertex(SPRINGLS__LOCAL springls__cell_work *work, int id, springls__v3 x, springls__v3 n,
+SPRINGLS__MATHS int springls__add_cell_vertex(springls__cell_work *work, int id, springls__v3 x, springls__v3 n,
                                               bool crosses)
 {
-    SPRINGLS__LOCAL springls__cell_vertex *v = &work->vertex[work->vertices];
+    springls__cell_vertex *v = &work->vertex[work->vertices];
     const float scale = 65536.0f;
     v->id = id;
     v->x = x;
@@ -26715,11 +26731,11 @@ SPRINGLS__MATHS int springls__add_cell_vertex(SPRINGLS__LOCAL springls__cell_wor
 
 /* Adds corners first and last of a link to the cycle: the crossing that it begins at, and those of its arc. */
 SPRINGLS__MATHS int springls__add_link(const springls__contour *contour, int first_corner, const springls__link *link, int face_before,
-                                       int corners, SPRINGLS__LOCAL springls__cell_work *work)
+                                       int corners, springls__cell_work *work)
 {
     const springls__crossing begin = contour->crossing[link->from];
     const springls__arc arc = contour->arc[link->arc];
-    SPRINGLS__LOCAL springls__cycle_corner *c = &work->corner[corners++];
+    springls__cycle_corner *c = &work->corner[corners++];
     int k;
     c->before = c->after = begin.n;
     c->faces = link->face | face_before;
@@ -26741,7 +26757,7 @@ SPRINGLS__MATHS int springls__add_link(const springls__contour *contour, int fir
 }
 
 /* Returns the link that begins where another ends. */
-SPRINGLS__MATHS int springls__link_after(SPRINGLS__LOCAL const springls__cell_work *work, int to)
+SPRINGLS__MATHS int springls__link_after(const springls__cell_work *work, int to)
 {
     int k;
     for (k = 0; k + 1 < work->links && work->link[k].from != to; k++) continue;
@@ -26750,7 +26766,7 @@ SPRINGLS__MATHS int springls__link_after(SPRINGLS__LOCAL const springls__cell_wo
 
 /* Finds the cycles of a cell. */
 SPRINGLS__MATHS void springls__find_cycles(const springls__contour *contour, int first_corner,
-                                           SPRINGLS__LOCAL springls__cell_work *work)
+                                           springls__cell_work *work)
 {
     int first, k, corners = 0;
     work->cycles = work->vertices = 0;
@@ -26777,22 +26793,22 @@ SPRINGLS__MATHS void springls__find_cycles(const springls__contour *contour, int
 
 /* ---- triangles ---- */
 
-SPRINGLS__INNER void springls__add_triangle(SPRINGLS__LOCAL springls__cell_work *work, int a, int b, int c)
+SPRINGLS__INNER void springls__add_triangle(springls__cell_work *work, int a, int b, int c)
 {
-    SPRINGLS__LOCAL int *t = work->triangle + 3 * work->triangles++;
+    int *t = work->triangle + 3 * work->triangles++;
     t[0] = a;
     t[1] = b;
     t[2] = c;
 }
 
 /* Returns the vertex of corner k of the ring. */
-SPRINGLS__INNER int springls__ring_vertex(SPRINGLS__LOCAL const springls__cell_work *work, int k)
+SPRINGLS__INNER int springls__ring_vertex(const springls__cell_work *work, int k)
 {
     return work->corner[work->ring[k]].vertex;
 }
 
 /* Returns what a triangle costs: its area, and more where it is off the normals of its corners. */
-SPRINGLS__MATHS float springls__triangle_cost(SPRINGLS__LOCAL const springls__cell_work *work, int i, int j, int k)
+SPRINGLS__MATHS float springls__triangle_cost(const springls__cell_work *work, int i, int j, int k)
 {
     const int v[3] = { springls__ring_vertex(work, i), springls__ring_vertex(work, j), springls__ring_vertex(work, k) };
     const springls__v3 p = work->vertex[v[0]].x;
@@ -26809,14 +26825,14 @@ SPRINGLS__MATHS float springls__triangle_cost(SPRINGLS__LOCAL const springls__ce
 }
 
 /* Returns what a diagonal costs: none may lie in a face of the cell. */
-SPRINGLS__INNER float springls__diagonal_cost(SPRINGLS__LOCAL const springls__cell_work *work, int n, int i, int j)
+SPRINGLS__INNER float springls__diagonal_cost(const springls__cell_work *work, int n, int i, int j)
 {
     if (j == i + 1 || (i == 0 && j == n - 1)) return 0.0f;
     return work->corner[work->ring[i]].faces & work->corner[work->ring[j]].faces ? 1e6f : 0.0f;
 }
 
 /* Fills the ring of n corners by the cheapest triangles between them; false: there is no way without diagonals in a face. */
-SPRINGLS__MATHS bool springls__triangulate(int n, SPRINGLS__LOCAL springls__cell_work *work)
+SPRINGLS__MATHS bool springls__triangulate(int n, springls__cell_work *work)
 {
     const int row = SPRINGLS__RING;
     int width, i, k, top = 0;
@@ -26853,7 +26869,7 @@ SPRINGLS__MATHS bool springls__triangulate(int n, SPRINGLS__LOCAL springls__cell
 }
 
 /* Returns the middle of the ring's n corners. */
-SPRINGLS__MATHS springls__v3 springls__ring_middle(int n, SPRINGLS__LOCAL const springls__cell_work *work)
+SPRINGLS__MATHS springls__v3 springls__ring_middle(int n, const springls__cell_work *work)
 {
     springls__v3 sum = springls__zero3();
     int k;
@@ -26862,7 +26878,7 @@ SPRINGLS__MATHS springls__v3 springls__ring_middle(int n, SPRINGLS__LOCAL const 
 }
 
 /* Returns the place in the cell nearest to the planes at all crossings of the ring, by least squares about its middle. */
-SPRINGLS__MATHS springls__v3 springls__ring_apex(int n, SPRINGLS__LOCAL const springls__cell_work *work)
+SPRINGLS__MATHS springls__v3 springls__ring_apex(int n, const springls__cell_work *work)
 {
     const springls__v3 middle = springls__ring_middle(n, work);
     float m[3][4], x[3], c[3];
@@ -26894,7 +26910,7 @@ SPRINGLS__MATHS springls__v3 springls__ring_apex(int n, SPRINGLS__LOCAL const sp
 }
 
 /* Adds a vertex inside the cell, with the mean normal of the ring. */
-SPRINGLS__MATHS int springls__add_inner_vertex(int n, springls__v3 x, SPRINGLS__LOCAL springls__cell_work *work)
+SPRINGLS__MATHS int springls__add_inner_vertex(int n, springls__v3 x, springls__cell_work *work)
 {
     springls__v3 sum = springls__zero3();
     int k;
@@ -26903,7 +26919,7 @@ SPRINGLS__MATHS int springls__add_inner_vertex(int n, springls__v3 x, SPRINGLS__
 }
 
 /* Fills the ring by a fan around x. */
-SPRINGLS__MATHS void springls__add_fan(int n, springls__v3 x, SPRINGLS__LOCAL springls__cell_work *work)
+SPRINGLS__MATHS void springls__add_fan(int n, springls__v3 x, springls__cell_work *work)
 {
     const int v = springls__add_inner_vertex(n, x, work);
     int k;
@@ -26922,7 +26938,7 @@ SPRINGLS__MATHS float springls__chord_cost(const springls__cycle_corner *p, cons
 
 /* Joins sharp corners of a cycle in pairs that do not cross, the cheapest together; one alone costs `alone`. work->mate of a corner: its mate,
    or -1. Returns how many have none. */
-SPRINGLS__MATHS int springls__pair_corners(int n, SPRINGLS__LOCAL springls__cell_work *work)
+SPRINGLS__MATHS int springls__pair_corners(int n, springls__cell_work *work)
 {
     const float alone = 0.3f;
     const int row = SPRINGLS__RING + 1;
@@ -26965,7 +26981,7 @@ SPRINGLS__MATHS int springls__pair_corners(int n, SPRINGLS__LOCAL springls__cell
 }
 
 /* Joins the two sharp corners that were left, if they lie on two faces and no chord is between. Returns how many are left then. */
-SPRINGLS__MATHS int springls__pair_last(int n, SPRINGLS__LOCAL springls__cell_work *work)
+SPRINGLS__MATHS int springls__pair_last(int n, springls__cell_work *work)
 {
     int i, first = -1, last = -1;
     for (i = 0; i < n; i++) {
@@ -26984,7 +27000,7 @@ SPRINGLS__MATHS int springls__pair_last(int n, SPRINGLS__LOCAL springls__cell_wo
 }
 
 /* Cuts the ring between corners a and b along their chord: two more nodes of rings. */
-SPRINGLS__MATHS void springls__cut_ring(int a, int b, SPRINGLS__LOCAL springls__cell_work *work)
+SPRINGLS__MATHS void springls__cut_ring(int a, int b, springls__cell_work *work)
 {
     const int again_a = work->ring_nodes, again_b = again_a + 1;
     if (work->ring_next[a] == b || work->ring_next[b] == a) return;
@@ -26999,7 +27015,7 @@ SPRINGLS__MATHS void springls__cut_ring(int a, int b, SPRINGLS__LOCAL springls__
 }
 
 /* Collects the ring that a node is in. Returns its length. */
-SPRINGLS__MATHS int springls__collect_ring(int node, SPRINGLS__LOCAL springls__cell_work *work)
+SPRINGLS__MATHS int springls__collect_ring(int node, springls__cell_work *work)
 {
     int n = 0, k = node;
     do {
@@ -27010,15 +27026,15 @@ SPRINGLS__MATHS int springls__collect_ring(int node, SPRINGLS__LOCAL springls__c
     return n;
 }
 
-SPRINGLS__INNER bool springls__is_spoke(SPRINGLS__LOCAL const springls__cell_work *work, int corner)
+SPRINGLS__INNER bool springls__is_spoke(const springls__cell_work *work, int corner)
 {
     return work->corner[corner].sharp && work->mate[corner] < 0;
 }
 
 /* Fills a ring around an apex, where its lone corners meet: sector by sector between those. */
-SPRINGLS__MATHS void springls__fill_sectors(int n, SPRINGLS__LOCAL springls__cell_work *work)
+SPRINGLS__MATHS void springls__fill_sectors(int n, springls__cell_work *work)
 {
-    SPRINGLS__LOCAL springls__cycle_corner *corner = &work->corner[SPRINGLS__CELL_CORNERS];
+    springls__cycle_corner *corner = &work->corner[SPRINGLS__CELL_CORNERS];
     const int apex = springls__add_inner_vertex(n, springls__ring_apex(n, work), work);
     int first, k, c, length;
     corner->vertex = apex;
@@ -27042,7 +27058,7 @@ SPRINGLS__MATHS void springls__fill_sectors(int n, SPRINGLS__LOCAL springls__cel
 }
 
 /* Fills the cycle of corners [first, end). */
-SPRINGLS__MATHS void springls__fill_cycle(int first, int end, SPRINGLS__LOCAL springls__cell_work *work)
+SPRINGLS__MATHS void springls__fill_cycle(int first, int end, springls__cell_work *work)
 {
     int k, n = 0, lone = 0;
     work->ring_nodes = end;
@@ -27072,9 +27088,9 @@ SPRINGLS__MATHS void springls__fill_cycle(int first, int end, SPRINGLS__LOCAL sp
 /* ---- triangles that cross ---- */
 
 /* Returns six times the volume of a tetrahedron, exactly. */
-SPRINGLS__MATHS int64_t springls__place_volume(SPRINGLS__LOCAL const springls__cell_work *work, int a, int b, int c, int d)
+SPRINGLS__MATHS int64_t springls__place_volume(const springls__cell_work *work, int a, int b, int c, int d)
 {
-    SPRINGLS__LOCAL const int *o = work->vertex[a].place;
+    const int *o = work->vertex[a].place;
     int64_t x[3], y[3], z[3];
     int k;
     for (k = 0; k < 3; k++) {
@@ -27086,7 +27102,7 @@ SPRINGLS__MATHS int64_t springls__place_volume(SPRINGLS__LOCAL const springls__c
 }
 
 /* Returns whether segment pq meets triangle t, which it does not lie in the plane of. */
-SPRINGLS__MATHS bool springls__pierces(SPRINGLS__LOCAL const springls__cell_work *work, int p, int q, SPRINGLS__LOCAL const int *t)
+SPRINGLS__MATHS bool springls__pierces(const springls__cell_work *work, int p, int q, const int *t)
 {
     const int64_t s = springls__place_volume(work, t[0], t[1], t[2], p), e = springls__place_volume(work, t[0], t[1], t[2], q);
     int64_t u, v, w;
@@ -27098,7 +27114,7 @@ SPRINGLS__MATHS bool springls__pierces(SPRINGLS__LOCAL const springls__cell_work
 }
 
 /* Returns whether two triangles with one side in common lie folded on each other; a, b: the corners apart from it. */
-SPRINGLS__MATHS bool springls__is_folded(SPRINGLS__LOCAL const springls__cell_work *work, int p, int q, int a, int b)
+SPRINGLS__MATHS bool springls__is_folded(const springls__cell_work *work, int p, int q, int a, int b)
 {
     const springls__v3 o = work->vertex[p].x, side = springls__normalize(springls__sub(work->vertex[q].x, o));
     springls__v3 u = springls__sub(work->vertex[a].x, o), v = springls__sub(work->vertex[b].x, o);
@@ -27108,8 +27124,8 @@ SPRINGLS__MATHS bool springls__is_folded(SPRINGLS__LOCAL const springls__cell_wo
 }
 
 /* Returns whether two triangles of a cell meet but in the corners that they share. */
-SPRINGLS__MATHS bool springls__triangles_meet(SPRINGLS__LOCAL const springls__cell_work *work, SPRINGLS__LOCAL const int *s,
-                                              SPRINGLS__LOCAL const int *t)
+SPRINGLS__MATHS bool springls__triangles_meet(const springls__cell_work *work, const int *s,
+                                              const int *t)
 {
     int at_s[3], at_t[3], shared = 0, i, j;
     for (i = 0; i < 3; i++)
@@ -27128,7 +27144,7 @@ SPRINGLS__MATHS bool springls__triangles_meet(SPRINGLS__LOCAL const springls__ce
     return false;
 }
 
-SPRINGLS__MATHS bool springls__any_meet(SPRINGLS__LOCAL const springls__cell_work *work)
+SPRINGLS__MATHS bool springls__any_meet(const springls__cell_work *work)
 {
     int i, j;
     for (i = 0; i < work->triangles; i++)
@@ -27140,7 +27156,7 @@ SPRINGLS__MATHS bool springls__any_meet(SPRINGLS__LOCAL const springls__cell_wor
 /* ---- the cell ---- */
 
 /* Fills all cycles by fans: about their apex, their middle, or a place between that and the middle of the cell. */
-SPRINGLS__MATHS void springls__fill_by_fans(int way, SPRINGLS__LOCAL springls__cell_work *work)
+SPRINGLS__MATHS void springls__fill_by_fans(int way, springls__cell_work *work)
 {
     const springls__v3 o = springls__v3_make((float)work->origin[0], (float)work->origin[1], (float)work->origin[2]);
     int cycle, k, begin = 0;
@@ -27158,12 +27174,12 @@ SPRINGLS__MATHS void springls__fill_by_fans(int way, SPRINGLS__LOCAL springls__c
 }
 
 /* Finds the triangles of the cell that begins at a node. Returns false where some cross. */
-SPRINGLS__MATHS bool springls__fill_cell(const springls__contour *contour, const int local[3],
-                                         SPRINGLS__LOCAL springls__cell_work *work)
+SPRINGLS__MATHS bool springls__fill_cell(const springls__contour *contour, const int of_node[3],
+                                         springls__cell_work *work)
 {
     int cycle, way, k, begin = 0;
     bool plain;
-    springls__list_links(contour, local, work);
+    springls__list_links(contour, of_node, work);
     work->triangles = work->cycles = work->vertices = work->own_vertices = 0;
     if (work->links == 0) return true;
     springls__find_cycles(contour, contour->first_corner, work);
@@ -27182,13 +27198,13 @@ SPRINGLS__MATHS bool springls__fill_cell(const springls__contour *contour, const
 }
 
 /* Returns how many arcs the cells of brick b have on their faces: a cell has at most six triangles for each, and three new vertices. */
-SPRINGLS__MATHS int springls__count_links(const springls__contour *contour, int b, SPRINGLS__LOCAL springls__cell_work *work)
+SPRINGLS__MATHS int springls__count_links(const springls__contour *contour, int b, springls__cell_work *work)
 {
     int node, k, sum = 0, at[3];
-    const int zero[3] = { 0, 0, 0 }, step[3] = { 1, 9, 81 };
+    const int step[3] = { 1, 9, 81 };
     if (springls__gather_owned(contour, contour->brick + b, true, &work->owned) == 0) return 0;
     for (node = 0; node < 512; node++) {
-        springls__voxel_of_brick(zero, node, at);
+        springls__node_of_brick(node, at);
         for (k = 0; k < 6; k++)
             sum += work->owned.count[3 * (springls__node_around(at[0], at[1], at[2]) + (k >= 3 ? step[k - 3] : 0)) + k % 3];
     }
@@ -27197,20 +27213,19 @@ SPRINGLS__MATHS int springls__count_links(const springls__contour *contour, int 
 
 /* Writes the triangles of the cells of brick b, three numbers of vertices each, and the vertices in cells. Marks the cells in which
    triangles cross. */
-SPRINGLS__MATHS void springls__find_patches(const springls__contour *contour, int b, SPRINGLS__LOCAL springls__cell_work *work)
+SPRINGLS__MATHS void springls__find_patches(const springls__contour *contour, int b, springls__cell_work *work)
 {
     SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
     int node, k;
-    const int zero[3] = { 0, 0, 0 };
     brick->triangles = brick->inner = 0;
     for (k = 0; k < 16; k++) brick->conflict[k] = 0u;
     if (springls__gather_owned(contour, brick, true, &work->owned) == 0) return;
     for (node = 0; node < 512; node++) {
         SPRINGLS__GLOBAL int *corners = contour->corners + 3 * (size_t)(brick->first_triangle + brick->triangles);
-        int local[3];
-        springls__voxel_of_brick(zero, node, local);
-        springls__voxel_of_brick(brick->origin, node, work->origin);
-        if (!springls__fill_cell(contour, local, work)) brick->conflict[node >> 5] |= 1u << (node & 31);
+        int of_node[3];
+        springls__node_of_brick(node, of_node);
+        for (k = 0; k < 3; k++) work->origin[k] = brick->origin[k] + of_node[k];
+        if (!springls__fill_cell(contour, of_node, work)) brick->conflict[node >> 5] |= 1u << (node & 31);
         for (k = work->own_vertices; k < work->vertices; k++) {
             springls__crossing v;
             v.x = work->vertex[k].x;
@@ -27465,7 +27480,6 @@ SPRINGLS__FN void springls__remove_pair(const springls__surface_job *job, spring
 /* Takes the nearest two crossings of one edge of a cell away. Returns whether there were any. */
 SPRINGLS__FN bool springls__thin_cell(const springls__surface_job *job, const springls__surface_brick *brick, int node)
 {
-    const int zero[3] = { 0, 0, 0 };
     springls__surface_brick *best_brick = NULL;
     float least = FLT_MAX;
     int axis, side, k, best = 0, best_edge = 0, at[3];
@@ -27473,7 +27487,7 @@ SPRINGLS__FN bool springls__thin_cell(const springls__surface_job *job, const sp
         for (side = 0; side < 4; side++) {
             int other, edge, begin;
             springls__surface_brick *owner;
-            springls__voxel_of_brick(zero, node, at);
+            springls__node_of_brick(node, at);
             at[springls__axis_after(axis)] += side & 1;
             at[springls__axis_after(springls__axis_after(axis))] += side >> 1;
             other = springls__table_node(brick, at, &edge);
@@ -30239,6 +30253,7 @@ static const char *const springls__kernel_lines[] = {
     "      }\n",
     "  typedef uchar uint8_t;\n",
     "  typedef int int32_t;\n",
+    "  typedef long int64_t;\n",
     "  typedef uint uint32_t;\n",
     "  #define springls__sqrt(x)   sqrt(x)\n",
     "  #define springls__fabs(x)   fabs(x)\n",
@@ -30303,7 +30318,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2242 \"springls.h\"\n",
+    "#line 2243 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -30325,7 +30340,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2265 \"springls.h\"\n",
+    "#line 2266 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30340,7 +30355,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2281 \"springls.h\"\n",
+    "#line 2282 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -30464,7 +30479,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2405 \"springls.h\"\n",
+    "#line 2406 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -30534,7 +30549,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2476 \"springls.h\"\n",
+    "#line 2477 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -30754,7 +30769,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2697 \"springls.h\"\n",
+    "#line 2698 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30769,7 +30784,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2712 \"springls.h\"\n",
+    "#line 2713 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -30893,14 +30908,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2836 \"springls.h\"\n",
+    "#line 2837 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2844 \"springls.h\"\n",
+    "#line 2845 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -30999,7 +31014,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 2944 \"springls.h\"\n",
+    "#line 2945 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -31054,7 +31069,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3000 \"springls.h\"\n",
+    "#line 3001 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -31150,7 +31165,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 3097 \"springls.h\"\n",
+    "#line 3098 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -31162,7 +31177,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3109 \"springls.h\"\n",
+    "#line 3110 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31177,7 +31192,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3125 \"springls.h\"\n",
+    "#line 3126 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -31221,7 +31236,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3169 \"springls.h\"\n",
+    "#line 3170 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31236,7 +31251,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3184 \"springls.h\"\n",
+    "#line 3185 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -31280,7 +31295,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3228 \"springls.h\"\n",
+    "#line 3229 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -31359,7 +31374,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3307 \"springls.h\"\n",
+    "#line 3308 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31374,7 +31389,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3323 \"springls.h\"\n",
+    "#line 3324 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -31441,7 +31456,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3390 \"springls.h\"\n",
+    "#line 3391 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31456,7 +31471,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3405 \"springls.h\"\n",
+    "#line 3406 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -31523,7 +31538,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3473 \"springls.h\"\n",
+    "#line 3474 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -31904,7 +31919,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3855 \"springls.h\"\n",
+    "#line 3856 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -32603,7 +32618,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4555 \"springls.h\"\n",
+    "#line 4556 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -32863,7 +32878,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4816 \"springls.h\"\n",
+    "#line 4817 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -33065,7 +33080,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5019 \"springls.h\"\n",
+    "#line 5020 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -33182,7 +33197,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5137 \"springls.h\"\n",
+    "#line 5138 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -33379,7 +33394,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5334 \"springls.h\"\n",
+    "#line 5335 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -33394,7 +33409,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5350 \"springls.h\"\n",
+    "#line 5351 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -33588,7 +33603,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5544 \"springls.h\"\n",
+    "#line 5545 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -33603,7 +33618,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5559 \"springls.h\"\n",
+    "#line 5560 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -33797,7 +33812,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6378 \"springls.h\"\n",
+    "#line 6379 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -33823,7 +33838,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6405 \"springls.h\"\n",
+    "#line 6406 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -33912,7 +33927,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6495 \"springls.h\"\n",
+    "#line 6496 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -34052,7 +34067,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6636 \"springls.h\"\n",
+    "#line 6637 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -34157,7 +34172,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6742 \"springls.h\"\n",
+    "#line 6743 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -34389,7 +34404,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 6975 \"springls.h\"\n",
+    "#line 6976 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -34419,7 +34434,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7005 \"springls.h\"\n",
+    "#line 7006 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34434,7 +34449,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7021 \"springls.h\"\n",
+    "#line 7022 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -34603,7 +34618,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7190 \"springls.h\"\n",
+    "#line 7191 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34618,7 +34633,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7205 \"springls.h\"\n",
+    "#line 7206 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -34787,7 +34802,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7374 \"springls.h\"\n",
+    "#line 7375 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -34841,7 +34856,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7429 \"springls.h\"\n",
+    "#line 7430 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -34867,7 +34882,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7455 \"springls.h\"\n",
+    "#line 7456 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34882,7 +34897,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7471 \"springls.h\"\n",
+    "#line 7472 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -34965,7 +34980,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7554 \"springls.h\"\n",
+    "#line 7555 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34980,7 +34995,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7569 \"springls.h\"\n",
+    "#line 7570 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -35063,7 +35078,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7652 \"springls.h\"\n",
+    "#line 7653 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -35137,7 +35152,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7727 \"springls.h\"\n",
+    "#line 7728 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -35690,7 +35705,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8281 \"springls.h\"\n",
+    "#line 8282 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -35786,7 +35801,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8378 \"springls.h\"\n",
+    "#line 8379 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -35907,7 +35922,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8500 \"springls.h\"\n",
+    "#line 8501 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -36188,7 +36203,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8782 \"springls.h\"\n",
+    "#line 8783 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -36274,7 +36289,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8869 \"springls.h\"\n",
+    "#line 8870 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -36416,7 +36431,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9012 \"springls.h\"\n",
+    "#line 9013 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -36605,7 +36620,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9202 \"springls.h\"\n",
+    "#line 9203 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -36729,7 +36744,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9327 \"springls.h\"\n",
+    "#line 9328 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -36763,7 +36778,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 9362 \"springls.h\"\n",
+    "#line 9363 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -37294,7 +37309,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9894 \"springls.h\"\n",
+    "#line 9895 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -37444,7 +37459,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10045 \"springls.h\"\n",
+    "#line 10046 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -37548,7 +37563,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10150 \"springls.h\"\n",
+    "#line 10151 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -37645,7 +37660,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10248 \"springls.h\"\n",
+    "#line 10249 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -38183,7 +38198,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10787 \"springls.h\"\n",
+    "#line 10788 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -38261,7 +38276,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10866 \"springls.h\"\n",
+    "#line 10867 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -38510,7 +38525,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11116 \"springls.h\"\n",
+    "#line 11117 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -38543,7 +38558,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11150 \"springls.h\"\n",
+    "#line 11151 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -38568,14 +38583,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11176 \"springls.h\"\n",
+    "#line 11177 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11183 \"springls.h\"\n",
+    "#line 11184 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38590,7 +38605,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11199 \"springls.h\"\n",
+    "#line 11200 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -38716,7 +38731,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11325 \"springls.h\"\n",
+    "#line 11326 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38731,7 +38746,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11340 \"springls.h\"\n",
+    "#line 11341 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -38857,7 +38872,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11467 \"springls.h\"\n",
+    "#line 11468 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -39148,7 +39163,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11759 \"springls.h\"\n",
+    "#line 11760 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -39257,7 +39272,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_scatter, LISTS, 128) X(brick_lists_sort, LISTS, 8)                                                             \\\n",
     "    X(compact_flag, LISTS, 4096) X(compact_out, LISTS, 256) X(compact_in, LISTS, 256)                                            \\\n",
     "    X(region_begin, SIGNS, 64) X(region_join, SIGNS, 64) X(region_vote, SIGNS, 64) X(region_resolve, SIGNS, 64)\n",
-    "#line 25276 \"springls.h\"\n",
+    "#line 25277 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -39356,11 +39371,27 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "SPRINGLS__INNER bool springls__bit_of(SPRINGLS__GLOBAL const uint32_t *bits, int k) { return (bits[k >> 5] >> (k & 31) & 1u) != 0u; }\n",
     "\n",
-    "/* Finds the brick and the node in it of a node that is up to 8 beyond a brick's own; -1: the table has none. */\n",
-    "SPRINGLS__INNER int springls__table_node(SPRINGLS__GLOBAL const springls__surface_brick *brick, const int local[3], int *node)\n",
+    "/* Finds where node `node` is in its brick, and in the grid. */\n",
+    "SPRINGLS__INNER void springls__node_of_brick(int node, int at[3])\n",
     "{\n",
-    "    *node = springls__voxel_in_brick(local[0], local[1], local[2]);\n",
-    "    return brick->around[13 + (local[0] >> 3) + 3 * (local[1] >> 3) + 9 * (local[2] >> 3)];\n",
+    "    at[0] = node & 7;\n",
+    "    at[1] = node >> 3 & 7;\n",
+    "    at[2] = node >> 6;\n",
+    "}\n",
+    "\n",
+    "SPRINGLS__INNER void springls__place_of_node(SPRINGLS__GLOBAL const springls__surface_brick *brick, int node, int at[3])\n",
+    "{\n",
+    "    springls__node_of_brick(node, at);\n",
+    "    at[0] += brick->origin[0];\n",
+    "    at[1] += brick->origin[1];\n",
+    "    at[2] += brick->origin[2];\n",
+    "}\n",
+    "\n",
+    "/* Finds the brick and the node in it of a node that is up to 8 beyond a brick's own; -1: the table has none. */\n",
+    "SPRINGLS__INNER int springls__table_node(SPRINGLS__GLOBAL const springls__surface_brick *brick, const int of_node[3], int *node)\n",
+    "{\n",
+    "    *node = springls__voxel_in_brick(of_node[0], of_node[1], of_node[2]);\n",
+    "    return brick->around[13 + (of_node[0] >> 3) + 3 * (of_node[1] >> 3) + 9 * (of_node[2] >> 3)];\n",
     "}\n",
     "\n",
     "/* Returns the node (u, v) beside axis, at x along it. */\n",
@@ -39593,7 +39624,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Gathers the hits of a line in a brick and three voxels before and behind it, with their own weights or the last ones. Of too many the\n",
     "   nearest are taken. */\n",
     "SPRINGLS__MATHS void springls__gather_line(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,\n",
-    "                                           int line, bool weighed, SPRINGLS__LOCAL springls__line_work *work)\n",
+    "                                           int line, bool weighed, springls__line_work *work)\n",
     "{\n",
     "    const int axis = line >> 6, stride = axis == 0 ? 1 : axis == 1 ? 3 : 9;\n",
     "    const float low = (float)brick->origin[axis] - 3.0f, high = low + 14.0f;\n",
@@ -39636,7 +39667,7 @@ static const char *const springls__kernel_lines[] = {
     "   there. */\n",
     "SPRINGLS__MATHS float springls__share_of_run(const springls__model *model, const springls__contour *contour,\n",
     "                                             SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int end, int side,\n",
-    "                                             SPRINGLS__LOCAL const springls__line_work *work)\n",
+    "                                             const springls__line_work *work)\n",
     "{\n",
     "    const float begins = 0.5f, over = 0.8f, r2 = SPRINGLS__HIT_RADIUS * SPRINGLS__HIT_RADIUS;\n",
     "    springls__v3 x, aside = springls__zero3(), n = springls__zero3();\n",
@@ -39669,7 +39700,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Weighs the hits of a gathered line, run by run of one orientation. */\n",
     "SPRINGLS__MATHS void springls__weigh_line(const springls__model *model, const springls__contour *contour,\n",
     "                                          SPRINGLS__GLOBAL const springls__surface_brick *brick,\n",
-    "                                          SPRINGLS__LOCAL springls__line_work *work)\n",
+    "                                          springls__line_work *work)\n",
     "{\n",
     "    int side, first, k, end;\n",
     "    for (side = -1; side <= 1; side += 2)\n",
@@ -39734,7 +39765,7 @@ static const char *const springls__kernel_lines[] = {
     "    return next;\n",
     "}\n",
     "\n",
-    "SPRINGLS__INNER springls__way springls__way_over(springls__way way, SPRINGLS__LOCAL const springls__event *event, bool forward)\n",
+    "SPRINGLS__INNER springls__way springls__way_over(springls__way way, const springls__event *event, bool forward)\n",
     "{\n",
     "    const float cost[2] = { event->cost[0], event->cost[1] };\n",
     "    int came[2];\n",
@@ -39753,7 +39784,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Lists hits [first, end) of the line and the nodes between and around them, in order. */\n",
     "SPRINGLS__MATHS void springls__list_line_events(const springls__model *model, const springls__contour *contour,\n",
     "                                           SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int end,\n",
-    "                                           SPRINGLS__LOCAL springls__line_work *work)\n",
+    "                                           springls__line_work *work)\n",
     "{\n",
     "    const springls__grid *g = &model->grid;\n",
     "    const int axis = work->axis, o = brick->origin[axis], stride = axis == 0 ? 1 : axis == 1 ? 3 : 9;\n",
@@ -39765,7 +39796,7 @@ static const char *const springls__kernel_lines[] = {
     "    at[1] = (int)line.y;\n",
     "    at[2] = (int)line.z;\n",
     "    for (x = from; x <= to + 1; x++) {\n",
-    "        SPRINGLS__LOCAL springls__event *event;\n",
+    "        springls__event *event;\n",
     "        float evidence;\n",
     "        int b, node;\n",
     "        for (; k < end && (x > to || work->hit[k].t < (float)x); k++) {\n",
@@ -39792,7 +39823,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Adds to each node of the events by how much cheaper it is to be outside than inside. */\n",
-    "SPRINGLS__MATHS void springls__vote_for_nodes(SPRINGLS__LOCAL springls__line_work *work)\n",
+    "SPRINGLS__MATHS void springls__vote_for_nodes(springls__line_work *work)\n",
     "{\n",
     "    springls__way way = springls__way_begin(0.0f, 0.0f);\n",
     "    int k;\n",
@@ -39814,7 +39845,7 @@ static const char *const springls__kernel_lines[] = {
     "/* Votes along a line for its nodes, in parts where hits are less than four voxels apart; keeps the weights of the brick's own hits. */\n",
     "SPRINGLS__MATHS void springls__vote_on_line(const springls__model *model, const springls__contour *contour,\n",
     "                                            SPRINGLS__GLOBAL const springls__surface_brick *brick, int line,\n",
-    "                                            SPRINGLS__LOCAL springls__line_work *work)\n",
+    "                                            springls__line_work *work)\n",
     "{\n",
     "    int first, end, k;\n",
     "    uint32_t at;\n",
@@ -39835,7 +39866,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Finds the sides of the nodes of brick b. */\n",
     "SPRINGLS__MATHS void springls__find_node_sides(const springls__model *model, const springls__contour *contour, int b,\n",
-    "                                          SPRINGLS__LOCAL springls__line_work *work)\n",
+    "                                          springls__line_work *work)\n",
     "{\n",
     "    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;\n",
     "    const springls__grid *g = &model->grid;\n",
@@ -39845,7 +39876,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (node = 0; node < 16; node++) brick->inside[node] = 0u;\n",
     "    for (node = 0; node < 512; node++) {\n",
     "        float value;\n",
-    "        springls__voxel_of_brick(brick->origin, node, at);\n",
+    "        springls__place_of_node(brick, node, at);\n",
     "        value = springls__grid_phi(g, g->phi, at[0], at[1], at[2]);\n",
     "        if (springls__bit_of(brick->beside_hits, node)) value = work->margin[node] + springls__phi_evidence(value, true);\n",
     "        if (value < 0.0f && springls__grid_contains(g, at[0], at[1], at[2])) brick->inside[node >> 5] |= 1u << (node & 31);\n",
@@ -39858,7 +39889,7 @@ static const char *const springls__kernel_lines[] = {
     "   and particles. */\n",
     "SPRINGLS__MATHS springls__crossing springls__place_crossing(const springls__model *model, const springls__contour *contour,\n",
     "                                                            SPRINGLS__GLOBAL const springls__surface_brick *brick, int first,\n",
-    "                                                            int which, SPRINGLS__LOCAL const springls__line_work *work)\n",
+    "                                                            int which, const springls__line_work *work)\n",
     "{\n",
     "    const float r2 = SPRINGLS__HIT_RADIUS * SPRINGLS__HIT_RADIUS;\n",
     "    const int axis = work->axis;\n",
@@ -39910,7 +39941,7 @@ static const char *const springls__kernel_lines[] = {
     "   intersection of the two, or their union. */\n",
     "SPRINGLS__MATHS springls__crossing springls__place_run(const springls__model *model, const springls__contour *contour,\n",
     "                                                       SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int run,\n",
-    "                                                       SPRINGLS__LOCAL springls__line_work *work)\n",
+    "                                                       springls__line_work *work)\n",
     "{\n",
     "    const int second_side = SPRINGLS__EDGE_HITS + run;\n",
     "    springls__crossing one, two;\n",
@@ -39939,7 +39970,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Numbers the runs of hits that explain best how the line comes from one side to the other between nodes x and x + 1: work->group of the hits\n",
     "   from `first` on; -1: of none. Returns how many there are. */\n",
-    "SPRINGLS__MATHS int springls__find_runs(int first, float x, int from, int to, SPRINGLS__LOCAL springls__line_work *work)\n",
+    "SPRINGLS__MATHS int springls__find_runs(int first, float x, int from, int to, springls__line_work *work)\n",
     "{\n",
     "    springls__way way = springls__way_begin(from ? 1e9f : 0.0f, from ? 0.0f : 1e9f);\n",
     "    int n = 0, k, side = to, runs = 0, came[2];\n",
@@ -39973,7 +40004,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Makes a run of hits that weigh little: better than none, where the side changes. Returns 1 if there are any. */\n",
-    "SPRINGLS__MATHS int springls__find_weak_run(int first, float x, int side, SPRINGLS__LOCAL springls__line_work *work)\n",
+    "SPRINGLS__MATHS int springls__find_weak_run(int first, float x, int side, springls__line_work *work)\n",
     "{\n",
     "    int k, best = -1;\n",
     "    for (k = 0; first + k < work->hits && k < SPRINGLS__EDGE_HITS && work->hit[first + k].t <= x + 1.15f; k++)\n",
@@ -40024,7 +40055,7 @@ static const char *const springls__kernel_lines[] = {
     "   many; writes them unless `out` is NULL. */\n",
     "SPRINGLS__MATHS int springls__edge_crossings(const springls__model *model, const springls__contour *contour,\n",
     "                                             SPRINGLS__GLOBAL const springls__surface_brick *brick, const int at[3], int first,\n",
-    "                                             int from, int to, SPRINGLS__LOCAL springls__line_work *work,\n",
+    "                                             int from, int to, springls__line_work *work,\n",
     "                                             SPRINGLS__GLOBAL springls__crossing *out)\n",
     "{\n",
     "    const float x = (float)at[work->axis];\n",
@@ -40041,7 +40072,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Counts the crossings of the edges of a line of brick b, or writes them (`store`). */\n",
     "SPRINGLS__MATHS void springls__line_crossings(const springls__model *model, const springls__contour *contour, int b, int line,\n",
-    "                                              bool store, SPRINGLS__LOCAL springls__line_work *work)\n",
+    "                                              bool store, springls__line_work *work)\n",
     "{\n",
     "    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;\n",
     "    const int axis = line >> 6, stride = axis == 0 ? 1 : axis == 1 ? 3 : 9, next = brick->around[13 + stride];\n",
@@ -40056,7 +40087,7 @@ static const char *const springls__kernel_lines[] = {
     "        else if (next >= 0) to = springls__bit_of(contour->brick[next].inside, after);\n",
     "        while (first < work->hits && work->hit[first].t < t - 0.15f) first++;\n",
     "        if (from == to && (first == work->hits || work->hit[first].t > t + 1.15f)) continue;\n",
-    "        springls__voxel_of_brick(brick->origin, node, at);\n",
+    "        springls__place_of_node(brick, node, at);\n",
     "        if (!store) {\n",
     "            brick->edge_end[edge] = springls__edge_crossings(model, contour, brick, at, first, from, to, work, NULL);\n",
     "        } else {\n",
@@ -40070,7 +40101,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Counts the crossings of the edges of brick b, then sums the counts up; or writes the crossings (`store`). */\n",
     "SPRINGLS__MATHS void springls__find_crossings(const springls__model *model, const springls__contour *contour, int b, bool store,\n",
-    "                                              SPRINGLS__LOCAL springls__line_work *work)\n",
+    "                                              springls__line_work *work)\n",
     "{\n",
     "    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;\n",
     "    int k, sum = 0;\n",
@@ -40079,7 +40110,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (k = 0; k < 192; k++) springls__line_crossings(model, contour, b, k, store, work);\n",
     "    for (k = 0; k < 1536 && !store; k++) brick->edge_end[k] = sum += brick->edge_end[k];\n",
     "}\n",
-    "#line 26099 \"springls.h\"\n",
+    "#line 26116 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -40098,7 +40129,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Gathers the crossings (or arcs: `arcs`) of a brick and the nodes beyond. Returns how many there are. */\n",
     "SPRINGLS__MATHS int springls__gather_owned(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,\n",
-    "                                           bool arcs, SPRINGLS__LOCAL springls__owned *owned)\n",
+    "                                           bool arcs, springls__owned *owned)\n",
     "{\n",
     "    int n = 0, sum = 0, k, node, at[3];\n",
     "    for (at[2] = 0; at[2] < 9; at[2]++)\n",
@@ -40157,15 +40188,15 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Lists the crossings on the border of a face, counter-clockwise as seen against the axis; kind: -1 enters the body there, 1 leaves.\n",
     "   Returns how many. */\n",
-    "SPRINGLS__MATHS int springls__face_border(const springls__contour *contour, const springls__face *face, const int local[3],\n",
-    "                                          SPRINGLS__LOCAL springls__face_work *work)\n",
+    "SPRINGLS__MATHS int springls__face_border(const springls__contour *contour, const springls__face *face, const int of_node[3],\n",
+    "                                          springls__face_work *work)\n",
     "{\n",
     "    int side, k, n = 0;\n",
     "    for (side = 0; side < 4; side++) {\n",
     "        const int axis = side & 1 ? face->c : face->b;\n",
     "        const bool back = side >= 2;\n",
     "        int at[3], node, count;\n",
-    "        for (k = 0; k < 3; k++) at[k] = local[k];\n",
+    "        for (k = 0; k < 3; k++) at[k] = of_node[k];\n",
     "        if (side == 1) at[face->b]++;\n",
     "        if (side == 2) at[face->c]++;\n",
     "        node = 3 * springls__node_around(at[0], at[1], at[2]) + axis;\n",
@@ -40194,7 +40225,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Makes crossings i and j of the border an arc. */\n",
-    "SPRINGLS__INNER springls__arc springls__arc_between(SPRINGLS__LOCAL const springls__face_work *work, int i, int j)\n",
+    "SPRINGLS__INNER springls__arc springls__arc_between(const springls__face_work *work, int i, int j)\n",
     "{\n",
     "    springls__arc arc;\n",
     "    arc.from = work->list[work->kind[i] < 0 ? i : j];\n",
@@ -40206,7 +40237,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Joins the n crossings of the border by arcs that do not cross, the cheapest ones together. */\n",
     "SPRINGLS__MATHS void springls__join_border(const springls__contour *contour, const springls__face *face, int n,\n",
-    "                                           SPRINGLS__LOCAL springls__face_work *work)\n",
+    "                                           springls__face_work *work)\n",
     "{\n",
     "    const int row = SPRINGLS__FACE_CROSSINGS + 1;\n",
     "    int width, i, j, arcs = 0, top = 0;\n",
@@ -40321,7 +40352,7 @@ static const char *const springls__kernel_lines[] = {
     "                                               const springls__arc_section *s, springls__v3 x)\n",
     "{\n",
     "    const float between = 0.94f, share = 0.15f;\n",
-    "    const springls__v3 half = springls__normalize(springls__add(s->p.n, s->q.n));\n",
+    "    const springls__v3 middle_normal = springls__normalize(springls__add(s->p.n, s->q.n));\n",
     "    springls__cell_walk walk;\n",
     "    float all = 0.0f, some = 0.0f;\n",
     "    int i;\n",
@@ -40334,7 +40365,7 @@ static const char *const springls__kernel_lines[] = {
     "        const float cp = springls__dot(n, s->p.n), cq = springls__dot(n, s->q.n);\n",
     "        if (w <= 0.0f || (cp < -0.3f && cq < -0.3f)) continue;\n",
     "        all += w;\n",
-    "        if (cp < between && cq < between && springls__dot(n, half) > 0.0f) some += w;\n",
+    "        if (cp < between && cq < between && springls__dot(n, middle_normal) > 0.0f) some += w;\n",
     "    }\n",
     "    return some < share * all;\n",
     "}\n",
@@ -40528,7 +40559,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Takes corners away from arcs that meet, until none do. */\n",
     "SPRINGLS__MATHS void springls__part_arcs(const springls__contour *contour, const springls__face *face, int arcs,\n",
-    "                                         SPRINGLS__LOCAL springls__face_work *work)\n",
+    "                                         springls__face_work *work)\n",
     "{\n",
     "    float slope = 0.05f;\n",
     "    int round, i, j;\n",
@@ -40552,17 +40583,16 @@ static const char *const springls__kernel_lines[] = {
     "/* ---- the kernels ---- */\n",
     "\n",
     "/* Counts the arcs of the faces of brick b, and sums the counts up. Each joins two crossings. */\n",
-    "SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int b, SPRINGLS__LOCAL springls__face_work *work)\n",
+    "SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int b, springls__face_work *work)\n",
     "{\n",
     "    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;\n",
     "    int node, axis, sum = 0, at[3];\n",
     "    const bool none = springls__gather_owned(contour, brick, false, &work->owned) == 0;\n",
     "    for (node = 0; node < 512; node++) {\n",
-    "        const int zero[3] = { 0, 0, 0 };\n",
-    "        springls__voxel_of_brick(zero, node, at);\n",
+    "            springls__node_of_brick(node, at);\n",
     "        for (axis = 0; axis < 3; axis++) {\n",
     "            const int p = springls__axis_after(axis), q = springls__axis_after(p);\n",
-    "            SPRINGLS__LOCAL const int *count = work->owned.count;\n",
+    "            const int *count = work->owned.count;\n",
     "            const int n = springls__node_around(at[0], at[1], at[2]), step[3] = { 1, 9, 81 };\n",
     "            if (!none) sum += (count[3 * n + p] + count[3 * n + q] + count[3 * (n + step[q]) + p] + count[3 * (n + step[p]) + q]) / 2;\n",
     "            brick->face_end[3 * node + axis] = sum;\n",
@@ -40572,38 +40602,38 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Returns whether a cell on either side of a face of a brick is to have no more corners than it needs. */\n",
     "SPRINGLS__MATHS bool springls__is_plain_face(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,\n",
-    "                                             const int local[3], int axis)\n",
+    "                                             const int of_node[3], int axis)\n",
     "{\n",
     "    int before[3], node, b, k;\n",
-    "    for (k = 0; k < 3; k++) before[k] = local[k] - (k == axis);\n",
-    "    if (brick->plain[springls__voxel_in_brick(local[0], local[1], local[2])]) return true;\n",
+    "    for (k = 0; k < 3; k++) before[k] = of_node[k] - (k == axis);\n",
+    "    if (brick->plain[springls__voxel_in_brick(of_node[0], of_node[1], of_node[2])]) return true;\n",
     "    b = springls__table_node(brick, before, &node);\n",
     "    return b >= 0 && contour->brick[b].plain[node];\n",
     "}\n",
     "\n",
     "/* Finds the arcs of the faces of brick b. */\n",
     "SPRINGLS__MATHS void springls__find_arcs(const springls__model *model, const springls__contour *contour, int b,\n",
-    "                                         SPRINGLS__LOCAL springls__face_work *work)\n",
+    "                                         springls__face_work *work)\n",
     "{\n",
     "    SPRINGLS__GLOBAL const springls__surface_brick *brick = contour->brick + b;\n",
     "    int k, arcs, i;\n",
     "    if (brick->face_end[1535] == 0) return;\n",
     "    springls__gather_owned(contour, brick, false, &work->owned);\n",
     "    for (k = 0; k < 1536; k++) {\n",
-    "        const int zero[3] = { 0, 0, 0 }, begin = k ? brick->face_end[k - 1] : 0;\n",
+    "        const int begin = k ? brick->face_end[k - 1] : 0;\n",
     "        springls__face face;\n",
-    "        int local[3];\n",
+    "        int of_node[3];\n",
     "        arcs = brick->face_end[k] - begin;\n",
     "        if (arcs == 0) continue;\n",
     "        face.axis = k % 3;\n",
     "        face.b = springls__axis_after(face.axis);\n",
     "        face.c = springls__axis_after(face.b);\n",
-    "        springls__voxel_of_brick(zero, k / 3, local);\n",
-    "        springls__voxel_of_brick(brick->origin, k / 3, face.o);\n",
-    "        springls__join_border(contour, &face, springls__face_border(contour, &face, local, work), work);\n",
+    "        springls__node_of_brick(k / 3, of_node);\n",
+    "        springls__place_of_node(brick, k / 3, face.o);\n",
+    "        springls__join_border(contour, &face, springls__face_border(contour, &face, of_node, work), work);\n",
     "        for (i = 0; i < arcs; i++) {\n",
     "            const springls__arc_section section = springls__section_of_arc(contour, &face, &work->arc[i]);\n",
-    "            const bool plain = springls__is_plain_face(contour, brick, local, face.axis);\n",
+    "            const bool plain = springls__is_plain_face(contour, brick, of_node, face.axis);\n",
     "            if (!plain) springls__find_corners(model, contour, &face, &section, &work->arc[i]);\n",
     "            if (plain || (section.along_edge >= 0 && work->arc[i].corners == 0))\n",
     "                springls__make_plain(&face, &section, 0.05f, &work->arc[i]);\n",
@@ -40619,7 +40649,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 26640 \"springls.h\"\n",
+    "#line 26656 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -40659,18 +40689,18 @@ static const char *const springls__kernel_lines[] = {
     "/* ---- cycles ---- */\n",
     "\n",
     "/* Lists the arcs on the six faces of a cell, each in the way that has outside on the left as seen from outside the cell. */\n",
-    "SPRINGLS__MATHS void springls__list_links(const springls__contour *contour, const int local[3],\n",
-    "                                          SPRINGLS__LOCAL springls__cell_work *work)\n",
+    "SPRINGLS__MATHS void springls__list_links(const springls__contour *contour, const int of_node[3],\n",
+    "                                          springls__cell_work *work)\n",
     "{\n",
     "    int axis, side, k, at[3];\n",
     "    work->links = 0;\n",
     "    for (axis = 0; axis < 3; axis++)\n",
     "        for (side = 0; side < 2; side++) {\n",
     "            int face;\n",
-    "            for (k = 0; k < 3; k++) at[k] = local[k] + (k == axis ? side : 0);\n",
+    "            for (k = 0; k < 3; k++) at[k] = of_node[k] + (k == axis ? side : 0);\n",
     "            face = 3 * springls__node_around(at[0], at[1], at[2]) + axis;\n",
     "            for (k = 0; k < work->owned.count[face]; k++) {\n",
-    "                SPRINGLS__LOCAL springls__link *link = &work->link[work->links++];\n",
+    "                springls__link *link = &work->link[work->links++];\n",
     "                link->arc = work->owned.first[face] + k;\n",
     "                link->forward = side;\n",
     "                link->from = side ? contour->arc[link->arc].from : contour->arc[link->arc].to;\n",
@@ -40681,10 +40711,10 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS int springls__add_cell_vertex(SPRINGLS__LOCAL springls__cell_work *work, int id, springls__v3 x, springls__v3 n,\n",
+    "SPRINGLS__MATHS int springls__add_cell_vertex(springls__cell_work *work, int id, springls__v3 x, springls__v3 n,\n",
     "                                              bool crosses)\n",
     "{\n",
-    "    SPRINGLS__LOCAL springls__cell_vertex *v = &work->vertex[work->vertices];\n",
+    "    springls__cell_vertex *v = &work->vertex[work->vertices];\n",
     "    const float scale = 65536.0f;\n",
     "    v->id = id;\n",
     "    v->x = x;\n",
@@ -40698,11 +40728,11 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Adds corners first and last of a link to the cycle: the crossing that it begins at, and those of its arc. */\n",
     "SPRINGLS__MATHS int springls__add_link(const springls__contour *contour, int first_corner, const springls__link *link, int face_before,\n",
-    "                                       int corners, SPRINGLS__LOCAL springls__cell_work *work)\n",
+    "                                       int corners, springls__cell_work *work)\n",
     "{\n",
     "    const springls__crossing begin = contour->crossing[link->from];\n",
     "    const springls__arc arc = contour->arc[link->arc];\n",
-    "    SPRINGLS__LOCAL springls__cycle_corner *c = &work->corner[corners++];\n",
+    "    springls__cycle_corner *c = &work->corner[corners++];\n",
     "    int k;\n",
     "    c->before = c->after = begin.n;\n",
     "    c->faces = link->face | face_before;\n",
@@ -40724,7 +40754,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns the link that begins where another ends. */\n",
-    "SPRINGLS__MATHS int springls__link_after(SPRINGLS__LOCAL const springls__cell_work *work, int to)\n",
+    "SPRINGLS__MATHS int springls__link_after(const springls__cell_work *work, int to)\n",
     "{\n",
     "    int k;\n",
     "    for (k = 0; k + 1 < work->links && work->link[k].from != to; k++) continue;\n",
@@ -40733,7 +40763,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Finds the cycles of a cell. */\n",
     "SPRINGLS__MATHS void springls__find_cycles(const springls__contour *contour, int first_corner,\n",
-    "                                           SPRINGLS__LOCAL springls__cell_work *work)\n",
+    "                                           springls__cell_work *work)\n",
     "{\n",
     "    int first, k, corners = 0;\n",
     "    work->cycles = work->vertices = 0;\n",
@@ -40760,22 +40790,22 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* ---- triangles ---- */\n",
     "\n",
-    "SPRINGLS__INNER void springls__add_triangle(SPRINGLS__LOCAL springls__cell_work *work, int a, int b, int c)\n",
+    "SPRINGLS__INNER void springls__add_triangle(springls__cell_work *work, int a, int b, int c)\n",
     "{\n",
-    "    SPRINGLS__LOCAL int *t = work->triangle + 3 * work->triangles++;\n",
+    "    int *t = work->triangle + 3 * work->triangles++;\n",
     "    t[0] = a;\n",
     "    t[1] = b;\n",
     "    t[2] = c;\n",
     "}\n",
     "\n",
     "/* Returns the vertex of corner k of the ring. */\n",
-    "SPRINGLS__INNER int springls__ring_vertex(SPRINGLS__LOCAL const springls__cell_work *work, int k)\n",
+    "SPRINGLS__INNER int springls__ring_vertex(const springls__cell_work *work, int k)\n",
     "{\n",
     "    return work->corner[work->ring[k]].vertex;\n",
     "}\n",
     "\n",
     "/* Returns what a triangle costs: its area, and more where it is off the normals of its corners. */\n",
-    "SPRINGLS__MATHS float springls__triangle_cost(SPRINGLS__LOCAL const springls__cell_work *work, int i, int j, int k)\n",
+    "SPRINGLS__MATHS float springls__triangle_cost(const springls__cell_work *work, int i, int j, int k)\n",
     "{\n",
     "    const int v[3] = { springls__ring_vertex(work, i), springls__ring_vertex(work, j), springls__ring_vertex(work, k) };\n",
     "    const springls__v3 p = work->vertex[v[0]].x;\n",
@@ -40792,14 +40822,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns what a diagonal costs: none may lie in a face of the cell. */\n",
-    "SPRINGLS__INNER float springls__diagonal_cost(SPRINGLS__LOCAL const springls__cell_work *work, int n, int i, int j)\n",
+    "SPRINGLS__INNER float springls__diagonal_cost(const springls__cell_work *work, int n, int i, int j)\n",
     "{\n",
     "    if (j == i + 1 || (i == 0 && j == n - 1)) return 0.0f;\n",
     "    return work->corner[work->ring[i]].faces & work->corner[work->ring[j]].faces ? 1e6f : 0.0f;\n",
     "}\n",
     "\n",
     "/* Fills the ring of n corners by the cheapest triangles between them; false: there is no way without diagonals in a face. */\n",
-    "SPRINGLS__MATHS bool springls__triangulate(int n, SPRINGLS__LOCAL springls__cell_work *work)\n",
+    "SPRINGLS__MATHS bool springls__triangulate(int n, springls__cell_work *work)\n",
     "{\n",
     "    const int row = SPRINGLS__RING;\n",
     "    int width, i, k, top = 0;\n",
@@ -40836,7 +40866,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns the middle of the ring's n corners. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__ring_middle(int n, SPRINGLS__LOCAL const springls__cell_work *work)\n",
+    "SPRINGLS__MATHS springls__v3 springls__ring_middle(int n, const springls__cell_work *work)\n",
     "{\n",
     "    springls__v3 sum = springls__zero3();\n",
     "    int k;\n",
@@ -40845,7 +40875,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns the place in the cell nearest to the planes at all crossings of the ring, by least squares about its middle. */\n",
-    "SPRINGLS__MATHS springls__v3 springls__ring_apex(int n, SPRINGLS__LOCAL const springls__cell_work *work)\n",
+    "SPRINGLS__MATHS springls__v3 springls__ring_apex(int n, const springls__cell_work *work)\n",
     "{\n",
     "    const springls__v3 middle = springls__ring_middle(n, work);\n",
     "    float m[3][4], x[3], c[3];\n",
@@ -40877,7 +40907,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Adds a vertex inside the cell, with the mean normal of the ring. */\n",
-    "SPRINGLS__MATHS int springls__add_inner_vertex(int n, springls__v3 x, SPRINGLS__LOCAL springls__cell_work *work)\n",
+    "SPRINGLS__MATHS int springls__add_inner_vertex(int n, springls__v3 x, springls__cell_work *work)\n",
     "{\n",
     "    springls__v3 sum = springls__zero3();\n",
     "    int k;\n",
@@ -40886,7 +40916,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Fills the ring by a fan around x. */\n",
-    "SPRINGLS__MATHS void springls__add_fan(int n, springls__v3 x, SPRINGLS__LOCAL springls__cell_work *work)\n",
+    "SPRINGLS__MATHS void springls__add_fan(int n, springls__v3 x, springls__cell_work *work)\n",
     "{\n",
     "    const int v = springls__add_inner_vertex(n, x, work);\n",
     "    int k;\n",
@@ -40905,7 +40935,7 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Joins sharp corners of a cycle in pairs that do not cross, the cheapest together; one alone costs `alone`. work->mate of a corner: its mate,\n",
     "   or -1. Returns how many have none. */\n",
-    "SPRINGLS__MATHS int springls__pair_corners(int n, SPRINGLS__LOCAL springls__cell_work *work)\n",
+    "SPRINGLS__MATHS int springls__pair_corners(int n, springls__cell_work *work)\n",
     "{\n",
     "    const float alone = 0.3f;\n",
     "    const int row = SPRINGLS__RING + 1;\n",
@@ -40948,7 +40978,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Joins the two sharp corners that were left, if they lie on two faces and no chord is between. Returns how many are left then. */\n",
-    "SPRINGLS__MATHS int springls__pair_last(int n, SPRINGLS__LOCAL springls__cell_work *work)\n",
+    "SPRINGLS__MATHS int springls__pair_last(int n, springls__cell_work *work)\n",
     "{\n",
     "    int i, first = -1, last = -1;\n",
     "    for (i = 0; i < n; i++) {\n",
@@ -40967,7 +40997,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Cuts the ring between corners a and b along their chord: two more nodes of rings. */\n",
-    "SPRINGLS__MATHS void springls__cut_ring(int a, int b, SPRINGLS__LOCAL springls__cell_work *work)\n",
+    "SPRINGLS__MATHS void springls__cut_ring(int a, int b, springls__cell_work *work)\n",
     "{\n",
     "    const int again_a = work->ring_nodes, again_b = again_a + 1;\n",
     "    if (work->ring_next[a] == b || work->ring_next[b] == a) return;\n",
@@ -40982,7 +41012,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Collects the ring that a node is in. Returns its length. */\n",
-    "SPRINGLS__MATHS int springls__collect_ring(int node, SPRINGLS__LOCAL springls__cell_work *work)\n",
+    "SPRINGLS__MATHS int springls__collect_ring(int node, springls__cell_work *work)\n",
     "{\n",
     "    int n = 0, k = node;\n",
     "    do {\n",
@@ -40993,15 +41023,15 @@ static const char *const springls__kernel_lines[] = {
     "    return n;\n",
     "}\n",
     "\n",
-    "SPRINGLS__INNER bool springls__is_spoke(SPRINGLS__LOCAL const springls__cell_work *work, int corner)\n",
+    "SPRINGLS__INNER bool springls__is_spoke(const springls__cell_work *work, int corner)\n",
     "{\n",
     "    return work->corner[corner].sharp && work->mate[corner] < 0;\n",
     "}\n",
     "\n",
     "/* Fills a ring around an apex, where its lone corners meet: sector by sector between those. */\n",
-    "SPRINGLS__MATHS void springls__fill_sectors(int n, SPRINGLS__LOCAL springls__cell_work *work)\n",
+    "SPRINGLS__MATHS void springls__fill_sectors(int n, springls__cell_work *work)\n",
     "{\n",
-    "    SPRINGLS__LOCAL springls__cycle_corner *corner = &work->corner[SPRINGLS__CELL_CORNERS];\n",
+    "    springls__cycle_corner *corner = &work->corner[SPRINGLS__CELL_CORNERS];\n",
     "    const int apex = springls__add_inner_vertex(n, springls__ring_apex(n, work), work);\n",
     "    int first, k, c, length;\n",
     "    corner->vertex = apex;\n",
@@ -41025,7 +41055,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Fills the cycle of corners [first, end). */\n",
-    "SPRINGLS__MATHS void springls__fill_cycle(int first, int end, SPRINGLS__LOCAL springls__cell_work *work)\n",
+    "SPRINGLS__MATHS void springls__fill_cycle(int first, int end, springls__cell_work *work)\n",
     "{\n",
     "    int k, n = 0, lone = 0;\n",
     "    work->ring_nodes = end;\n",
@@ -41055,9 +41085,9 @@ static const char *const springls__kernel_lines[] = {
     "/* ---- triangles that cross ---- */\n",
     "\n",
     "/* Returns six times the volume of a tetrahedron, exactly. */\n",
-    "SPRINGLS__MATHS int64_t springls__place_volume(SPRINGLS__LOCAL const springls__cell_work *work, int a, int b, int c, int d)\n",
+    "SPRINGLS__MATHS int64_t springls__place_volume(const springls__cell_work *work, int a, int b, int c, int d)\n",
     "{\n",
-    "    SPRINGLS__LOCAL const int *o = work->vertex[a].place;\n",
+    "    const int *o = work->vertex[a].place;\n",
     "    int64_t x[3], y[3], z[3];\n",
     "    int k;\n",
     "    for (k = 0; k < 3; k++) {\n",
@@ -41069,7 +41099,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns whether segment pq meets triangle t, which it does not lie in the plane of. */\n",
-    "SPRINGLS__MATHS bool springls__pierces(SPRINGLS__LOCAL const springls__cell_work *work, int p, int q, SPRINGLS__LOCAL const int *t)\n",
+    "SPRINGLS__MATHS bool springls__pierces(const springls__cell_work *work, int p, int q, const int *t)\n",
     "{\n",
     "    const int64_t s = springls__place_volume(work, t[0], t[1], t[2], p), e = springls__place_volume(work, t[0], t[1], t[2], q);\n",
     "    int64_t u, v, w;\n",
@@ -41081,7 +41111,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns whether two triangles with one side in common lie folded on each other; a, b: the corners apart from it. */\n",
-    "SPRINGLS__MATHS bool springls__is_folded(SPRINGLS__LOCAL const springls__cell_work *work, int p, int q, int a, int b)\n",
+    "SPRINGLS__MATHS bool springls__is_folded(const springls__cell_work *work, int p, int q, int a, int b)\n",
     "{\n",
     "    const springls__v3 o = work->vertex[p].x, side = springls__normalize(springls__sub(work->vertex[q].x, o));\n",
     "    springls__v3 u = springls__sub(work->vertex[a].x, o), v = springls__sub(work->vertex[b].x, o);\n",
@@ -41091,8 +41121,8 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns whether two triangles of a cell meet but in the corners that they share. */\n",
-    "SPRINGLS__MATHS bool springls__triangles_meet(SPRINGLS__LOCAL const springls__cell_work *work, SPRINGLS__LOCAL const int *s,\n",
-    "                                              SPRINGLS__LOCAL const int *t)\n",
+    "SPRINGLS__MATHS bool springls__triangles_meet(const springls__cell_work *work, const int *s,\n",
+    "                                              const int *t)\n",
     "{\n",
     "    int at_s[3], at_t[3], shared = 0, i, j;\n",
     "    for (i = 0; i < 3; i++)\n",
@@ -41111,7 +41141,7 @@ static const char *const springls__kernel_lines[] = {
     "    return false;\n",
     "}\n",
     "\n",
-    "SPRINGLS__MATHS bool springls__any_meet(SPRINGLS__LOCAL const springls__cell_work *work)\n",
+    "SPRINGLS__MATHS bool springls__any_meet(const springls__cell_work *work)\n",
     "{\n",
     "    int i, j;\n",
     "    for (i = 0; i < work->triangles; i++)\n",
@@ -41123,7 +41153,7 @@ static const char *const springls__kernel_lines[] = {
     "/* ---- the cell ---- */\n",
     "\n",
     "/* Fills all cycles by fans: about their apex, their middle, or a place between that and the middle of the cell. */\n",
-    "SPRINGLS__MATHS void springls__fill_by_fans(int way, SPRINGLS__LOCAL springls__cell_work *work)\n",
+    "SPRINGLS__MATHS void springls__fill_by_fans(int way, springls__cell_work *work)\n",
     "{\n",
     "    const springls__v3 o = springls__v3_make((float)work->origin[0], (float)work->origin[1], (float)work->origin[2]);\n",
     "    int cycle, k, begin = 0;\n",
@@ -41141,12 +41171,12 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Finds the triangles of the cell that begins at a node. Returns false where some cross. */\n",
-    "SPRINGLS__MATHS bool springls__fill_cell(const springls__contour *contour, const int local[3],\n",
-    "                                         SPRINGLS__LOCAL springls__cell_work *work)\n",
+    "SPRINGLS__MATHS bool springls__fill_cell(const springls__contour *contour, const int of_node[3],\n",
+    "                                         springls__cell_work *work)\n",
     "{\n",
     "    int cycle, way, k, begin = 0;\n",
     "    bool plain;\n",
-    "    springls__list_links(contour, local, work);\n",
+    "    springls__list_links(contour, of_node, work);\n",
     "    work->triangles = work->cycles = work->vertices = work->own_vertices = 0;\n",
     "    if (work->links == 0) return true;\n",
     "    springls__find_cycles(contour, contour->first_corner, work);\n",
@@ -41165,13 +41195,13 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Returns how many arcs the cells of brick b have on their faces: a cell has at most six triangles for each, and three new vertices. */\n",
-    "SPRINGLS__MATHS int springls__count_links(const springls__contour *contour, int b, SPRINGLS__LOCAL springls__cell_work *work)\n",
+    "SPRINGLS__MATHS int springls__count_links(const springls__contour *contour, int b, springls__cell_work *work)\n",
     "{\n",
     "    int node, k, sum = 0, at[3];\n",
-    "    const int zero[3] = { 0, 0, 0 }, step[3] = { 1, 9, 81 };\n",
+    "    const int step[3] = { 1, 9, 81 };\n",
     "    if (springls__gather_owned(contour, contour->brick + b, true, &work->owned) == 0) return 0;\n",
     "    for (node = 0; node < 512; node++) {\n",
-    "        springls__voxel_of_brick(zero, node, at);\n",
+    "        springls__node_of_brick(node, at);\n",
     "        for (k = 0; k < 6; k++)\n",
     "            sum += work->owned.count[3 * (springls__node_around(at[0], at[1], at[2]) + (k >= 3 ? step[k - 3] : 0)) + k % 3];\n",
     "    }\n",
@@ -41180,20 +41210,19 @@ static const char *const springls__kernel_lines[] = {
     "\n",
     "/* Writes the triangles of the cells of brick b, three numbers of vertices each, and the vertices in cells. Marks the cells in which\n",
     "   triangles cross. */\n",
-    "SPRINGLS__MATHS void springls__find_patches(const springls__contour *contour, int b, SPRINGLS__LOCAL springls__cell_work *work)\n",
+    "SPRINGLS__MATHS void springls__find_patches(const springls__contour *contour, int b, springls__cell_work *work)\n",
     "{\n",
     "    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;\n",
     "    int node, k;\n",
-    "    const int zero[3] = { 0, 0, 0 };\n",
     "    brick->triangles = brick->inner = 0;\n",
     "    for (k = 0; k < 16; k++) brick->conflict[k] = 0u;\n",
     "    if (springls__gather_owned(contour, brick, true, &work->owned) == 0) return;\n",
     "    for (node = 0; node < 512; node++) {\n",
     "        SPRINGLS__GLOBAL int *corners = contour->corners + 3 * (size_t)(brick->first_triangle + brick->triangles);\n",
-    "        int local[3];\n",
-    "        springls__voxel_of_brick(zero, node, local);\n",
-    "        springls__voxel_of_brick(brick->origin, node, work->origin);\n",
-    "        if (!springls__fill_cell(contour, local, work)) brick->conflict[node >> 5] |= 1u << (node & 31);\n",
+    "        int of_node[3];\n",
+    "        springls__node_of_brick(node, of_node);\n",
+    "        for (k = 0; k < 3; k++) work->origin[k] = brick->origin[k] + of_node[k];\n",
+    "        if (!springls__fill_cell(contour, of_node, work)) brick->conflict[node >> 5] |= 1u << (node & 31);\n",
     "        for (k = work->own_vertices; k < work->vertices; k++) {\n",
     "            springls__crossing v;\n",
     "            v.x = work->vertex[k].x;\n",
@@ -41207,7 +41236,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 41211 \"springls.h\"\n",
+    "#line 41240 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

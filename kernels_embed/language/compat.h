@@ -32,6 +32,7 @@
       }
   typedef uchar uint8_t;
   typedef int int32_t;
+  typedef long int64_t;
   typedef uint uint32_t;
   #define springls__sqrt(x)   sqrt(x)
   #define springls__fabs(x)   fabs(x)

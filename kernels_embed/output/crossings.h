@@ -102,11 +102,27 @@ SPRINGLS__INNER float springls__hit_weight(float d2, float r2)
 
 SPRINGLS__INNER bool springls__bit_of(SPRINGLS__GLOBAL const uint32_t *bits, int k) { return (bits[k >> 5] >> (k & 31) & 1u) != 0u; }
 
-/* Finds the brick and the node in it of a node that is up to 8 beyond a brick's own; -1: the table has none. */
-SPRINGLS__INNER int springls__table_node(SPRINGLS__GLOBAL const springls__surface_brick *brick, const int local[3], int *node)
+/* Finds where node `node` is in its brick, and in the grid. */
+SPRINGLS__INNER void springls__node_of_brick(int node, int at[3])
 {
-    *node = springls__voxel_in_brick(local[0], local[1], local[2]);
-    return brick->around[13 + (local[0] >> 3) + 3 * (local[1] >> 3) + 9 * (local[2] >> 3)];
+    at[0] = node & 7;
+    at[1] = node >> 3 & 7;
+    at[2] = node >> 6;
+}
+
+SPRINGLS__INNER void springls__place_of_node(SPRINGLS__GLOBAL const springls__surface_brick *brick, int node, int at[3])
+{
+    springls__node_of_brick(node, at);
+    at[0] += brick->origin[0];
+    at[1] += brick->origin[1];
+    at[2] += brick->origin[2];
+}
+
+/* Finds the brick and the node in it of a node that is up to 8 beyond a brick's own; -1: the table has none. */
+SPRINGLS__INNER int springls__table_node(SPRINGLS__GLOBAL const springls__surface_brick *brick, const int of_node[3], int *node)
+{
+    *node = springls__voxel_in_brick(of_node[0], of_node[1], of_node[2]);
+    return brick->around[13 + (of_node[0] >> 3) + 3 * (of_node[1] >> 3) + 9 * (of_node[2] >> 3)];
 }
 
 /* Returns the node (u, v) beside axis, at x along it. */
@@ -339,7 +355,7 @@ typedef struct springls__line_work {
 /* Gathers the hits of a line in a brick and three voxels before and behind it, with their own weights or the last ones. Of too many the
    nearest are taken. */
 SPRINGLS__MATHS void springls__gather_line(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
-                                           int line, bool weighed, SPRINGLS__LOCAL springls__line_work *work)
+                                           int line, bool weighed, springls__line_work *work)
 {
     const int axis = line >> 6, stride = axis == 0 ? 1 : axis == 1 ? 3 : 9;
     const float low = (float)brick->origin[axis] - 3.0f, high = low + 14.0f;
@@ -382,7 +398,7 @@ SPRINGLS__INNER springls__v3 springls__line_place(SPRINGLS__GLOBAL const springl
    there. */
 SPRINGLS__MATHS float springls__share_of_run(const springls__model *model, const springls__contour *contour,
                                              SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int end, int side,
-                                             SPRINGLS__LOCAL const springls__line_work *work)
+                                             const springls__line_work *work)
 {
     const float begins = 0.5f, over = 0.8f, r2 = SPRINGLS__HIT_RADIUS * SPRINGLS__HIT_RADIUS;
     springls__v3 x, aside = springls__zero3(), n = springls__zero3();
@@ -415,7 +431,7 @@ SPRINGLS__MATHS float springls__share_of_run(const springls__model *model, const
 /* Weighs the hits of a gathered line, run by run of one orientation. */
 SPRINGLS__MATHS void springls__weigh_line(const springls__model *model, const springls__contour *contour,
                                           SPRINGLS__GLOBAL const springls__surface_brick *brick,
-                                          SPRINGLS__LOCAL springls__line_work *work)
+                                          springls__line_work *work)
 {
     int side, first, k, end;
     for (side = -1; side <= 1; side += 2)
@@ -480,7 +496,7 @@ SPRINGLS__INNER springls__way springls__way_over_node(springls__way way, const f
     return next;
 }
 
-SPRINGLS__INNER springls__way springls__way_over(springls__way way, SPRINGLS__LOCAL const springls__event *event, bool forward)
+SPRINGLS__INNER springls__way springls__way_over(springls__way way, const springls__event *event, bool forward)
 {
     const float cost[2] = { event->cost[0], event->cost[1] };
     int came[2];
@@ -499,7 +515,7 @@ SPRINGLS__INNER float springls__phi_evidence(float phi, bool beside_hits)
 /* Lists hits [first, end) of the line and the nodes between and around them, in order. */
 SPRINGLS__MATHS void springls__list_line_events(const springls__model *model, const springls__contour *contour,
                                            SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int end,
-                                           SPRINGLS__LOCAL springls__line_work *work)
+                                           springls__line_work *work)
 {
     const springls__grid *g = &model->grid;
     const int axis = work->axis, o = brick->origin[axis], stride = axis == 0 ? 1 : axis == 1 ? 3 : 9;
@@ -511,7 +527,7 @@ SPRINGLS__MATHS void springls__list_line_events(const springls__model *model, co
     at[1] = (int)line.y;
     at[2] = (int)line.z;
     for (x = from; x <= to + 1; x++) {
-        SPRINGLS__LOCAL springls__event *event;
+        springls__event *event;
         float evidence;
         int b, node;
         for (; k < end && (x > to || work->hit[k].t < (float)x); k++) {
@@ -538,7 +554,7 @@ SPRINGLS__MATHS void springls__list_line_events(const springls__model *model, co
 }
 
 /* Adds to each node of the events by how much cheaper it is to be outside than inside. */
-SPRINGLS__MATHS void springls__vote_for_nodes(SPRINGLS__LOCAL springls__line_work *work)
+SPRINGLS__MATHS void springls__vote_for_nodes(springls__line_work *work)
 {
     springls__way way = springls__way_begin(0.0f, 0.0f);
     int k;
@@ -560,7 +576,7 @@ SPRINGLS__MATHS void springls__vote_for_nodes(SPRINGLS__LOCAL springls__line_wor
 /* Votes along a line for its nodes, in parts where hits are less than four voxels apart; keeps the weights of the brick's own hits. */
 SPRINGLS__MATHS void springls__vote_on_line(const springls__model *model, const springls__contour *contour,
                                             SPRINGLS__GLOBAL const springls__surface_brick *brick, int line,
-                                            SPRINGLS__LOCAL springls__line_work *work)
+                                            springls__line_work *work)
 {
     int first, end, k;
     uint32_t at;
@@ -581,7 +597,7 @@ SPRINGLS__MATHS void springls__vote_on_line(const springls__model *model, const 
 
 /* Finds the sides of the nodes of brick b. */
 SPRINGLS__MATHS void springls__find_node_sides(const springls__model *model, const springls__contour *contour, int b,
-                                          SPRINGLS__LOCAL springls__line_work *work)
+                                          springls__line_work *work)
 {
     SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
     const springls__grid *g = &model->grid;
@@ -591,7 +607,7 @@ SPRINGLS__MATHS void springls__find_node_sides(const springls__model *model, con
     for (node = 0; node < 16; node++) brick->inside[node] = 0u;
     for (node = 0; node < 512; node++) {
         float value;
-        springls__voxel_of_brick(brick->origin, node, at);
+        springls__place_of_node(brick, node, at);
         value = springls__grid_phi(g, g->phi, at[0], at[1], at[2]);
         if (springls__bit_of(brick->beside_hits, node)) value = work->margin[node] + springls__phi_evidence(value, true);
         if (value < 0.0f && springls__grid_contains(g, at[0], at[1], at[2])) brick->inside[node >> 5] |= 1u << (node & 31);
@@ -604,7 +620,7 @@ SPRINGLS__MATHS void springls__find_node_sides(const springls__model *model, con
    and particles. */
 SPRINGLS__MATHS springls__crossing springls__place_crossing(const springls__model *model, const springls__contour *contour,
                                                             SPRINGLS__GLOBAL const springls__surface_brick *brick, int first,
-                                                            int which, SPRINGLS__LOCAL const springls__line_work *work)
+                                                            int which, const springls__line_work *work)
 {
     const float r2 = SPRINGLS__HIT_RADIUS * SPRINGLS__HIT_RADIUS;
     const int axis = work->axis;
@@ -656,7 +672,7 @@ SPRINGLS__MATHS springls__crossing springls__place_crossing(const springls__mode
    intersection of the two, or their union. */
 SPRINGLS__MATHS springls__crossing springls__place_run(const springls__model *model, const springls__contour *contour,
                                                        SPRINGLS__GLOBAL const springls__surface_brick *brick, int first, int run,
-                                                       SPRINGLS__LOCAL springls__line_work *work)
+                                                       springls__line_work *work)
 {
     const int second_side = SPRINGLS__EDGE_HITS + run;
     springls__crossing one, two;
@@ -685,7 +701,7 @@ SPRINGLS__MATHS springls__crossing springls__place_run(const springls__model *mo
 
 /* Numbers the runs of hits that explain best how the line comes from one side to the other between nodes x and x + 1: work->group of the hits
    from `first` on; -1: of none. Returns how many there are. */
-SPRINGLS__MATHS int springls__find_runs(int first, float x, int from, int to, SPRINGLS__LOCAL springls__line_work *work)
+SPRINGLS__MATHS int springls__find_runs(int first, float x, int from, int to, springls__line_work *work)
 {
     springls__way way = springls__way_begin(from ? 1e9f : 0.0f, from ? 0.0f : 1e9f);
     int n = 0, k, side = to, runs = 0, came[2];
@@ -719,7 +735,7 @@ SPRINGLS__MATHS int springls__find_runs(int first, float x, int from, int to, SP
 }
 
 /* Makes a run of hits that weigh little: better than none, where the side changes. Returns 1 if there are any. */
-SPRINGLS__MATHS int springls__find_weak_run(int first, float x, int side, SPRINGLS__LOCAL springls__line_work *work)
+SPRINGLS__MATHS int springls__find_weak_run(int first, float x, int side, springls__line_work *work)
 {
     int k, best = -1;
     for (k = 0; first + k < work->hits && k < SPRINGLS__EDGE_HITS && work->hit[first + k].t <= x + 1.15f; k++)
@@ -770,7 +786,7 @@ SPRINGLS__MATHS void springls__order_crossings(SPRINGLS__GLOBAL springls__crossi
    many; writes them unless `out` is NULL. */
 SPRINGLS__MATHS int springls__edge_crossings(const springls__model *model, const springls__contour *contour,
                                              SPRINGLS__GLOBAL const springls__surface_brick *brick, const int at[3], int first,
-                                             int from, int to, SPRINGLS__LOCAL springls__line_work *work,
+                                             int from, int to, springls__line_work *work,
                                              SPRINGLS__GLOBAL springls__crossing *out)
 {
     const float x = (float)at[work->axis];
@@ -787,7 +803,7 @@ SPRINGLS__MATHS int springls__edge_crossings(const springls__model *model, const
 
 /* Counts the crossings of the edges of a line of brick b, or writes them (`store`). */
 SPRINGLS__MATHS void springls__line_crossings(const springls__model *model, const springls__contour *contour, int b, int line,
-                                              bool store, SPRINGLS__LOCAL springls__line_work *work)
+                                              bool store, springls__line_work *work)
 {
     SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
     const int axis = line >> 6, stride = axis == 0 ? 1 : axis == 1 ? 3 : 9, next = brick->around[13 + stride];
@@ -802,7 +818,7 @@ SPRINGLS__MATHS void springls__line_crossings(const springls__model *model, cons
         else if (next >= 0) to = springls__bit_of(contour->brick[next].inside, after);
         while (first < work->hits && work->hit[first].t < t - 0.15f) first++;
         if (from == to && (first == work->hits || work->hit[first].t > t + 1.15f)) continue;
-        springls__voxel_of_brick(brick->origin, node, at);
+        springls__place_of_node(brick, node, at);
         if (!store) {
             brick->edge_end[edge] = springls__edge_crossings(model, contour, brick, at, first, from, to, work, NULL);
         } else {
@@ -816,7 +832,7 @@ SPRINGLS__MATHS void springls__line_crossings(const springls__model *model, cons
 
 /* Counts the crossings of the edges of brick b, then sums the counts up; or writes the crossings (`store`). */
 SPRINGLS__MATHS void springls__find_crossings(const springls__model *model, const springls__contour *contour, int b, bool store,
-                                              SPRINGLS__LOCAL springls__line_work *work)
+                                              springls__line_work *work)
 {
     SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
     int k, sum = 0;

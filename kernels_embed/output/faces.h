@@ -20,7 +20,7 @@ SPRINGLS__INNER int springls__node_around(int x, int y, int z) { return x + 9 * 
 
 /* Gathers the crossings (or arcs: `arcs`) of a brick and the nodes beyond. Returns how many there are. */
 SPRINGLS__MATHS int springls__gather_owned(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
-                                           bool arcs, SPRINGLS__LOCAL springls__owned *owned)
+                                           bool arcs, springls__owned *owned)
 {
     int n = 0, sum = 0, k, node, at[3];
     for (at[2] = 0; at[2] < 9; at[2]++)
@@ -79,15 +79,15 @@ SPRINGLS__INNER bool springls__is_supported(const springls__crossing *c) { retur
 
 /* Lists the crossings on the border of a face, counter-clockwise as seen against the axis; kind: -1 enters the body there, 1 leaves.
    Returns how many. */
-SPRINGLS__MATHS int springls__face_border(const springls__contour *contour, const springls__face *face, const int local[3],
-                                          SPRINGLS__LOCAL springls__face_work *work)
+SPRINGLS__MATHS int springls__face_border(const springls__contour *contour, const springls__face *face, const int of_node[3],
+                                          springls__face_work *work)
 {
     int side, k, n = 0;
     for (side = 0; side < 4; side++) {
         const int axis = side & 1 ? face->c : face->b;
         const bool back = side >= 2;
         int at[3], node, count;
-        for (k = 0; k < 3; k++) at[k] = local[k];
+        for (k = 0; k < 3; k++) at[k] = of_node[k];
         if (side == 1) at[face->b]++;
         if (side == 2) at[face->c]++;
         node = 3 * springls__node_around(at[0], at[1], at[2]) + axis;
@@ -116,7 +116,7 @@ SPRINGLS__MATHS float springls__pair_cost(const springls__face *face, const spri
 }
 
 /* Makes crossings i and j of the border an arc. */
-SPRINGLS__INNER springls__arc springls__arc_between(SPRINGLS__LOCAL const springls__face_work *work, int i, int j)
+SPRINGLS__INNER springls__arc springls__arc_between(const springls__face_work *work, int i, int j)
 {
     springls__arc arc;
     arc.from = work->list[work->kind[i] < 0 ? i : j];
@@ -128,7 +128,7 @@ SPRINGLS__INNER springls__arc springls__arc_between(SPRINGLS__LOCAL const spring
 
 /* Joins the n crossings of the border by arcs that do not cross, the cheapest ones together. */
 SPRINGLS__MATHS void springls__join_border(const springls__contour *contour, const springls__face *face, int n,
-                                           SPRINGLS__LOCAL springls__face_work *work)
+                                           springls__face_work *work)
 {
     const int row = SPRINGLS__FACE_CROSSINGS + 1;
     int width, i, j, arcs = 0, top = 0;
@@ -243,7 +243,7 @@ SPRINGLS__MATHS bool springls__is_sharp_corner(const springls__model *model, con
                                                const springls__arc_section *s, springls__v3 x)
 {
     const float between = 0.94f, share = 0.15f;
-    const springls__v3 half = springls__normalize(springls__add(s->p.n, s->q.n));
+    const springls__v3 middle_normal = springls__normalize(springls__add(s->p.n, s->q.n));
     springls__cell_walk walk;
     float all = 0.0f, some = 0.0f;
     int i;
@@ -256,7 +256,7 @@ SPRINGLS__MATHS bool springls__is_sharp_corner(const springls__model *model, con
         const float cp = springls__dot(n, s->p.n), cq = springls__dot(n, s->q.n);
         if (w <= 0.0f || (cp < -0.3f && cq < -0.3f)) continue;
         all += w;
-        if (cp < between && cq < between && springls__dot(n, half) > 0.0f) some += w;
+        if (cp < between && cq < between && springls__dot(n, middle_normal) > 0.0f) some += w;
     }
     return some < share * all;
 }
@@ -450,7 +450,7 @@ SPRINGLS__MATHS bool springls__arcs_meet(const springls__contour *contour, const
 
 /* Takes corners away from arcs that meet, until none do. */
 SPRINGLS__MATHS void springls__part_arcs(const springls__contour *contour, const springls__face *face, int arcs,
-                                         SPRINGLS__LOCAL springls__face_work *work)
+                                         springls__face_work *work)
 {
     float slope = 0.05f;
     int round, i, j;
@@ -474,17 +474,16 @@ SPRINGLS__MATHS void springls__part_arcs(const springls__contour *contour, const
 /* ---- the kernels ---- */
 
 /* Counts the arcs of the faces of brick b, and sums the counts up. Each joins two crossings. */
-SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int b, SPRINGLS__LOCAL springls__face_work *work)
+SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int b, springls__face_work *work)
 {
     SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
     int node, axis, sum = 0, at[3];
     const bool none = springls__gather_owned(contour, brick, false, &work->owned) == 0;
     for (node = 0; node < 512; node++) {
-        const int zero[3] = { 0, 0, 0 };
-        springls__voxel_of_brick(zero, node, at);
+            springls__node_of_brick(node, at);
         for (axis = 0; axis < 3; axis++) {
             const int p = springls__axis_after(axis), q = springls__axis_after(p);
-            SPRINGLS__LOCAL const int *count = work->owned.count;
+            const int *count = work->owned.count;
             const int n = springls__node_around(at[0], at[1], at[2]), step[3] = { 1, 9, 81 };
             if (!none) sum += (count[3 * n + p] + count[3 * n + q] + count[3 * (n + step[q]) + p] + count[3 * (n + step[p]) + q]) / 2;
             brick->face_end[3 * node + axis] = sum;
@@ -494,38 +493,38 @@ SPRINGLS__MATHS void springls__count_arcs(const springls__contour *contour, int 
 
 /* Returns whether a cell on either side of a face of a brick is to have no more corners than it needs. */
 SPRINGLS__MATHS bool springls__is_plain_face(const springls__contour *contour, SPRINGLS__GLOBAL const springls__surface_brick *brick,
-                                             const int local[3], int axis)
+                                             const int of_node[3], int axis)
 {
     int before[3], node, b, k;
-    for (k = 0; k < 3; k++) before[k] = local[k] - (k == axis);
-    if (brick->plain[springls__voxel_in_brick(local[0], local[1], local[2])]) return true;
+    for (k = 0; k < 3; k++) before[k] = of_node[k] - (k == axis);
+    if (brick->plain[springls__voxel_in_brick(of_node[0], of_node[1], of_node[2])]) return true;
     b = springls__table_node(brick, before, &node);
     return b >= 0 && contour->brick[b].plain[node];
 }
 
 /* Finds the arcs of the faces of brick b. */
 SPRINGLS__MATHS void springls__find_arcs(const springls__model *model, const springls__contour *contour, int b,
-                                         SPRINGLS__LOCAL springls__face_work *work)
+                                         springls__face_work *work)
 {
     SPRINGLS__GLOBAL const springls__surface_brick *brick = contour->brick + b;
     int k, arcs, i;
     if (brick->face_end[1535] == 0) return;
     springls__gather_owned(contour, brick, false, &work->owned);
     for (k = 0; k < 1536; k++) {
-        const int zero[3] = { 0, 0, 0 }, begin = k ? brick->face_end[k - 1] : 0;
+        const int begin = k ? brick->face_end[k - 1] : 0;
         springls__face face;
-        int local[3];
+        int of_node[3];
         arcs = brick->face_end[k] - begin;
         if (arcs == 0) continue;
         face.axis = k % 3;
         face.b = springls__axis_after(face.axis);
         face.c = springls__axis_after(face.b);
-        springls__voxel_of_brick(zero, k / 3, local);
-        springls__voxel_of_brick(brick->origin, k / 3, face.o);
-        springls__join_border(contour, &face, springls__face_border(contour, &face, local, work), work);
+        springls__node_of_brick(k / 3, of_node);
+        springls__place_of_node(brick, k / 3, face.o);
+        springls__join_border(contour, &face, springls__face_border(contour, &face, of_node, work), work);
         for (i = 0; i < arcs; i++) {
             const springls__arc_section section = springls__section_of_arc(contour, &face, &work->arc[i]);
-            const bool plain = springls__is_plain_face(contour, brick, local, face.axis);
+            const bool plain = springls__is_plain_face(contour, brick, of_node, face.axis);
             if (!plain) springls__find_corners(model, contour, &face, &section, &work->arc[i]);
             if (plain || (section.along_edge >= 0 && work->arc[i].corners == 0))
                 springls__make_plain(&face, &section, 0.05f, &work->arc[i]);

@@ -41,18 +41,18 @@ typedef struct springls__cell_work {
 /* ---- cycles ---- */
 
 /* Lists the arcs on the six faces of a cell, each in the way that has outside on the left as seen from outside the cell. */
-SPRINGLS__MATHS void springls__list_links(const springls__contour *contour, const int local[3],
-                                          SPRINGLS__LOCAL springls__cell_work *work)
+SPRINGLS__MATHS void springls__list_links(const springls__contour *contour, const int of_node[3],
+                                          springls__cell_work *work)
 {
     int axis, side, k, at[3];
     work->links = 0;
     for (axis = 0; axis < 3; axis++)
         for (side = 0; side < 2; side++) {
             int face;
-            for (k = 0; k < 3; k++) at[k] = local[k] + (k == axis ? side : 0);
+            for (k = 0; k < 3; k++) at[k] = of_node[k] + (k == axis ? side : 0);
             face = 3 * springls__node_around(at[0], at[1], at[2]) + axis;
             for (k = 0; k < work->owned.count[face]; k++) {
-                SPRINGLS__LOCAL springls__link *link = &work->link[work->links++];
+                springls__link *link = &work->link[work->links++];
                 link->arc = work->owned.first[face] + k;
                 link->forward = side;
                 link->from = side ? contour->arc[link->arc].from : contour->arc[link->arc].to;
@@ -63,10 +63,10 @@ SPRINGLS__MATHS void springls__list_links(const springls__contour *contour, cons
         }
 }
 
-SPRINGLS__MATHS int springls__add_cell_vertex(SPRINGLS__LOCAL springls__cell_work *work, int id, springls__v3 x, springls__v3 n,
+SPRINGLS__MATHS int springls__add_cell_vertex(springls__cell_work *work, int id, springls__v3 x, springls__v3 n,
                                               bool crosses)
 {
-    SPRINGLS__LOCAL springls__cell_vertex *v = &work->vertex[work->vertices];
+    springls__cell_vertex *v = &work->vertex[work->vertices];
     const float scale = 65536.0f;
     v->id = id;
     v->x = x;
@@ -80,11 +80,11 @@ SPRINGLS__MATHS int springls__add_cell_vertex(SPRINGLS__LOCAL springls__cell_wor
 
 /* Adds corners first and last of a link to the cycle: the crossing that it begins at, and those of its arc. */
 SPRINGLS__MATHS int springls__add_link(const springls__contour *contour, int first_corner, const springls__link *link, int face_before,
-                                       int corners, SPRINGLS__LOCAL springls__cell_work *work)
+                                       int corners, springls__cell_work *work)
 {
     const springls__crossing begin = contour->crossing[link->from];
     const springls__arc arc = contour->arc[link->arc];
-    SPRINGLS__LOCAL springls__cycle_corner *c = &work->corner[corners++];
+    springls__cycle_corner *c = &work->corner[corners++];
     int k;
     c->before = c->after = begin.n;
     c->faces = link->face | face_before;
@@ -106,7 +106,7 @@ SPRINGLS__MATHS int springls__add_link(const springls__contour *contour, int fir
 }
 
 /* Returns the link that begins where another ends. */
-SPRINGLS__MATHS int springls__link_after(SPRINGLS__LOCAL const springls__cell_work *work, int to)
+SPRINGLS__MATHS int springls__link_after(const springls__cell_work *work, int to)
 {
     int k;
     for (k = 0; k + 1 < work->links && work->link[k].from != to; k++) continue;
@@ -115,7 +115,7 @@ SPRINGLS__MATHS int springls__link_after(SPRINGLS__LOCAL const springls__cell_wo
 
 /* Finds the cycles of a cell. */
 SPRINGLS__MATHS void springls__find_cycles(const springls__contour *contour, int first_corner,
-                                           SPRINGLS__LOCAL springls__cell_work *work)
+                                           springls__cell_work *work)
 {
     int first, k, corners = 0;
     work->cycles = work->vertices = 0;
@@ -142,22 +142,22 @@ SPRINGLS__MATHS void springls__find_cycles(const springls__contour *contour, int
 
 /* ---- triangles ---- */
 
-SPRINGLS__INNER void springls__add_triangle(SPRINGLS__LOCAL springls__cell_work *work, int a, int b, int c)
+SPRINGLS__INNER void springls__add_triangle(springls__cell_work *work, int a, int b, int c)
 {
-    SPRINGLS__LOCAL int *t = work->triangle + 3 * work->triangles++;
+    int *t = work->triangle + 3 * work->triangles++;
     t[0] = a;
     t[1] = b;
     t[2] = c;
 }
 
 /* Returns the vertex of corner k of the ring. */
-SPRINGLS__INNER int springls__ring_vertex(SPRINGLS__LOCAL const springls__cell_work *work, int k)
+SPRINGLS__INNER int springls__ring_vertex(const springls__cell_work *work, int k)
 {
     return work->corner[work->ring[k]].vertex;
 }
 
 /* Returns what a triangle costs: its area, and more where it is off the normals of its corners. */
-SPRINGLS__MATHS float springls__triangle_cost(SPRINGLS__LOCAL const springls__cell_work *work, int i, int j, int k)
+SPRINGLS__MATHS float springls__triangle_cost(const springls__cell_work *work, int i, int j, int k)
 {
     const int v[3] = { springls__ring_vertex(work, i), springls__ring_vertex(work, j), springls__ring_vertex(work, k) };
     const springls__v3 p = work->vertex[v[0]].x;
@@ -174,14 +174,14 @@ SPRINGLS__MATHS float springls__triangle_cost(SPRINGLS__LOCAL const springls__ce
 }
 
 /* Returns what a diagonal costs: none may lie in a face of the cell. */
-SPRINGLS__INNER float springls__diagonal_cost(SPRINGLS__LOCAL const springls__cell_work *work, int n, int i, int j)
+SPRINGLS__INNER float springls__diagonal_cost(const springls__cell_work *work, int n, int i, int j)
 {
     if (j == i + 1 || (i == 0 && j == n - 1)) return 0.0f;
     return work->corner[work->ring[i]].faces & work->corner[work->ring[j]].faces ? 1e6f : 0.0f;
 }
 
 /* Fills the ring of n corners by the cheapest triangles between them; false: there is no way without diagonals in a face. */
-SPRINGLS__MATHS bool springls__triangulate(int n, SPRINGLS__LOCAL springls__cell_work *work)
+SPRINGLS__MATHS bool springls__triangulate(int n, springls__cell_work *work)
 {
     const int row = SPRINGLS__RING;
     int width, i, k, top = 0;
@@ -218,7 +218,7 @@ SPRINGLS__MATHS bool springls__triangulate(int n, SPRINGLS__LOCAL springls__cell
 }
 
 /* Returns the middle of the ring's n corners. */
-SPRINGLS__MATHS springls__v3 springls__ring_middle(int n, SPRINGLS__LOCAL const springls__cell_work *work)
+SPRINGLS__MATHS springls__v3 springls__ring_middle(int n, const springls__cell_work *work)
 {
     springls__v3 sum = springls__zero3();
     int k;
@@ -227,7 +227,7 @@ SPRINGLS__MATHS springls__v3 springls__ring_middle(int n, SPRINGLS__LOCAL const 
 }
 
 /* Returns the place in the cell nearest to the planes at all crossings of the ring, by least squares about its middle. */
-SPRINGLS__MATHS springls__v3 springls__ring_apex(int n, SPRINGLS__LOCAL const springls__cell_work *work)
+SPRINGLS__MATHS springls__v3 springls__ring_apex(int n, const springls__cell_work *work)
 {
     const springls__v3 middle = springls__ring_middle(n, work);
     float m[3][4], x[3], c[3];
@@ -259,7 +259,7 @@ SPRINGLS__MATHS springls__v3 springls__ring_apex(int n, SPRINGLS__LOCAL const sp
 }
 
 /* Adds a vertex inside the cell, with the mean normal of the ring. */
-SPRINGLS__MATHS int springls__add_inner_vertex(int n, springls__v3 x, SPRINGLS__LOCAL springls__cell_work *work)
+SPRINGLS__MATHS int springls__add_inner_vertex(int n, springls__v3 x, springls__cell_work *work)
 {
     springls__v3 sum = springls__zero3();
     int k;
@@ -268,7 +268,7 @@ SPRINGLS__MATHS int springls__add_inner_vertex(int n, springls__v3 x, SPRINGLS__
 }
 
 /* Fills the ring by a fan around x. */
-SPRINGLS__MATHS void springls__add_fan(int n, springls__v3 x, SPRINGLS__LOCAL springls__cell_work *work)
+SPRINGLS__MATHS void springls__add_fan(int n, springls__v3 x, springls__cell_work *work)
 {
     const int v = springls__add_inner_vertex(n, x, work);
     int k;
@@ -287,7 +287,7 @@ SPRINGLS__MATHS float springls__chord_cost(const springls__cycle_corner *p, cons
 
 /* Joins sharp corners of a cycle in pairs that do not cross, the cheapest together; one alone costs `alone`. work->mate of a corner: its mate,
    or -1. Returns how many have none. */
-SPRINGLS__MATHS int springls__pair_corners(int n, SPRINGLS__LOCAL springls__cell_work *work)
+SPRINGLS__MATHS int springls__pair_corners(int n, springls__cell_work *work)
 {
     const float alone = 0.3f;
     const int row = SPRINGLS__RING + 1;
@@ -330,7 +330,7 @@ SPRINGLS__MATHS int springls__pair_corners(int n, SPRINGLS__LOCAL springls__cell
 }
 
 /* Joins the two sharp corners that were left, if they lie on two faces and no chord is between. Returns how many are left then. */
-SPRINGLS__MATHS int springls__pair_last(int n, SPRINGLS__LOCAL springls__cell_work *work)
+SPRINGLS__MATHS int springls__pair_last(int n, springls__cell_work *work)
 {
     int i, first = -1, last = -1;
     for (i = 0; i < n; i++) {
@@ -349,7 +349,7 @@ SPRINGLS__MATHS int springls__pair_last(int n, SPRINGLS__LOCAL springls__cell_wo
 }
 
 /* Cuts the ring between corners a and b along their chord: two more nodes of rings. */
-SPRINGLS__MATHS void springls__cut_ring(int a, int b, SPRINGLS__LOCAL springls__cell_work *work)
+SPRINGLS__MATHS void springls__cut_ring(int a, int b, springls__cell_work *work)
 {
     const int again_a = work->ring_nodes, again_b = again_a + 1;
     if (work->ring_next[a] == b || work->ring_next[b] == a) return;
@@ -364,7 +364,7 @@ SPRINGLS__MATHS void springls__cut_ring(int a, int b, SPRINGLS__LOCAL springls__
 }
 
 /* Collects the ring that a node is in. Returns its length. */
-SPRINGLS__MATHS int springls__collect_ring(int node, SPRINGLS__LOCAL springls__cell_work *work)
+SPRINGLS__MATHS int springls__collect_ring(int node, springls__cell_work *work)
 {
     int n = 0, k = node;
     do {
@@ -375,15 +375,15 @@ SPRINGLS__MATHS int springls__collect_ring(int node, SPRINGLS__LOCAL springls__c
     return n;
 }
 
-SPRINGLS__INNER bool springls__is_spoke(SPRINGLS__LOCAL const springls__cell_work *work, int corner)
+SPRINGLS__INNER bool springls__is_spoke(const springls__cell_work *work, int corner)
 {
     return work->corner[corner].sharp && work->mate[corner] < 0;
 }
 
 /* Fills a ring around an apex, where its lone corners meet: sector by sector between those. */
-SPRINGLS__MATHS void springls__fill_sectors(int n, SPRINGLS__LOCAL springls__cell_work *work)
+SPRINGLS__MATHS void springls__fill_sectors(int n, springls__cell_work *work)
 {
-    SPRINGLS__LOCAL springls__cycle_corner *corner = &work->corner[SPRINGLS__CELL_CORNERS];
+    springls__cycle_corner *corner = &work->corner[SPRINGLS__CELL_CORNERS];
     const int apex = springls__add_inner_vertex(n, springls__ring_apex(n, work), work);
     int first, k, c, length;
     corner->vertex = apex;
@@ -407,7 +407,7 @@ SPRINGLS__MATHS void springls__fill_sectors(int n, SPRINGLS__LOCAL springls__cel
 }
 
 /* Fills the cycle of corners [first, end). */
-SPRINGLS__MATHS void springls__fill_cycle(int first, int end, SPRINGLS__LOCAL springls__cell_work *work)
+SPRINGLS__MATHS void springls__fill_cycle(int first, int end, springls__cell_work *work)
 {
     int k, n = 0, lone = 0;
     work->ring_nodes = end;
@@ -437,9 +437,9 @@ SPRINGLS__MATHS void springls__fill_cycle(int first, int end, SPRINGLS__LOCAL sp
 /* ---- triangles that cross ---- */
 
 /* Returns six times the volume of a tetrahedron, exactly. */
-SPRINGLS__MATHS int64_t springls__place_volume(SPRINGLS__LOCAL const springls__cell_work *work, int a, int b, int c, int d)
+SPRINGLS__MATHS int64_t springls__place_volume(const springls__cell_work *work, int a, int b, int c, int d)
 {
-    SPRINGLS__LOCAL const int *o = work->vertex[a].place;
+    const int *o = work->vertex[a].place;
     int64_t x[3], y[3], z[3];
     int k;
     for (k = 0; k < 3; k++) {
@@ -451,7 +451,7 @@ SPRINGLS__MATHS int64_t springls__place_volume(SPRINGLS__LOCAL const springls__c
 }
 
 /* Returns whether segment pq meets triangle t, which it does not lie in the plane of. */
-SPRINGLS__MATHS bool springls__pierces(SPRINGLS__LOCAL const springls__cell_work *work, int p, int q, SPRINGLS__LOCAL const int *t)
+SPRINGLS__MATHS bool springls__pierces(const springls__cell_work *work, int p, int q, const int *t)
 {
     const int64_t s = springls__place_volume(work, t[0], t[1], t[2], p), e = springls__place_volume(work, t[0], t[1], t[2], q);
     int64_t u, v, w;
@@ -463,7 +463,7 @@ SPRINGLS__MATHS bool springls__pierces(SPRINGLS__LOCAL const springls__cell_work
 }
 
 /* Returns whether two triangles with one side in common lie folded on each other; a, b: the corners apart from it. */
-SPRINGLS__MATHS bool springls__is_folded(SPRINGLS__LOCAL const springls__cell_work *work, int p, int q, int a, int b)
+SPRINGLS__MATHS bool springls__is_folded(const springls__cell_work *work, int p, int q, int a, int b)
 {
     const springls__v3 o = work->vertex[p].x, side = springls__normalize(springls__sub(work->vertex[q].x, o));
     springls__v3 u = springls__sub(work->vertex[a].x, o), v = springls__sub(work->vertex[b].x, o);
@@ -473,8 +473,8 @@ SPRINGLS__MATHS bool springls__is_folded(SPRINGLS__LOCAL const springls__cell_wo
 }
 
 /* Returns whether two triangles of a cell meet but in the corners that they share. */
-SPRINGLS__MATHS bool springls__triangles_meet(SPRINGLS__LOCAL const springls__cell_work *work, SPRINGLS__LOCAL const int *s,
-                                              SPRINGLS__LOCAL const int *t)
+SPRINGLS__MATHS bool springls__triangles_meet(const springls__cell_work *work, const int *s,
+                                              const int *t)
 {
     int at_s[3], at_t[3], shared = 0, i, j;
     for (i = 0; i < 3; i++)
@@ -493,7 +493,7 @@ SPRINGLS__MATHS bool springls__triangles_meet(SPRINGLS__LOCAL const springls__ce
     return false;
 }
 
-SPRINGLS__MATHS bool springls__any_meet(SPRINGLS__LOCAL const springls__cell_work *work)
+SPRINGLS__MATHS bool springls__any_meet(const springls__cell_work *work)
 {
     int i, j;
     for (i = 0; i < work->triangles; i++)
@@ -505,7 +505,7 @@ SPRINGLS__MATHS bool springls__any_meet(SPRINGLS__LOCAL const springls__cell_wor
 /* ---- the cell ---- */
 
 /* Fills all cycles by fans: about their apex, their middle, or a place between that and the middle of the cell. */
-SPRINGLS__MATHS void springls__fill_by_fans(int way, SPRINGLS__LOCAL springls__cell_work *work)
+SPRINGLS__MATHS void springls__fill_by_fans(int way, springls__cell_work *work)
 {
     const springls__v3 o = springls__v3_make((float)work->origin[0], (float)work->origin[1], (float)work->origin[2]);
     int cycle, k, begin = 0;
@@ -523,12 +523,12 @@ SPRINGLS__MATHS void springls__fill_by_fans(int way, SPRINGLS__LOCAL springls__c
 }
 
 /* Finds the triangles of the cell that begins at a node. Returns false where some cross. */
-SPRINGLS__MATHS bool springls__fill_cell(const springls__contour *contour, const int local[3],
-                                         SPRINGLS__LOCAL springls__cell_work *work)
+SPRINGLS__MATHS bool springls__fill_cell(const springls__contour *contour, const int of_node[3],
+                                         springls__cell_work *work)
 {
     int cycle, way, k, begin = 0;
     bool plain;
-    springls__list_links(contour, local, work);
+    springls__list_links(contour, of_node, work);
     work->triangles = work->cycles = work->vertices = work->own_vertices = 0;
     if (work->links == 0) return true;
     springls__find_cycles(contour, contour->first_corner, work);
@@ -547,13 +547,13 @@ SPRINGLS__MATHS bool springls__fill_cell(const springls__contour *contour, const
 }
 
 /* Returns how many arcs the cells of brick b have on their faces: a cell has at most six triangles for each, and three new vertices. */
-SPRINGLS__MATHS int springls__count_links(const springls__contour *contour, int b, SPRINGLS__LOCAL springls__cell_work *work)
+SPRINGLS__MATHS int springls__count_links(const springls__contour *contour, int b, springls__cell_work *work)
 {
     int node, k, sum = 0, at[3];
-    const int zero[3] = { 0, 0, 0 }, step[3] = { 1, 9, 81 };
+    const int step[3] = { 1, 9, 81 };
     if (springls__gather_owned(contour, contour->brick + b, true, &work->owned) == 0) return 0;
     for (node = 0; node < 512; node++) {
-        springls__voxel_of_brick(zero, node, at);
+        springls__node_of_brick(node, at);
         for (k = 0; k < 6; k++)
             sum += work->owned.count[3 * (springls__node_around(at[0], at[1], at[2]) + (k >= 3 ? step[k - 3] : 0)) + k % 3];
     }
@@ -562,20 +562,19 @@ SPRINGLS__MATHS int springls__count_links(const springls__contour *contour, int 
 
 /* Writes the triangles of the cells of brick b, three numbers of vertices each, and the vertices in cells. Marks the cells in which
    triangles cross. */
-SPRINGLS__MATHS void springls__find_patches(const springls__contour *contour, int b, SPRINGLS__LOCAL springls__cell_work *work)
+SPRINGLS__MATHS void springls__find_patches(const springls__contour *contour, int b, springls__cell_work *work)
 {
     SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
     int node, k;
-    const int zero[3] = { 0, 0, 0 };
     brick->triangles = brick->inner = 0;
     for (k = 0; k < 16; k++) brick->conflict[k] = 0u;
     if (springls__gather_owned(contour, brick, true, &work->owned) == 0) return;
     for (node = 0; node < 512; node++) {
         SPRINGLS__GLOBAL int *corners = contour->corners + 3 * (size_t)(brick->first_triangle + brick->triangles);
-        int local[3];
-        springls__voxel_of_brick(zero, node, local);
-        springls__voxel_of_brick(brick->origin, node, work->origin);
-        if (!springls__fill_cell(contour, local, work)) brick->conflict[node >> 5] |= 1u << (node & 31);
+        int of_node[3];
+        springls__node_of_brick(node, of_node);
+        for (k = 0; k < 3; k++) work->origin[k] = brick->origin[k] + of_node[k];
+        if (!springls__fill_cell(contour, of_node, work)) brick->conflict[node >> 5] |= 1u << (node & 31);
         for (k = work->own_vertices; k < work->vertices; k++) {
             springls__crossing v;
             v.x = work->vertex[k].x;

@@ -249,7 +249,6 @@ SPRINGLS__FN void springls__remove_pair(const springls__surface_job *job, spring
 /* Takes the nearest two crossings of one edge of a cell away. Returns whether there were any. */
 SPRINGLS__FN bool springls__thin_cell(const springls__surface_job *job, const springls__surface_brick *brick, int node)
 {
-    const int zero[3] = { 0, 0, 0 };
     springls__surface_brick *best_brick = NULL;
     float least = FLT_MAX;
     int axis, side, k, best = 0, best_edge = 0, at[3];
@@ -257,7 +256,7 @@ SPRINGLS__FN bool springls__thin_cell(const springls__surface_job *job, const sp
         for (side = 0; side < 4; side++) {
             int other, edge, begin;
             springls__surface_brick *owner;
-            springls__voxel_of_brick(zero, node, at);
+            springls__node_of_brick(node, at);
             at[springls__axis_after(axis)] += side & 1;
             at[springls__axis_after(springls__axis_after(axis))] += side >> 1;
             other = springls__table_node(brick, at, &edge);
