@@ -38,6 +38,7 @@ FIXTURE uint64_t history_digest(springls_context *ctx)
     uint64_t hash = springls_state_hash(ctx);
     springls_mesh mesh;
     springls_measures measures;
+    springls_params params;
     springls_hit hits[64];
     float points[3 * 64], distances[64];
     int i;
@@ -46,6 +47,13 @@ FIXTURE uint64_t history_digest(springls_context *ctx)
     if (springls_extract_mesh(ctx, &mesh) != SPRINGLS_OK) return 0;
     hash = history_mix_mesh(hash, &mesh);
     springls_mesh_free(ctx, &mesh);
+    params = springls_get_params(ctx);
+    params.contouring = SPRINGLS_CONTOURING_SPRINGLS;
+    if (springls_set_params(ctx, &params) != SPRINGLS_OK || springls_extract_mesh(ctx, &mesh) != SPRINGLS_OK) return 0;
+    hash = history_mix_mesh(hash, &mesh);
+    springls_mesh_free(ctx, &mesh);
+    params.contouring = SPRINGLS_CONTOURING_LEVEL_SET;
+    if (springls_set_params(ctx, &params) != SPRINGLS_OK) return 0;
     for (i = 0; i < 2; i++) {
         const springls_surface surface = i ? SPRINGLS_SURFACE_SOUP : SPRINGLS_SURFACE_WATERTIGHT;
         if (springls_closest(ctx, surface, points, 64, hits) != SPRINGLS_OK) return 0;

@@ -56,11 +56,15 @@ TEST no_triangles_cross(int kind, const char *variable, int usual)
     const int length = text && text[0] ? atoi(text) : usual;
     life l;
     ASSERT_EQ(SPRINGLS_OK, life_begin(&l, kind));
-    for (int i = 0; i < CHECKPOINTS; ++i) {
+    for (int i = 0; i < 2 * CHECKPOINTS; ++i) { /* of the zero level, then of springls */
+        springls_params params = springls_get_params(l.ctx);
         springls_mesh mesh;
         springls_measures measures;
         Mesh judged;
-        ASSERT_EQ(SPRINGLS_OK, life_advance(&l, length / CHECKPOINTS > 0 ? length / CHECKPOINTS : 1));
+        params.contouring = SPRINGLS_CONTOURING_LEVEL_SET;
+        if (i % 2) params.contouring = SPRINGLS_CONTOURING_SPRINGLS;
+        if (i % 2 == 0) ASSERT_EQ(SPRINGLS_OK, life_advance(&l, length / CHECKPOINTS > 0 ? length / CHECKPOINTS : 1));
+        ASSERT_EQ(SPRINGLS_OK, springls_set_params(l.ctx, &params));
         ASSERT_EQ(SPRINGLS_OK, springls_extract_mesh(l.ctx, &mesh));
         ASSERT_EQ(SPRINGLS_OK, springls_measure(l.ctx, &measures));
         ASSERT(to_cgal(mesh, judged)); /* edges of two triangles, in order */
@@ -68,6 +72,8 @@ TEST no_triangles_cross(int kind, const char *variable, int usual)
         ASSERT_IN_RANGE(CGAL::to_double(CGAL::Polygon_mesh_processing::volume(judged)), measures.volume, 1e-4 * measures.volume);
         ASSERT_FALSE(CGAL::Polygon_mesh_processing::does_self_intersect(judged));
         springls_mesh_free(l.ctx, &mesh);
+        params.contouring = SPRINGLS_CONTOURING_LEVEL_SET;
+        ASSERT_EQ(SPRINGLS_OK, springls_set_params(l.ctx, &params));
     }
     life_end(&l);
     PASS();

@@ -1,0 +1,365 @@
+/* test_contouring.c - the mesh of what springls hold (params.contouring): closed and oriented, each vertex one fan; sharp edges and
+   plates below a voxel; the border of the grid; the same bits for any threads; memory that runs out. */
+#include "fixtures.h"
+#include "../examples/common/springls/exact_flows.h"
+
+GREATEST_MAIN_DEFS();
+
+static springls_params contoured(void)
+{
+    springls_params params = springls_default_params();
+    params.contouring = SPRINGLS_CONTOURING_SPRINGLS;
+    return params;
+}
+
+/* ---- what is wrong with a mesh ---- */
+
+static int compare_pair(const void *a, const void *b)
+{
+    const uint64_t x = *(const uint64_t *)a, y = *(const uint64_t *)b;
+    return (x > y) - (x < y);
+}
+
+/* Returns how many vertices have triangles that are not one fan: from a corner's next vertex each triangle leads to another. */
+static int split_vertices(const springls_mesh *mesh)
+{
+    const int n = 3 * mesh->triangle_count;
+    uint64_t *side = (uint64_t *)malloc(((size_t)n + 1) * sizeof *side); /* vertex, the next one, the corner */
+    int *fan = (int *)calloc((size_t)mesh->vertex_count + 1, sizeof *fan);
+    int *degree = (int *)calloc((size_t)mesh->vertex_count + 1, sizeof *degree);
+    int *start = (int *)malloc(((size_t)mesh->vertex_count + 1) * sizeof *start), i, split = 0;
+    for (i = 0; i < n; i++) {
+        const int v = mesh->triangles[i], next = mesh->triangles[i % 3 == 2 ? i - 2 : i + 1];
+        side[i] = (uint64_t)v << 42 | (uint64_t)next << 21 | (uint64_t)mesh->triangles[i % 3 == 0 ? i + 2 : i - 1];
+        start[v] = next;
+        degree[v]++;
+    }
+    qsort(side, (size_t)n, sizeof *side, compare_pair);
+    for (i = 0; i < mesh->vertex_count; i++) {
+        int at = start[i];
+        do {
+            int low = 0, high = n;
+            while (low < high) {
+                const int middle = (low + high) / 2;
+                if (side[middle] >> 21 < ((uint64_t)i << 21 | (uint64_t)at)) low = middle + 1;
+                else high = middle;
+            }
+            at = low < n && side[low] >> 21 == ((uint64_t)i << 21 | (uint64_t)at) ? (int)(side[low] & 0x1fffff) : start[i];
+            fan[i]++;
+        } while (at != start[i] && fan[i] <= degree[i]);
+        split += fan[i] != degree[i];
+    }
+    free(side);
+    free(fan);
+    free(degree);
+    free(start);
+    return split;
+}
+
+typedef struct found { springls_mesh mesh; springls__mesh_report report; springls_measures measures; } found;
+
+/* Extracts a mesh, and checks all that holds for each. */
+TEST extract(springls_context *ctx, found *f)
+{
+    int i;
+    ASSERT_OK(springls_extract_mesh(ctx, &f->mesh));
+    ASSERT_OK(springls_measure(ctx, &f->measures));
+    f->report = fixture_report(&f->mesh);
+    ASSERT_EQ(0, f->report.boundary_edges);
+    ASSERT_EQ(0, f->report.nonmanifold_edges);
+    ASSERT_EQ(0, f->report.misoriented_edges);
+    ASSERT_EQ(0, split_vertices(&f->mesh));
+    ASSERT_EQ(f->report.euler, f->measures.euler);
+    ASSERT_EQ(f->report.components, f->measures.components);
+    ASSERT_IN_RANGE(f->report.volume, f->measures.volume, 1e-3 * (1.0 + f->report.volume));
+    for (i = 0; i < f->mesh.vertex_count; i++) {
+        const float *n = f->mesh.normals + 3 * i;
+        ASSERT_IN_RANGE(1.0, sqrt((double)n[0] * (double)n[0] + (double)n[1] * (double)n[1] + (double)n[2] * (double)n[2]), 1e-5);
+        ASSERT(f->mesh.springls[i] >= -1 && f->mesh.springls[i] < springls_count(ctx));
+    }
+    PASS();
+}
+
+/* ---- shapes ---- */
+
+TEST a_ball_is_round(void)
+{
+    const d3 center = d3_make(31.3, 30.7, 32.1);
+    springls_params params = contoured();
+    springls_context *ctx = fixture_sphere(64, &params, 31.3f, 30.7f, 32.1f, 18.0f);
+    double sum = 0.0;
+    found f;
+    int i;
+    CHECK_CALL(extract(ctx, &f));
+    ASSERT_EQ(1, f.report.components);
+    ASSERT_EQ(2, f.report.euler);
+    ASSERT_IN_RANGE(4.0 / 3.0 * fixture_pi * 18.0 * 18.0 * 18.0, f.report.volume, 0.003 * f.report.volume);
+    for (i = 0; i < f.mesh.vertex_count; i++) {
+        const float *x = f.mesh.positions + 3 * i, *n = f.mesh.normals + 3 * i, *a = f.mesh.correspondences + 3 * i;
+        const d3 from = d3_sub(d3_make((double)x[0], (double)x[1], (double)x[2]), center);
+        sum += fabs(d3_length(from) - 18.0);
+        ASSERT_IN_RANGE(18.0, d3_length(from), 0.03);
+        ASSERT_GT(d3_dot(from, d3_make((double)n[0], (double)n[1], (double)n[2])), 18.0 * 0.995);
+        ASSERT_IN_RANGE(0.0, d3_distance(d3_add(from, center), d3_make((double)a[0], (double)a[1], (double)a[2])), 0.03);
+        ASSERT(f.mesh.springls[i] >= 0);
+    }
+    ASSERT_LT(sum / f.mesh.vertex_count, 0.002);
+    springls_mesh_free(ctx, &f.mesh);
+    springls_destroy(ctx);
+    PASS();
+}
+
+static const d3 turn_center = { 31.37, 31.52, 31.21 };
+
+/* Sets a box with these halves, turned about an axis along no other by so many degrees. */
+static springls_status set_turned_box(springls_context *ctx, double hx, double hy, double hz, double degrees)
+{
+    static const int triangles[36] = { 0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4, 2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6,
+                                       1, 3, 5, 3, 7, 5 };
+    float x[24];
+    int i;
+    for (i = 0; i < 8; i++) {
+        d3 p = d3_make(i & 1 ? hx : -hx, i & 2 ? hy : -hy, i & 4 ? hz : -hz);
+        p = d3_add(turn_center, d3_rotate(p, d3_scale(d3_make(0.48, 0.6, 0.64), degrees * fixture_pi / 180.0)));
+        x[3 * i] = (float)p.x;
+        x[3 * i + 1] = (float)p.y;
+        x[3 * i + 2] = (float)p.z;
+    }
+    return springls_set_mesh(ctx, x, 8, 0, triangles, 12, NULL);
+}
+
+/* The area of a box falls short where edges are lost. */
+TEST a_turned_box_has_sharp_edges(void)
+{
+    springls_params params = contoured();
+    springls_context *ctx = fixture_context(64, &params);
+    found f;
+    ASSERT_OK(set_turned_box(ctx, 9.0, 7.0, 5.0, 20.0));
+    CHECK_CALL(extract(ctx, &f));
+    ASSERT_EQ(2, f.report.euler);
+    ASSERT_IN_RANGE(2520.0, f.report.volume, 0.0005 * 2520.0);
+    ASSERT_IN_RANGE(1144.0, f.report.area, 0.001 * 1144.0);
+    springls_mesh_free(ctx, &f.mesh);
+    springls_destroy(ctx);
+    PASS();
+}
+
+static void squeeze(void *user, const float *points, int count, float time, float *out)
+{
+    int i;
+    (void)time;
+    for (i = 0; i < count; i++) {
+        out[3 * i] = out[3 * i + 1] = 0.0f;
+        out[3 * i + 2] = *(const float *)user * ((float)turn_center.z - points[3 * i + 2]);
+    }
+}
+
+static void whirl(void *user, const float *points, int count, float time, float *out)
+{
+    const d3 w = *(const d3 *)user;
+    int i;
+    (void)time;
+    for (i = 0; i < count; i++) {
+        const float *p = points + 3 * i;
+        const springls__v3 v = d3_float(d3_cross(w, d3_sub(d3_make((double)p[0], (double)p[1], (double)p[2]), turn_center)));
+        memcpy(out + 3 * i, &v, sizeof v);
+    }
+}
+
+/* Plates, which steps make thin and turn: one body, whole, down to a tenth of a voxel. */
+TEST a_plate_stays_whole(double thickness)
+{
+    const double area = 22.6 * 18.8;
+    d3 axis = d3_scale(d3_make(0.48, 0.6, 0.64), fixture_pi / 180.0);
+    float rate = (float)(log(1.5 / thickness) / 8.0);
+    springls_params params = contoured();
+    springls_context *ctx = fixture_context(64, &params);
+    springls_forces forces = fixture_forces(squeeze, &rate);
+    springls_step_desc step = fixture_step(&forces, SPRINGLS_MODE_FLUID, 1.0f);
+    found f;
+    int i;
+    step.one_to_one = thickness < 1.0; /* ordinary steps lose springls of thinner ones */
+    ASSERT_OK(set_turned_box(ctx, 11.3, 9.4, thickness < 1.0 ? 0.75 : 0.5 * thickness, 0.0));
+    for (i = 0; i < 8 && thickness < 1.0; i++) ASSERT_OK(springls_step(ctx, &step));
+    forces = fixture_forces(whirl, &axis);
+    for (i = 0; i < 20; i++) ASSERT_OK(springls_step(ctx, &step));
+    CHECK_CALL(extract(ctx, &f));
+    ASSERT_EQ(1, f.report.components);
+    ASSERT_EQ(2, f.report.euler);
+    ASSERT_IN_RANGE(area * thickness, f.report.volume, 0.015 * area * thickness);
+    springls_mesh_free(ctx, &f.mesh);
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* LeVeque's sheet at half time: phi has four parts there, and lost 13 % of the volume. */
+TEST a_sheet_is_whole(void)
+{
+    const double volume = 4.0 / 3.0 * fixture_pi * 9.6 * 9.6 * 9.6;
+    struct exact_flow flow = EXACT_DEFORMATION(64.0f, 3.0f);
+    springls_params params = contoured();
+    springls_context *ctx = fixture_sphere(64, &params, 22.4f, 22.4f, 22.4f, 9.6f);
+    springls_forces forces = fixture_forces(exact_flow_velocity, &flow);
+    springls_step_desc step = springls_default_step_desc();
+    uint64_t hash;
+    found f;
+    int i;
+    step.forces = &forces;
+    step.dt = 0.075f;
+    for (i = 0; i < 20; i++) ASSERT_OK(springls_step(ctx, &step));
+    hash = springls_state_hash(ctx);
+    CHECK_CALL(extract(ctx, &f));
+    ASSERT_EQ(1, f.report.components);
+    ASSERT_EQ(2, f.report.euler);
+    ASSERT_IN_RANGE(volume, f.report.volume, 0.006 * volume);
+    ASSERT(hash == springls_state_hash(ctx)); /* reading changes nothing */
+    springls_mesh_free(ctx, &f.mesh);
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* A body that the border cuts is closed half a voxel beyond the last centres. */
+TEST the_border_is_closed(void)
+{
+    springls_params params = contoured();
+    springls_context *ctx = fixture_sphere(32, &params, 2.0f, 15.5f, 29.0f, 8.0f);
+    int i, closing = 0;
+    found f;
+    CHECK_CALL(extract(ctx, &f));
+    ASSERT_EQ(2, f.report.euler);
+    for (i = 0; i < f.mesh.vertex_count; i++) {
+        const float *x = f.mesh.positions + 3 * i;
+        ASSERT_IN_RANGE(15.5, (double)x[0], 16.0);
+        ASSERT_IN_RANGE(15.5, (double)x[2], 16.0);
+        closing += x[0] == -0.5f && f.mesh.normals[3 * i] < -0.99f;
+    }
+    ASSERT_GT(closing, 20);
+    springls_mesh_free(ctx, &f.mesh);
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* Each vertex has the correspondence of its own side of a sheet. */
+TEST sides_of_a_sheet_keep_their_correspondences(void)
+{
+    springls_params params = contoured();
+    springls_context *ctx = fixture_context(64, &params);
+    int i, judged = 0;
+    found f;
+    ASSERT_OK(set_turned_box(ctx, 11.3, 9.4, 0.5, 0.0));
+    CHECK_CALL(extract(ctx, &f));
+    for (i = 0; i < f.mesh.vertex_count; i++) {
+        const float n = f.mesh.normals[3 * i + 2], side = n > 0.0f ? 0.5f : -0.5f;
+        if (fabsf(n) < 0.99f) continue;
+        judged++;
+        ASSERT_IN_RANGE(turn_center.z + (double)side, (double)f.mesh.correspondences[3 * i + 2], 0.01);
+    }
+    ASSERT_GT(judged, 600);
+    springls_mesh_free(ctx, &f.mesh);
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* ---- the model's state is anything ---- */
+
+/* Springls with noise: whatever they are, the mesh is closed. */
+TEST noise_is_closed(int seed)
+{
+    springls_params params = contoured();
+    springls_context *ctx = fixture_sphere(32, &params, 15.5f, 15.5f, 15.5f, 8.0f);
+    const float amount = 0.1f * (float)(seed % 10);
+    springls__model *model = fixture_here(ctx);
+    found f;
+    int i, m;
+    fixture_seed((uint32_t)seed);
+    for (i = 0; i < model->set.count; i++) {
+        springls__springl s = springls__moved_to(model->set.s[i], springls__mad(model->set.s[i].p, fixture_direction(), amount));
+        for (m = 0; m < 3; m++) s.q[m] = springls__mad(s.q[m], fixture_direction(), 0.5f * amount);
+        model->set.s[i] = springls__springl_finished(s);
+    }
+    ctx->cells_fresh = ctx->particles_listed = false;
+    CHECK_CALL(extract(ctx, &f));
+    springls_mesh_free(ctx, &f.mesh);
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* Random triangles: no surface at all. */
+TEST soup_is_closed(int seed)
+{
+    springls_params params = contoured();
+    springls_context *ctx = fixture_sphere(32, &params, 15.5f, 15.5f, 15.5f, 9.0f);
+    found f;
+    fixture_seed((uint32_t)seed);
+    fixture_random_soup(ctx, 200 * (1 + seed % 5), 4.0f, 28.0f, 1.0f + (float)(seed % 3));
+    CHECK_CALL(extract(ctx, &f));
+    springls_mesh_free(ctx, &f.mesh);
+    springls_destroy(ctx);
+    PASS();
+}
+
+TEST nothing_has_no_mesh(void)
+{
+    springls_params params = contoured();
+    springls_context *ctx = fixture_context(16, &params);
+    springls_measures measures;
+    springls_mesh mesh;
+    ASSERT_OK(springls_extract_mesh(ctx, &mesh));
+    ASSERT_OK(springls_measure(ctx, &measures));
+    ASSERT_EQ(0, mesh.triangle_count);
+    ASSERT_EQ(0, measures.components);
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* Memory that runs out at any allocation fails the call, and nothing else. */
+TEST memory_may_run_out(void)
+{
+    fixture_heap heap;
+    springls_params params = contoured();
+    springls_desc desc = fixture_desc(16, &params);
+    springls_sphere ball = fixture_ball(7.5f, 7.5f, 7.5f, 4.0f);
+    springls_status status;
+    int fail = 0;
+    do {
+        springls_context *ctx;
+        springls_mesh mesh;
+        desc.allocator = fixture_allocator(&heap);
+        ASSERT_OK(springls_create(&desc, &ctx));
+        ASSERT_OK(springls_set_implicit(ctx, springls_implicit_sphere, &ball));
+        heap.fail_at = heap.calls + fail++;
+        status = springls_extract_mesh(ctx, &mesh);
+        ASSERT(status == SPRINGLS_OK || (status == SPRINGLS_OUT_OF_MEMORY && !mesh.positions));
+        springls_mesh_free(ctx, &mesh);
+        heap.fail_at = -1;
+        ASSERT_OK(springls_extract_mesh(ctx, &mesh));
+        springls_mesh_free(ctx, &mesh);
+        springls_destroy(ctx);
+        ASSERT_EQ(0, heap.blocks);
+    } while (status != SPRINGLS_OK);
+    ASSERT_GT(fail, 10);
+    PASS();
+}
+
+SUITE(contouring)
+{
+    static const double thickness[5] = { 2.0, 1.0, 0.5, 0.25, 0.1 };
+    int i;
+    RUN_TEST(a_ball_is_round);
+    RUN_TEST(a_turned_box_has_sharp_edges);
+    for (i = 0; i < 5; i++) RUN_TESTp(a_plate_stays_whole, thickness[i]);
+    RUN_TEST(a_sheet_is_whole);
+    RUN_TEST(the_border_is_closed);
+    RUN_TEST(sides_of_a_sheet_keep_their_correspondences);
+    for (i = 0; i < 20; i++) RUN_TESTp(noise_is_closed, i);
+    for (i = 0; i < 20; i++) RUN_TESTp(soup_is_closed, i);
+    RUN_TEST(nothing_has_no_mesh);
+    RUN_TEST(memory_may_run_out);
+}
+
+int main(int argc, char **argv)
+{
+    GREATEST_MAIN_BEGIN();
+    RUN_SUITE(contouring);
+    GREATEST_MAIN_END();
+}
