@@ -675,15 +675,17 @@ typedef struct springls_mesh {
     float *positions;       /* 3 a vertex, world                                                                    */
     float *normals;         /* 3 a vertex, unit, outward                                                            */
     float *correspondences; /* 3 a vertex, world: the place on the original surface                                 */
-    int *springls;          /* 1 a vertex: index of the nearest springl, -1 when none is within a voxel             */
+    int *springls;          /* 1 a vertex: index of the nearest springl (of a mesh of springls: that does not face away from the
+                               vertex), -1 when none is within a voxel                                              */
     int *triangles;         /* 3 a triangle, counter-clockwise seen from outside                                    */
     size_t bytes;           /* for springls_mesh_free                                                               */
     uint64_t version;       /* of the springls that it shows: springls_mesh_errors refuses it when they have changed; 0, as of a
                                mesh that the caller makes: it is not known                                          */
 } springls_mesh;
 
-/* Extracts the zero level as a watertight mesh: welded, closed, every edge between exactly two triangles. An empty model
-   gives an empty mesh. On failure *out is empty. */
+/* Extracts the watertight surface as a mesh: welded, closed, every edge between exactly two triangles. params.contouring says what of:
+   the zero level, or what the springls show, which keeps sharp edges and sheets below a voxel (manual, CONTOURING). An empty model gives
+   an empty mesh. On failure *out is empty. */
 SPRINGLS_API springls_status springls_extract_mesh(springls_context *ctx, springls_mesh *out);
 
 /* Extracts the springls themselves: three vertices each, with the springl's normal and index, and each with its own correspondence, as
@@ -710,7 +712,7 @@ typedef struct springls_chunk {
 /* Describes what a consumer of chunks needs. */
 typedef struct springls_chunks_desc {
     float tolerance;      /* voxels, at most 0.5: a chunk counts as changed when phi has changed by more; 0: 0.05;
-                             negative: none, and the chunks are springls_extract_mesh's mesh to the bit. Springls at rest
+                             negative: none, and the chunks are the zero level's mesh (params.contouring) to the bit. Springls at rest
                              relax by some 0.001 voxel a step, so that without a tolerance all chunks change         */
     bool correspondences; /* fill springls_chunk.correspondences and ids, which take most of the time of a chunk; a chunk has
                              changed, too, when the attributes of its springls have                                  */
@@ -763,7 +765,7 @@ SPRINGLS_API springls_status springls_sample_inside(springls_context *ctx, const
 
 /* Names the surface that closest points and rays are found on. */
 typedef enum springls_surface {
-    SPRINGLS_SURFACE_WATERTIGHT, /* the zero level, closed: the mesh of springls_extract_mesh, which is not made. Nothing is built
+    SPRINGLS_SURFACE_WATERTIGHT, /* the zero level, closed: its mesh (params.contouring), which is not made. Nothing is built    
                                     but, where springls have come or gone, the list of them by cell. A sheet thinner than about
                                     a voxel may have springls and no zero level: it is not found. A closest point further
                                     away than phi reaches takes ten times as long as a near one                               */
@@ -777,7 +779,7 @@ typedef struct springls_hit {
                                     within a voxel; SOUP: the one that `point` lies on. -1: nothing was found       */
     uint32_t id;                 /* of the springl, as springls_ids                                                 */
     float point[3];              /* world                                                                           */
-    float normal[3];             /* world, unit, outward. WATERTIGHT: of phi, as the vertices of springls_extract_mesh have
+    float normal[3];             /* world, unit, outward. WATERTIGHT: of phi, as the vertices of the zero level's mesh have
                                     it; SOUP: of the springl                                                        */
     float barycentric[3];        /* in the springl: its place closest to `point`                                    */
     float distance;              /* world units, never negative: from the query point, or along the ray             */
@@ -1027,15 +1029,15 @@ typedef struct springls_stats {
 /* Returns the statistics. */
 SPRINGLS_API springls_stats springls_get_stats(const springls_context *ctx);
 
-/* Holds measures of the watertight zero level, in world units: volume by the divergence theorem, area, bounds, topology.
-   coverage: the springls' area over the zero level's; 0 where there is none. */
+/* Holds measures of the mesh of springls_extract_mesh, in world units: volume by the divergence theorem, area, bounds, topology.
+   coverage: the springls' area over the mesh's; 0 where there is none. */
 typedef struct springls_measures {
     double volume, area, coverage;
     float lower[3], upper[3];
     int components, euler;
 } springls_measures;
 
-/* Measures the zero level. An empty model gives zeros. */
+/* Measures the watertight surface, as params.contouring has it. An empty model gives zeros. */
 SPRINGLS_API springls_status springls_measure(springls_context *ctx, springls_measures *out);
 
 /* Returns a 64-bit hash of springls, correspondences, ids and phi: equal states have equal hashes, whatever threads made

@@ -40,7 +40,7 @@ static const struct member members[] = {
     INTEGER(fill_from_springls),   INTEGER(topology),             REAL(nearest_rule),            INTEGER(track_iterations),
     REAL(track_step),              INTEGER(vertex_velocity),      INTEGER(half_time_sampling),   INTEGER(initial_stride),
     INTEGER(project_initial),      INTEGER(volume_lock),          INTEGER(split_input),          REAL(min_component),
-    INTEGER(cover),                INTEGER(components),           INTEGER(contact),
+    INTEGER(cover),                INTEGER(components),           INTEGER(contact),              INTEGER(contouring),
 };
 
 /* Has no value when a member of springls_params, all but the cookie, is missing from the list. */
