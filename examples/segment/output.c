@@ -100,6 +100,21 @@ static const char *object_path(const struct segment *run, const char *name, cons
     return run_path(run->settings.common.out, file, path, size);
 }
 
+/* Draws the surface, and how it got there. */
+static bool draw_model(const struct segment *run)
+{
+    char path[1024];
+    const struct model_view film = {.direction = {0.35f, 1.0f, 0.25f}, /* from the front */
+                                    .up = {0.0f, 0.0f, 1.0f}, .over_surface = true};
+    struct model_view portrait = film;
+    portrait.width = 800;
+    return (model_portrait_write(&run->frames[run->frame_count - 1], &portrait, 4.0f,
+                                 object_path(run, "surface", ".png", path, sizeof path))
+            || cli_write_failed("segment", path))
+        && (model_film_write(run->frames, run->frame_count, &film, object_path(run, "film", ".png", path, sizeof path))
+            || cli_write_failed("segment", path));
+}
+
 bool segment_write_object(const struct segment *run)
 {
     char path[1024], error[VOLUME_TEXT];
@@ -109,20 +124,12 @@ bool segment_write_object(const struct segment *run)
                                  .triangle_count = (size_t)run->surface->triangle_count, /* omits what only coarser grids had */
                                  .originals = run->result->levels == 1 && !run->refitted ? run->surface->correspondences : NULL,
                                  .comment = "millimetres, RAS+"};
-    const struct model_view film = {.direction = {0.35f, 1.0f, 0.25f}, /* from the front */
-                                    .up = {0.0f, 0.0f, 1.0f}, .over_surface = true};
-    struct model_view portrait = film;
-    portrait.width = 800;
     if (!mesh_write_ply(object_path(run, "surface", ".ply", path, sizeof path), &ply, error)
         || !volume_write(object_path(run, "distance", ".nii.gz", path, sizeof path), &run->image, VOLUME_FLOAT32, run->distance,
                          error)) {
         return segment_fail("%s", error);
     }
-    return (model_portrait_write(&run->frames[run->frame_count - 1], &portrait, 4.0f,
-                                 object_path(run, "surface", ".png", path, sizeof path))
-            || cli_write_failed("segment", path))
-        && (model_film_write(run->frames, run->frame_count, &film, object_path(run, "film", ".png", path, sizeof path))
-            || cli_write_failed("segment", path));
+    return run->settings.no_pictures || draw_model(run);
 }
 
 /* Writes the labels in the geometry of the image, as NIfTI and in the image's own format. */
@@ -152,7 +159,7 @@ bool segment_write(const struct segment *run)
 {
     char path[1024];
     return write_labels(run) && segment_report(run, run_path(run->settings.common.out, "report.json", path, sizeof path))
-        && draw_slices(run, run_path(run->settings.common.out, "slices.png", path, sizeof path));
+        && (run->settings.no_pictures || draw_slices(run, run_path(run->settings.common.out, "slices.png", path, sizeof path)));
 }
 
 /* ---- figures ---- */

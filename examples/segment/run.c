@@ -36,7 +36,7 @@ bool segment_enter_level(struct segment *run, float side, struct volume *coarse)
 static bool take_frame(struct segment *run)
 {
     char caption[48];
-    if (!run->settings.common.out) {
+    if (!run->settings.common.out || run->settings.no_pictures) {
         return true;
     }
     if (run->frame_count == 0) {

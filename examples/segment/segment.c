@@ -239,6 +239,8 @@ static int read_command_line(struct segment_settings *set, int argc, char **argv
         {"set", CLI_STRING, &set->overrides, "LIST", RUN_OPTIONS_SET_HELP, 0, 0, NULL},
         {"frame", CLI_INT, &set->frame, "K", "which image of a 4-D file, from 0", -1, 1e9, NULL},
 
+        {"no-pictures", CLI_FLAG, &set->no_pictures, NULL, "of --out, write no pictures", 0, 0, NULL},
+
         /* the comparison */
         {"reference", CLI_STRING, &set->reference, "FILE", "label map to compare with", 0, 0, NULL},
         {"label", CLI_STRING, &set->label_text, "K[,K2..][;..]",
@@ -264,6 +266,7 @@ static int read_command_line(struct segment_settings *set, int argc, char **argv
         {.given = "mirror", .needs = "init=mask"},
         {.given = "init-mesh", .needs = "init=mesh"},
         {.given = "label", .needs = "reference"},
+        {.given = "no-pictures", .needs = "out"},
     };
     static const struct cli_writes writes[] = {
         {.files = "labels.*|distance.nii.gz|surface.ply|surface.png|film.png|slices.png|report.json|distance_[0-9]*.nii.gz|"

@@ -43,7 +43,7 @@ struct segment_settings {
     int seed_count;
     double min_volume;                          /* mm^3 of a part that stays; NaN: more than a voxel */
     int frame, steps, levels, gvf_halvings;
-    bool dark, solid, largest, keep_largest, keep_topology, mirror, compare_level_set;
+    bool dark, solid, largest, keep_largest, keep_topology, mirror, compare_level_set, no_pictures;
 };
 
 /* Result of one contour. */
