@@ -419,6 +419,7 @@ static bool read_reference(struct atlas_segment *run)
         || !volume_check_labels(reference, set->reference, error)) {
         return atlas_fail("%s", error);
     }
+    volume_print_warning(reference, "atlas", set->reference);
     const size_t voxels = volume_voxels(reference);
     uint8_t *mask = malloc(voxels);
     if (!mask) {

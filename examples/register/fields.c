@@ -38,6 +38,7 @@ static bool labels_fit(const struct run *run, bool of_moving, const char *path)
         return true;
     }
     const bool fit = register_read_labels(run, of_moving, path, &labels);
+    volume_print_warning(&labels, "register", path);
     volume_free(&labels);
     return fit;
 }
@@ -78,6 +79,7 @@ static bool labels_compare(const struct run *run, bool of_moving, const char *pa
     }
     char error[VOLUME_TEXT];
     bool good = register_read_labels(run, of_moving, path, &labels);
+    volume_print_warning(&labels, "register", path);
     good = good && (volume_check_labels(&labels, path, error) || register_fail("%s", error));
     if (good && !has_label(run, &labels)) {
         good = run->label < 0 ? register_fail("%s: no voxel has a label", path)

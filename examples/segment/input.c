@@ -51,6 +51,7 @@ static bool read_reference(struct segment *run)
         || !volume_check_labels(&run->reference, run->settings.reference, error)) {
         return segment_fail("%s", error);
     }
+    volume_print_warning(&run->reference, "segment", run->settings.reference);
     run->truth = malloc(run->voxels);
     return run->truth || segment_no_memory();
 }

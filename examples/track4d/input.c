@@ -137,6 +137,7 @@ static bool labels_fit(const char *path, const struct volume *image)
     if (!volume_read_like(image, "its image", path, -1, &labels, error)) {
         return track_fail("%s", error);
     }
+    volume_print_warning(&labels, "track4d", path);
     volume_free(&labels);
     return true;
 }

@@ -387,6 +387,30 @@ TEST two_windows_make_one_map_in_the_format_of_the_input(void)
     PASS();
 }
 
+/* Labels are written as they are asked for, up to 32 bits; without pictures the other files are there. */
+TEST labels_of_32_bits_are_written_without_pictures(void)
+{
+    struct volume v, mask, found;
+    char words[1024], error[VOLUME_TEXT];
+    uint32_t ids[40 * 24 * 24];
+    ASSERT(two_balls(&v) && save(&v, in_folder("two.nii")));
+    for (size_t n = 0; n < volume_voxels(&v); ++n) ids[n] = v.data[n] > 50.0f ? v.data[n] > 150.0f ? 4000000001u : 4000000000u : 0;
+    ASSERTm(error, volume_write(in_folder("ids.nii.gz"), &v, VOLUME_UINT32, ids, error));
+    snprintf(words, sizeof words, "%s --level 50 --init mask --mask %s --mask-label 4000000000;4000000001 --steps 5 --no-pictures --out %s",
+             in_folder("two.nii"), in_folder("ids.nii.gz"), in_folder("ids"));
+    ASSERT_EQ(0, call(words));
+    ASSERTm(error, volume_read_labels(in_folder("ids/labels.nii.gz"), 0, NULL, &found, error));
+    ASSERT_EQ(4000000000u, found.ids[voxel_at(&v, 11, 12, 12)]);
+    ASSERT_EQ(4000000001u, found.ids[voxel_at(&v, 29, 12, 12)]);
+    ASSERT_EQ(0, access(in_folder("ids/surface_4000000001.ply"), R_OK));
+    ASSERT(access(in_folder("ids/slices.png"), R_OK) != 0 && access(in_folder("ids/film_4000000000.png"), R_OK) != 0);
+    ASSERTm(error, volume_read_labels(in_folder("ids.nii.gz"), 0, NULL, &mask, error));
+    volume_free(&mask);
+    volume_free(&found);
+    volume_free(&v);
+    PASS();
+}
+
 /* All four shapes, with every force, find the brighter ball; and a level set alone comes to rest at the same place. */
 TEST every_start_and_every_force_find_the_ball(void)
 {
@@ -626,6 +650,8 @@ TEST wrong_words_and_bad_images_are_refused(void)
                                         "--init cube --init-mesh m",
                                         "--window 1,2 --dark",
                                         "--window 1,2 --level 1",
+                                        "--no-pictures",
+                                        "--init mask --mask m --mask-label 1;2;3;4;5;6;7;8;9;1;2;3;4;5;6;7;8;9;1;2;3;4;5;6;7;8;9;1;2;3;4;5;6",
                                         "--window 1,2;3,4 --reference r --label 5"};
     struct volume v;
     char words[1024];
@@ -672,6 +698,7 @@ int main(int argc, char **argv)
     RUN_TEST(mirror_is_found);
     RUN_TEST(level_set_alone_grows_shrinks_and_rests);
     RUN_TEST(level_set_alone_shrinks_by_curvature);
+    RUN_TEST(labels_of_32_bits_are_written_without_pictures);
     RUN_TEST(two_windows_make_one_map_in_the_format_of_the_input);
     RUN_TEST(every_start_and_every_force_find_the_ball);
     RUN_TEST(mirrored_mask_finds_the_other_side);

@@ -263,6 +263,53 @@ TEST written_files_come_back(void)
 
 /* ---- broken ones ---- */
 
+/* Labels in the voxels of an image, stored along axes that are exchanged and turned around, or beside them by less than a tenth of a
+ * voxel, are those of the image; other grids are refused with what differs. */
+TEST labels_are_laid_on_the_grid_of_their_image(void)
+{
+    const int dims[3] = {NX, NY, NZ}, other[3] = {NZ, NX, NY};
+    const float spacing[3] = {0.7f, 1.3f, 2.9f}, exchanged[3] = {2.9f, 0.7f, 1.3f}, origin[3] = {-12.25f, 7.5f, 101.0f};
+    struct volume image, stored, laid;
+    uint32_t ids[COUNT];
+    ASSERT(volume_create(dims, spacing, origin, &image));
+    ASSERT(volume_create(other, exchanged, origin, &stored));
+    memset(stored.affine, 0, sizeof stored.affine);
+    stored.affine[2][0] = -2.9, stored.affine[0][1] = 0.7, stored.affine[1][2] = -1.3, stored.affine[3][3] = 1.0;
+    stored.affine[0][3] = (double)origin[0];
+    stored.affine[1][3] = (double)origin[1] + 1.3 * (NY - 1);
+    stored.affine[2][3] = (double)origin[2] + 2.9 * (NZ - 1);
+    for (int n = 0; n < COUNT; ++n) {
+        const int k = NZ - 1 - n % NZ, i = n / NZ % NX, j = NY - 1 - n / (NZ * NX);
+        ids[n] = 4000000000u + (uint32_t)(i + NX * (j + NY * k));
+    }
+    ASSERTm(error, volume_write(in_folder("turned.nii.gz"), &stored, VOLUME_UINT32, ids, error));
+    ASSERTm(error, volume_read_like(&image, "the image", in_folder("turned.nii.gz"), -1, &laid, error));
+    ASSERT(volume_same_grid(&image, &laid));
+    for (uint32_t n = 0; n < COUNT; ++n) ASSERT_EQ(4000000000u + n, laid.ids[n]);
+    ASSERTm(laid.warning, strstr(laid.warning, "another orientation than the image"));
+    volume_free(&laid);
+    volume_free(&stored);
+    const struct {
+        float shift;
+        const char *note;
+    } cases[] = {{0.01f, "up to 0.01 mm beside the grid of the image"}, {0.3f, "not on the grid of the image: its first voxel lies at -11.95,"}};
+    for (int c = 0; c < 2; ++c) {
+        ASSERT(volume_create(dims, spacing, (const float[3]){origin[0] + cases[c].shift, origin[1], origin[2]}, &stored));
+        ASSERTm(error, volume_write(in_folder("beside.nii"), &stored, VOLUME_UINT32, ids, error));
+        ASSERT_EQ(c == 0, volume_read_like(&image, "the image", in_folder("beside.nii"), -1, &laid, error));
+        ASSERTm(c == 0 ? laid.warning : error, strstr(c == 0 ? laid.warning : error, cases[c].note));
+        volume_free(&laid);
+        volume_free(&stored);
+    }
+    ASSERT(volume_create(other, exchanged, origin, &stored));
+    ASSERTm(error, volume_write(in_folder("other.nii"), &stored, VOLUME_UINT32, ids, error));
+    ASSERT_FALSE(volume_read_like(&image, "the image", in_folder("other.nii"), -1, &laid, error));
+    ASSERTm(error, strstr(error, "voxels, not"));
+    volume_free(&stored);
+    volume_free(&image);
+    PASS();
+}
+
 TEST damaged_packed_data_are_noticed(void)
 {
     uint8_t bytes[COUNT] = {1, 2, 3, 4, 5};
@@ -516,6 +563,7 @@ int main(int argc, char **argv)
     RUN_TEST(channels_and_times_are_frames);
     RUN_TEST(frames_are_chosen);
     RUN_TEST(written_files_come_back);
+    RUN_TEST(labels_are_laid_on_the_grid_of_their_image);
     RUN_TEST(damaged_packed_data_are_noticed);
     RUN_TEST(bad_headers_end_in_one_line);
     RUN_TEST(collection_of_bad_files);

@@ -1,6 +1,7 @@
 #define _POSIX_C_SOURCE 200809L
 
 #include "base/write_error.h"
+#include "imaging/resample.h"
 #include "imaging/volume_format.h"
 #include "imaging/volume_nifti.h"
 
@@ -393,6 +394,102 @@ bool volume_read_companion(const char *path, int frame, struct volume *volume, c
     return read_one(path, frame, NULL, KEEP_IDS, volume, error);
 }
 
+/* How the voxels of one grid lie among those of another. */
+struct placement_of {
+    float map[3][4];    /* from voxels of the one to those of the other */
+    float furthest;     /* from the middle of a voxel, in voxels; INFINITY: one lies outside */
+    double millimetres; /* the same */
+    bool turned;        /* the axes are others, or point the other way */
+};
+
+/* The corners of the box bound all voxels. */
+static void find_placement(const struct volume *like, const struct volume *volume, struct placement_of *at)
+{
+    resample_map(like, NULL, volume, at->map);
+    at->furthest = 0.0f;
+    at->millimetres = 0.0;
+    at->turned = false;
+    for (int a = 0; a < 3; ++a) {
+        at->turned = at->turned || !(at->map[a][a] > 0.5f);
+    }
+    for (int corner = 0; corner < 8; ++corner) {
+        float x[3];
+        double square = 0.0;
+        resample_place((const float(*)[4])at->map, corner & 1 ? like->dims[0] - 1 : 0, corner & 2 ? like->dims[1] - 1 : 0,
+                       corner & 4 ? like->dims[2] - 1 : 0, x);
+        for (int a = 0; a < 3; ++a) {
+            const float middle = roundf(x[a]), beside = fabsf(x[a] - middle);
+            const bool inside = middle >= 0.0f && middle <= (float)(volume->dims[a] - 1);
+            at->furthest = inside ? fmaxf(at->furthest, beside) : INFINITY;
+            square += (double)(beside * volume->spacing[a]) * (double)(beside * volume->spacing[a]);
+        }
+        at->millimetres = fmax(at->millimetres, sqrt(square));
+    }
+    at->furthest = volume_voxels(like) == volume_voxels(volume) ? at->furthest : INFINITY;
+}
+
+/* Replaces the voxels by those that lie nearest to the voxels of `like`, and the grid by that of `like`. */
+static bool take_nearest(const struct volume *like, const struct placement_of *at, struct volume *volume)
+{
+    const size_t total = volume_voxels(like);
+    float *data = malloc(total * sizeof *data);
+    uint32_t *ids = volume->ids ? malloc(total * sizeof *ids) : NULL;
+    if (!data || (volume->ids && !ids)) {
+        free(data);
+        free(ids);
+        return false;
+    }
+    for (size_t n = 0; n < total; ++n) {
+        int place[3];
+        float x[3];
+        volume_place(like->dims, n, place);
+        resample_place((const float(*)[4])at->map, place[0], place[1], place[2], x);
+        const size_t from = (size_t)lroundf(x[0])
+            + (size_t)volume->dims[0] * ((size_t)lroundf(x[1]) + (size_t)volume->dims[1] * (size_t)lroundf(x[2]));
+        data[n] = volume->data[from];
+        if (ids) {
+            ids[n] = volume->ids[from];
+        }
+    }
+    free(volume->data);
+    free(volume->ids);
+    if (volume->header) { /* of the grid that it had */
+        nifti_image_free((nifti_image *)volume->header);
+    }
+    volume->data = data;
+    volume->ids = ids;
+    volume->header = NULL;
+    memcpy(volume->dims, like->dims, sizeof volume->dims);
+    memcpy(volume->spacing, like->spacing, sizeof volume->spacing);
+    memcpy(volume->origin, like->origin, sizeof volume->origin);
+    memcpy(volume->direction, like->direction, sizeof volume->direction);
+    memcpy(volume->affine, like->affine, sizeof volume->affine);
+    return true;
+}
+
+/* Puts into `error` in what a grid differs: sizes, voxels, or place. */
+static void what_differs(const struct volume *like, const struct volume *volume, const struct placement_of *at, const char *name,
+                         const char *path, char error[VOLUME_TEXT])
+{
+    const int *d = volume->dims, *e = like->dims;
+    const float *s = volume->spacing, *t = like->spacing;
+    float largest = 0.0f;
+    for (int a = 0; a < 3; ++a) {
+        largest = fmaxf(largest, fabsf(s[a] - t[a]) / t[a]);
+    }
+    if (memcmp(d, e, 3 * sizeof *d) != 0) {
+        volume_error(error, "%.120s: not on the grid of %s: %d x %d x %d voxels, not %d x %d x %d", path, name, d[0], d[1], d[2], e[0],
+                     e[1], e[2]);
+    } else if (largest > 1e-3f) {
+        volume_error(error, "%.120s: not on the grid of %s: voxels of %g x %g x %g mm, not %g x %g x %g", path, name, (double)s[0],
+                     (double)s[1], (double)s[2], (double)t[0], (double)t[1], (double)t[2]);
+    } else {
+        volume_error(error, "%.120s: not on the grid of %s: its first voxel lies at %g,%g,%g mm, not %g,%g,%g%s", path, name,
+                     (double)volume->origin[0], (double)volume->origin[1], (double)volume->origin[2], (double)like->origin[0],
+                     (double)like->origin[1], (double)like->origin[2], at->turned ? ", along other axes" : "");
+    }
+}
+
 bool volume_read_like(const struct volume *like, const char *name, const char *path, int frame, struct volume *volume,
                       char error[VOLUME_TEXT])
 {
@@ -402,8 +499,25 @@ bool volume_read_like(const struct volume *like, const char *name, const char *p
     if (volume_same_grid(volume, like)) {
         return true;
     }
+    struct placement_of at;
+    find_placement(like, volume, &at);
+    if (at.furthest <= 0.1f) {
+        if (!take_nearest(like, &at, volume)) {
+            volume_free(volume);
+            return volume_error(error, "%.200s: not enough memory", path);
+        }
+        char note[VOLUME_TEXT];
+        if (at.turned) {
+            snprintf(note, sizeof note, "stored in another orientation than %s: put into its order", name);
+        } else {
+            snprintf(note, sizeof note, "up to %.2g mm beside the grid of %s: taken by nearest voxels", at.millimetres, name);
+        }
+        volume_add_warning(volume, note);
+        return true;
+    }
+    what_differs(like, volume, &at, name, path, error);
     volume_free(volume);
-    return volume_error(error, "%.200s: not on the grid of %s", path, name);
+    return false;
 }
 
 static int compare_floats(const void *a, const void *b)

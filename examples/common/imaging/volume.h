@@ -72,7 +72,8 @@ bool volume_read_one(const char *path, int frame, const char *option, struct vol
 /* Reads a file that belongs to frame `frame` of an image (-1: to its only one), such as a label map: the file's only image, or the
  * same frame of several; with ids, where it has any. */
 bool volume_read_companion(const char *path, int frame, struct volume *volume, char error[VOLUME_TEXT]);
-/* Does the same, and refuses a file that is not on the grid of `like`, which the error calls `name`. */
+/* Does the same on the grid of `like`, which messages call `name`. A file whose voxels are those of `like` to a tenth of a voxel, or the
+ * same in another order, is resampled by nearest neighbours, with a warning; another one is refused with what differs. */
 bool volume_read_like(const struct volume *like, const char *name, const char *path, int frame, struct volume *volume,
                       char error[VOLUME_TEXT]);
 
