@@ -4,6 +4,7 @@
 #include "base/json.h"
 #include "base/progress.h"
 #include "base/vec3.h"
+#include "springls/mesh_followed.h"
 #include "springls/model_pictures.h"
 #include "springls/run_options.h"
 #include "springls_cl.h"
@@ -14,7 +15,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MAX_SOLIDS = 2, PICTURE = 480 };
+enum { MAX_SOLIDS = 2, PICTURE = 480, EXIT_LOSS = 3 };
 
 struct solid {
     const char *text; /* a file, ball:x,y,z,r or box:x,y,z,half */
@@ -22,6 +23,7 @@ struct solid {
     springls_sphere ball;
     springls_box box;
     struct mesh mesh;
+    struct mesh_followed followed; /* of a file */
     float lower[3], upper[3];
     springls_context *ctx;
     springls_measures measures;
@@ -31,7 +33,7 @@ struct csg {
     struct cli_common common;
     const char *operation, *result, *set;
     double amount;
-    bool keep_volume;
+    bool keep_volume, strict;
     struct solid solids[MAX_SOLIDS];
     int count;
     double spacing;
@@ -164,7 +166,7 @@ static bool paint(struct solid *s, int number, int *triangles)
     return fine;
 }
 
-static bool make_solid(struct solid *s, int number)
+static bool make_solid(struct solid *s, int number, double spacing)
 {
     if (s->is_ball || s->is_box) {
         return (s->is_ball ? springls_set_implicit(s->ctx, springls_implicit_sphere, &s->ball)
@@ -176,8 +178,8 @@ static bool make_solid(struct solid *s, int number)
         triangles[i] = (int)s->mesh.indices[i];
     }
     const bool fine = triangles
-                      && springls_set_mesh(s->ctx, s->mesh.positions, (int)s->mesh.vertex_count, 0, triangles,
-                                           (int)s->mesh.triangle_count, NULL)
+                      && mesh_followed(s->ctx, s->mesh.positions, (int)s->mesh.vertex_count, triangles, (int)s->mesh.triangle_count,
+                                       (float)spacing, &s->followed)
                              == SPRINGLS_OK
                       && paint(s, number, triangles);
     free(triangles);
@@ -315,6 +317,21 @@ static void json_measures(struct json_writer *json, const char *key, const sprin
     json_object_end(json);
 }
 
+static void json_followed(struct json_writer *json, const struct mesh_followed *f)
+{
+    json_object_begin(json, "file");
+    json_integer(json, "parts", f->report.components);
+    json_bool(json, "closed", f->report.closed);
+    json_integer(json, "parts_turned", f->report.parts_turned);
+    json_integer(json, "parts_nested", f->report.parts_nested);
+    json_integer(json, "triangles_dropped", f->report.triangles_dropped);
+    json_integer(json, "bodies", f->bodies);
+    json_number(json, "area_followed", f->area);
+    json_number(json, "area_covered", f->within);
+    json_number(json, "volume_followed", f->volume);
+    json_object_end(json);
+}
+
 static bool write_json(const struct csg *csg, const springls_backend *backend)
 {
     struct json_writer json;
@@ -333,6 +350,9 @@ static bool write_json(const struct csg *csg, const springls_backend *backend)
         json_object_begin(&json, NULL);
         json_string(&json, "name", csg->solids[i].text);
         json_measures(&json, "measures", &csg->solids[i].measures);
+        if (!csg->solids[i].is_ball && !csg->solids[i].is_box) {
+            json_followed(&json, &csg->solids[i].followed);
+        }
         json_object_end(&json);
     }
     json_array_end(&json);
@@ -385,7 +405,7 @@ static bool run(struct csg *csg, springls_backend *backend)
         if (run_create("csg", &desc, &s->ctx) != CLI_CONTINUE) {
             return false;
         }
-        if (!make_solid(s, i) || springls_measure(s->ctx, &s->measures) != SPRINGLS_OK
+        if (!make_solid(s, i, csg->spacing) || springls_measure(s->ctx, &s->measures) != SPRINGLS_OK
             || (csg->common.out && !draw_solid(csg, i, &camera))) {
             return report_failure(s->text, s->ctx);
         }
@@ -414,8 +434,32 @@ static bool run(struct csg *csg, springls_backend *backend)
     return true;
 }
 
+/* Names the files of which the model follows little. Returns whether there are any. */
+static bool warn_of_losses(const struct csg *csg)
+{
+    bool any = false;
+    for (int i = 0; i < csg->count; ++i) {
+        const struct solid *s = &csg->solids[i];
+        char text[256];
+        if (!s->followed.little) {
+            continue;
+        }
+        mesh_followed_text(&s->followed, text, sizeof text);
+        fprintf(stderr, "csg: warning: %s: %s: %s\n", s->text, text, mesh_followed_advice(&s->followed));
+        any = true;
+    }
+    return any;
+}
+
 static void print(const struct csg *csg)
 {
+    for (int i = 0; i < csg->count; ++i) {
+        char text[256];
+        if (csg->solids[i].followed.report.springls) {
+            mesh_followed_text(&csg->solids[i].followed, text, sizeof text);
+            printf("%-14s %s\n", csg->solids[i].text, text);
+        }
+    }
     for (int i = 0; i < csg->count; ++i) {
         const springls_measures *m = &csg->solids[i].measures;
         printf("%-14s volume %.6g, area %.6g, components %d, Euler number %d\n", i == 0 ? "first" : "second", m->volume, m->area,
@@ -477,6 +521,8 @@ int main(int argc, char **argv)
     const struct cli_option table[] = {
         {"amount", CLI_DOUBLE, &csg.amount, "X", "offset: distance, negative to shrink; smooth: length; unit of the solids", -1e6,
          1e6, NULL},
+        {"strict", CLI_FLAG, &csg.strict, NULL, "exit status 3 where a file falls apart, or a tenth of its area or volume is lost", 0.0,
+         0.0, NULL},
         {"keep-volume", CLI_FLAG, &csg.keep_volume, NULL, "smooth: every component keeps its volume", 0.0, 0.0, NULL},
         {"result", CLI_RESULT, &csg.result, "FILE", "PLY, OBJ, STL or GLB, by its extension (default: csg.ply in --out)", 0.0, 0.0,
          NULL},
@@ -534,7 +580,8 @@ int main(int argc, char **argv)
     }
     fine = fine && (!csg.result || write_result(&csg)) && (!csg.common.out || write_picture(&csg))
            && (!csg.common.json || write_json(&csg, backend));
+    const int end = !fine ? CLI_EXIT_FAILURE : warn_of_losses(&csg) && csg.strict ? EXIT_LOSS : CLI_EXIT_OK;
     free_all(&csg);
     springls_cl_destroy(backend);
-    return fine ? CLI_EXIT_OK : CLI_EXIT_FAILURE;
+    return end;
 }

@@ -117,19 +117,35 @@ static struct solid_facts facts_of(const char *path)
 }
 
 /* Writes a block of this size with its lowest corner at `at`, in one color. */
+static void put_block(const float at[3], const float size[3], uint32_t number, float corners[24], uint32_t faces[36])
+{
+    static const uint32_t face[36] = {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
+                                      2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
+    for (int i = 0; i < 24; ++i) corners[i] = at[i % 3] + (i / 3 >> i % 3 & 1 ? size[i % 3] : 0.0f);
+    for (int i = 0; i < 36; ++i) faces[i] = face[i] + 8 * number;
+}
+
 static bool write_block(const char *path, const float at[3], const float size[3], const float color[3])
 {
-    static const uint32_t faces[36] = {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
-                                       2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
+    uint32_t faces[36];
     float corners[24], colors[24];
     char error[MESH_TEXT];
-    for (int i = 0; i < 24; ++i) {
-        corners[i] = at[i % 3] + (i / 3 >> i % 3 & 1 ? size[i % 3] : 0.0f);
-        colors[i] = color ? color[i % 3] : 0.0f;
-    }
+    put_block(at, size, 0, corners, faces);
+    for (int i = 0; i < 24; ++i) colors[i] = color ? color[i % 3] : 0.0f;
     const struct mesh_arrays block = {
         .positions = corners, .vertex_count = 8, .indices = faces, .triangle_count = 12, .colors = color ? colors : NULL};
     return mesh_write(path, &block, error);
+}
+
+static bool write_two_blocks(const char *path, const float at[3], const float size[3], const float other[3], const float its_size[3])
+{
+    uint32_t faces[72];
+    float corners[48];
+    char error[MESH_TEXT];
+    put_block(at, size, 0, corners, faces);
+    put_block(other, its_size, 1, corners + 24, faces + 36);
+    const struct mesh_arrays blocks = {.positions = corners, .vertex_count = 16, .indices = faces, .triangle_count = 24};
+    return mesh_write(path, &blocks, error);
 }
 
 /* Writes a ring around z: radius 2, thickness 1.4. */
@@ -221,6 +237,27 @@ TEST holes_shells_and_parts_are_counted(void)
         ASSERT_EQm(cases[c].operation, cases[c].euler, facts.euler);
         ASSERT_EQ(0, facts.open_edges);
     }
+    PASS();
+}
+
+/* A block with a floor half a voxel thin below it loses the floor: a warning, and exit status 3 with --strict. Where a part lies inside
+ * another nothing is lost. */
+TEST what_is_lost_is_named(void)
+{
+    const float zero[3] = {0.0f, 0.0f, 0.0f}, one[3] = {1.0f, 1.0f, 1.0f}, below[3] = {0.0f, 0.0f, -0.5f}, flat[3] = {1.0f, 1.0f, 0.01f};
+    const float inner[3] = {0.4f, 0.4f, 0.4f}, small[3] = {0.2f, 0.2f, 0.2f};
+    char lossy[512], fine[512], kept[512];
+    snprintf(kept, sizeof kept, "%s", scratch("kept.ply"));
+    snprintf(lossy, sizeof lossy, "%s", scratch("lossy.obj"));
+    snprintf(fine, sizeof fine, "%s", scratch("fine.obj"));
+    ASSERT(write_two_blocks(lossy, zero, one, below, flat) && write_two_blocks(fine, zero, one, inner, small));
+    const char *const strict[] = {"--grid", "48", "--result", kept, "--quiet", "--strict", NULL};
+    const char *const lax[] = {"--grid", "48", "--result", kept, "--quiet", NULL};
+    ASSERT_EQ(3, run_csg("remesh", lossy, NULL, strict));
+    ASSERT(strstr(complaint(), "try a finer --grid"));
+    ASSERT(is_there(kept));
+    ASSERT_EQ(CLI_EXIT_OK, run_csg("remesh", lossy, NULL, lax));
+    ASSERT_EQ(CLI_EXIT_OK, run_csg("remesh", fine, NULL, strict));
     PASS();
 }
 
@@ -365,6 +402,7 @@ int main(int argc, char **argv)
     if (!mkdtemp(folder)) return 1;
     RUN_TEST(cubes_have_the_volumes_of_arithmetic);
     RUN_TEST(holes_shells_and_parts_are_counted);
+    RUN_TEST(what_is_lost_is_named);
     RUN_TEST(a_file_with_itself);
     RUN_TEST(empty_results_leave_no_file);
     RUN_TEST(bad_files_are_named);
