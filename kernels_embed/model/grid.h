@@ -59,10 +59,15 @@ SPRINGLS__MATHS int springls__place_of_plane(const springls__grid *g, int axis, 
     return g->plane[(3 + axis) * SPRINGLS__MOST_PLANES + plane];
 }
 
-/* Returns whether a place along an axis, counted in bricks, is in a group that is kept. */
+/* Returns whether a place along an axis, counted in bricks, is in a group that is kept. The word is selected, not indexed: groups
+   are a kernel's argument, which Mesa reads at one index for several work items. */
 SPRINGLS__MATHS bool springls__keeps_place(const springls__brick_groups *groups, int axis, int place)
 {
-    return (groups->kept[axis * SPRINGLS__GROUP_WORDS + (place >> 7)] >> ((place >> 2) & 31) & 1u) != 0u;
+    uint32_t word = 0u;
+    int w;
+    for (w = 0; w < SPRINGLS__GROUP_WORDS; w++)
+        if (place >> 7 == w) word = groups->kept[axis * SPRINGLS__GROUP_WORDS + w];
+    return (word >> ((place >> 2) & 31) & 1u) != 0u;
 }
 
 /* Returns whether the top table has an entry for a brick, at a place counted in bricks, alone. */

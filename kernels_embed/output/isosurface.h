@@ -199,9 +199,10 @@ SPRINGLS__MATHS void springls__surface_cube(const springls__model *model, const 
     SPRINGLS__GLOBAL springls__v3 *positions = springls__surface_positions(model);
     SPRINGLS__GLOBAL int *corners = springls__surface_corners(model) + 3 * (size_t)first;
     const int mask = springls__cube_case(cube), *o = range->origin;
+    const int count = 3 * springls__mc_count(mask);
     int place = (int)springls__vertices_before(model)[i] + springls__cube_first(cube), vertex[12], k;
     uint32_t seen = 0u;
-    for (k = 0; k < 3 * springls__mc_count(mask); k++) {
+    for (k = 0; k < count; k++) {
         int edge = springls__mc_edge(mask, 0, k);
         if (!(seen >> edge & 1u) && springls__cube_owns(cube, edge)) {
             positions[place] = springls__cube_vertex(range, cell, x, y, z, edge);

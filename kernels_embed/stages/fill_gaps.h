@@ -51,9 +51,10 @@ SPRINGLS__MATHS uint32_t springls__exposed_triangles(const springls__model *mode
                                                      springls__mc_cell cell, int x, int y, int z,
                                                      springls__exposure_arguments distance)
 {
-    int mask = springls__mc_case(cell), k;
+    const int mask = springls__mc_case(cell), count = springls__mc_count(mask);
     uint32_t bits = 0u;
-    for (k = 0; k < springls__mc_count(mask); k++) {
+    int k;
+    for (k = 0; k < count; k++) {
         springls__tri t = springls__cube_triangle(range, cell, mask, x, y, z, k);
         if (springls__is_exposed(model, springls__tri_centroid(t), springls__tri_normal(t), distance)) bits |= 1u << k;
     }

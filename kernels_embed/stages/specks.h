@@ -432,10 +432,10 @@ SPRINGLS__MATHS int springls__cube_volume6(const springls__grid *g, const spring
                                            const int tip[3])
 {
     const springls__mc_cell cell = springls__grid_cube(g, cube[0], cube[1], cube[2]);
-    const int mask = springls__mc_case(cell);
+    const int mask = springls__mc_case(cell), count = springls__mc_count(mask);
     springls__v3 p[3];
     int volume = 0, t, m, edge, corner, at[3];
-    for (t = 0; t < springls__mc_count(mask); t++) {
+    for (t = 0; t < count; t++) {
         for (m = 0; m < 3; m++) {
             edge = springls__mc_edge(mask, t, m);
             p[m] = springls__mc_point(cube[0] - tip[0], cube[1] - tip[1], cube[2] - tip[2], edge,
