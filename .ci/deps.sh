@@ -127,7 +127,9 @@ for group in $(printf '%s\n' "$@" | sed "s/^examples\$/$programs/; s/^bench\$/$p
         headers="$headers
             OGRE/Ogre.h libogre-1.12-dev" ;;
     packages)   # what finds the library for a program
-        for command in cmake gdb meson pkg-config; do need_command $command $command; done ;;
+        for command in cmake gdb meson pkg-config; do need_command $command $command; done
+        [ -x /usr/bin/python3 ] && /usr/bin/python3 -c 'import cffi, numpy, venv' 2> /dev/null ||
+            for package in python3 python3-cffi python3-numpy; do need $package; done ;;
     opencl)   # a device that every machine can have: its processors, by PoCL
         headers="$headers
             CL/cl.h opencl-headers"

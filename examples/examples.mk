@@ -99,6 +99,10 @@ build/python/springls.h: springls.h build/python/settings
 	@cp $< $@
 build/python/%.py: examples/python/%.py build/python/settings
 	@cp $< $@
+wheel: springls.h | deps-python   ## a wheel of Python's module, for pip, and the archive of its sources: build/python
+	@mkdir -p build/python
+	@CC="$(CC)" /usr/bin/python3 packages/python/backend.py sdist build/python
+	@CC="$(CC)" /usr/bin/python3 packages/python/backend.py wheel build/python
 
 # The viewer's sources without window and files, for a browser; and for this machine without drawing, to print the hashes that the
 # page compares with. All is in one text, so that the page opens from a disk. Emscripten wants modules of Debian's Node. The SLP

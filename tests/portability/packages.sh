@@ -79,6 +79,31 @@ conan_recipe() {
     else /usr/bin/python3 -c 'import sys; compile(open(sys.argv[1]).read(), sys.argv[1], "exec")' "$root/packages/conan/conanfile.py"; fi
 }
 
+# The archive of Python's module, the wheel that is built from it, and the module in an environment of its own: by pip where there is
+# one, else by what pip does. Nothing is fetched.
+wheel() {
+    local python=/usr/bin/python3 backend=$root/packages/python/backend.py built
+    export CFLAGS=-O1
+    $python "$backend" sdist . && tar xzf "springls-$version.tar.gz" &&
+        built=$($python "springls-$version/backend.py" wheel .) && [ "$(wc -c < "$built")" -le 3000000 ] &&
+        $python -m venv --system-site-packages --without-pip environment || return 1
+    if $python -m pip --version; then environment/bin/python -m pip install --no-index --no-deps "./$built"
+    else $python -m zipfile -e "$built" "$(environment/bin/python -c 'import sysconfig; print(sysconfig.get_path("platlib"))')"; fi || return 1
+    cd environment && bin/python -c '
+import os, sys, springls
+assert springls.__file__.startswith(sys.prefix + os.sep), springls.__file__
+model = springls.Model((32, 32, 32))
+model.set_implicit(lambda x: ((x - 16) ** 2).sum(axis=1) ** .5 - 8)
+model.step(dt=1, velocity=lambda x, time: x * 0 + [1, 0, 0])
+print(model.measure().volume)
+assert abs(model.measure().volume / 2144.66 - 1) < .01'
+}
+
+# The same by pip, as a user would.
+pip_wheel() {
+    CFLAGS=-O1 "$1" -m pip wheel --no-index --no-deps --wheel-dir wheels "$root/packages/python" && ls wheels/*.whl
+}
+
 # The printers of gdb on a program that has stopped; and all that Visual Studio would evaluate, which gdb can as well.
 debugger() {
     ${CC:-cc} -std=c99 -g -O0 "-I$root" minimal.c -o program -lm || return 1
@@ -102,5 +127,8 @@ fi
 if command -v meson > /dev/null; then check meson-wrap meson_wrap; check meson-installed meson_installed; fi
 if command -v pkg-config > /dev/null; then check pkg-config pkg_config; fi
 check conan conan_recipe
+if /usr/bin/python3 -c 'import cffi, numpy, venv' 2> /dev/null; then check wheel wheel
+else echo 'skip wheel: the system has no Python with cffi, numpy and venv (python3-cffi, python3-numpy)'; fi
+if python3 -m pip --version > /dev/null 2>&1; then check pip-wheel pip_wheel python3; else echo 'skip pip-wheel: there is no pip'; fi
 echo "$passed passed, $failed failed"
 [ $failed = 0 ]
