@@ -208,7 +208,7 @@ typedef void *springls__cl_symbol;
     X(Finish, cl_int, (cl_command_queue))
 
 typedef enum springls__collective {
-#define SPRINGLS__COLLECTIVE_NUMBER(name, program, task) SPRINGLS__COLLECTIVE_##name,
+#define SPRINGLS__COLLECTIVE_NUMBER(name, program, grain) SPRINGLS__COLLECTIVE_##name,
     SPRINGLS__COLLECTIVES(SPRINGLS__COLLECTIVE_NUMBER)
 #undef SPRINGLS__COLLECTIVE_NUMBER
     SPRINGLS__COLLECTIVE_COUNT

@@ -135,6 +135,11 @@ for group in $(printf '%s\n' "$@" | sed "s/^examples\$/$programs/; s/^bench\$/$p
             CL/cl.h opencl-headers"
         need_library libOpenCL.so.1 ocl-icd-libopencl1
         need_file /etc/OpenCL/vendors/pocl.icd pocl-opencl-icd ;;
+    rusticl)   # an OpenCL of another make, on the processors
+        headers="$headers
+            CL/cl.h opencl-headers"
+        need_library libOpenCL.so.1 ocl-icd-libopencl1
+        need_file /etc/OpenCL/vendors/rusticl.icd mesa-opencl-icd ;;
     oclgrind)   # a device that looks at every access; and clang's sanitizer that does so for C
         headers="$headers
             CL/cl.h opencl-headers"

@@ -35,7 +35,7 @@ $(TEST_DIR)/backend/opencl_stub.so: tests/backend/opencl_stub.c $(TEST_DIR)/sett
 	$(SAY)$(CC) $(TEST_FLAGS) -shared -fPIC -o $@ $<
 
 # The device whose kernels are compiled as C, for sanitizers to watch.
-$(TEST_DIR)/backend/opencl_host.so: tests/backend/opencl_host.c tests/backend/opencl_kernels.c tests/backend/opencl_kernels.h \
+$(TEST_DIR)/backend/emulator.so: tests/backend/emulator.c tests/backend/opencl_kernels.c tests/backend/opencl_kernels.h \
   $(filter kernels_embed/%,$(PARTS_FILES)) $(wildcard kernels_embed/*/*.cl) $(TEST_DIR)/settings
 	@mkdir -p $(@D)
 	$(SAY)$(CC) $(filter-out -M% $@.d,$(TEST_FLAGS)) -shared -fPIC -o $@ $(filter tests/%.c,$^) -lm
@@ -217,7 +217,7 @@ ifneq ($(VARIANT)$(filter 1,$(PARTS)),)
   GROUP_TESTS =
   LIBRARY_TESTS =
 endif
-# And some on the device of opencl_host.so, whose kernels sanitizers watch.
+# And some on the device of emulator.so, whose kernels sanitizers watch.
 ALL_CHECKED   = backend/test_opencl_parity $(if $(filter tsan,$(VARIANT)),,unit/test_lives)
 CHECKED_TESTS = $(if $(filter 1,$(PARTS)),,$(if $(WITH_OPENCL),$(if $(filter quick,$(TESTS)),backend/test_opencl_parity,$(ALL_CHECKED))))
 # Quick, and not too long for ThreadSanitizer: each scenario as a whole, not kernel by kernel.
@@ -249,8 +249,8 @@ build/test/device/report: tests/device/report.c build/test/settings | springls.h
 	@echo "  run $< on OpenCL"; SPRINGLS_TEST_BACKEND=cpu tests/run.sh $@ $<
 %.group.log: % FORCE
 	@echo "  run $< on OpenCL, in groups"; SPRINGLS_TEST_BACKEND=group tests/run.sh $@ $<
-%.checked.log: % $(TEST_DIR)/backend/opencl_host.so FORCE
-	@echo "  run $< on a checked device"; SPRINGLS_TEST_BACKEND=gpu SPRINGLS_TEST_LIBRARY=$(TEST_DIR)/backend/opencl_host.so \
+%.checked.log: % $(TEST_DIR)/backend/emulator.so FORCE
+	@echo "  run $< on a checked device"; SPRINGLS_TEST_BACKEND=gpu SPRINGLS_TEST_LIBRARY=$(TEST_DIR)/backend/emulator.so \
 	  tests/run.sh $@ $< $(if $(filter %/test_opencl_parity,$<),$(CHECKED_PART))
 %.log: % FORCE
 	@echo "  run $<"; tests/run.sh $@ $<
@@ -266,7 +266,7 @@ test-run: $(FIRST_OPENCL_LOG) $(SCALAR_LOGS) $(NO_SIMD_LOGS) $(OPENCL_LOGS) $(GR
 	@tests/report.sh scalar $(SCALAR_LOGS) $(if $(NO_SIMD_LOGS),-- no-simd $(NO_SIMD_LOGS)) $(if $(OPENCL_LOGS),-- opencl $(OPENCL_LOGS)) \
 	  $(if $(GROUP_LOGS),-- opencl-groups $(GROUP_LOGS)) $(if $(CHECKED_LOGS),-- checked $(CHECKED_LOGS))
 
-test-build: $(addprefix $(TEST_DIR)/,$(sort $(PLAIN_TESTS) $(DEVICE_TESTS) $(CHECKED_TESTS) $(if $(CHECKED_TESTS),backend/opencl_host.so))) $(patsubst %/same_hashes,%/hashes,$(LIBRARY_TESTS:%=$(TEST_DIR)-no-simd/%))   ## build the tests (WITH_LIBRARIES=1 WITH_OPENCL=1)
+test-build: $(addprefix $(TEST_DIR)/,$(sort $(PLAIN_TESTS) $(DEVICE_TESTS) $(CHECKED_TESTS) $(if $(CHECKED_TESTS),backend/emulator.so))) $(patsubst %/same_hashes,%/hashes,$(LIBRARY_TESTS:%=$(TEST_DIR)-no-simd/%))   ## build the tests (WITH_LIBRARIES=1 WITH_OPENCL=1)
 
 test: TESTS ?= quick
 # All groups at once where they can all be had; then nothing is missing of each.
@@ -350,6 +350,11 @@ oclgrind: deps-oclgrind springls.h   ## a tiny model on a simulated OpenCL devic
 	@mkdir -p build
 	$(SAY)$(CC) $(STRICT) -O2 -I. -Itests -DSPRINGLS_TEST_OPENCL -o build/opencl_small tests/backend/opencl_small.c tests/library.c $(TEST_LIBS)
 	@tests/backend/oclgrind.sh build/opencl_small
+
+# Without Rusticl that is skipped (77), which is no failure.
+rusticl: deps-rusticl   ## kernels on Mesa's Rusticl, which divides in another way than C: results within a tolerance (GRIDS="32 64")
+	@$(MAKE) --no-print-directory WITH_OPENCL=1 WITH_LIBRARIES=1 build/leveque build/test/backend/test_opencl_tolerance
+	@tests/backend/rusticl.sh build/test/backend/test_opencl_tolerance build/leveque || [ $$? = 77 ]
 
 device: deps-opencl   ## what the OpenCL device of this machine does, cold and cached, beside scalar code (PAGE=docs/gpu.md writes the page)
 	@$(MAKE) --no-print-directory WITH_OPENCL=1 WITH_LIBRARIES=1 $(DEVICE_PROGRAMS)

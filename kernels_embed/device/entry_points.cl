@@ -24,7 +24,7 @@
 #define SPRINGLS__IN_SURFACE SPRINGLS__IN_LISTS
 #endif
 
-#define SPRINGLS__HEAD(name)                                                                                                     \
+#define SPRINGLS__SIGNATURE(name)                                                                                                \
     __kernel void springls_##name(SPRINGLS__ARRAYS(SPRINGLS__ARGUMENT) springls__shape shape, springls_params params,            \
                                   springls__arguments args, int count, int grain)
 
@@ -37,7 +37,7 @@
 
 /* Defines kernel springls_name: springls__name_element for every element before `count`, `grain` of them a work item. */
 #define SPRINGLS__DEFINE(name, floats)                                                                                           \
-    SPRINGLS__HEAD(name)                                                                                                         \
+    SPRINGLS__SIGNATURE(name)                                                                                                    \
     {                                                                                                                            \
         SPRINGLS__BEGIN((int)get_global_id(0))                                                                                   \
         model.group = springls__alone();                                                                                         \
@@ -46,7 +46,7 @@
 
 /* Defines one for bricks: `grain` of them a work group, whose items share `memory`. */
 #define SPRINGLS__DEFINE_BRICK(name, floats)                                                                                     \
-    SPRINGLS__HEAD(name)                                                                                                         \
+    SPRINGLS__SIGNATURE(name)                                                                                                    \
     {                                                                                                                            \
         __local float memory[floats];                                                                                            \
         SPRINGLS__BEGIN((int)get_group_id(0))                                                                                    \
@@ -58,7 +58,7 @@
 /* Defines one that does several elements at once where a work item has several: on a processor. */
 #if defined(SPRINGLS__ON_PROCESSOR)
 #define SPRINGLS__DEFINE_SIMD(name, floats)                                                                                      \
-    SPRINGLS__HEAD(name)                                                                                                         \
+    SPRINGLS__SIGNATURE(name)                                                                                                    \
     {                                                                                                                            \
         SPRINGLS__BEGIN((int)get_global_id(0))                                                                                   \
         model.group = springls__alone();                                                                                         \
@@ -68,10 +68,10 @@
 #define SPRINGLS__DEFINE_SIMD SPRINGLS__DEFINE
 #endif
 
-#define SPRINGLS__ENTRY(name, program, task, writes) SPRINGLS__IN_##program(SPRINGLS__DEFINE, name, 0)
-#define SPRINGLS__SIMD_ENTRY(name, program, task, writes) SPRINGLS__IN_##program(SPRINGLS__DEFINE_SIMD, name, 0)
-#define SPRINGLS__BRICK_ENTRY(name, program, task, writes, floats) SPRINGLS__IN_##program(SPRINGLS__DEFINE_BRICK, name, floats)
-#define SPRINGLS__COLLECTIVE_ENTRY(name, program, task) SPRINGLS__IN_##program(SPRINGLS__DEFINE, name, 0)
+#define SPRINGLS__ENTRY(name, program, grain, writes) SPRINGLS__IN_##program(SPRINGLS__DEFINE, name, 0)
+#define SPRINGLS__SIMD_ENTRY(name, program, grain, writes) SPRINGLS__IN_##program(SPRINGLS__DEFINE_SIMD, name, 0)
+#define SPRINGLS__BRICK_ENTRY(name, program, grain, writes, floats) SPRINGLS__IN_##program(SPRINGLS__DEFINE_BRICK, name, floats)
+#define SPRINGLS__COLLECTIVE_ENTRY(name, program, grain) SPRINGLS__IN_##program(SPRINGLS__DEFINE, name, 0)
 SPRINGLS__KERNELS(SPRINGLS__ENTRY)
 SPRINGLS__SIMD_KERNELS(SPRINGLS__SIMD_ENTRY)
 SPRINGLS__DEVICE_KERNELS(SPRINGLS__SIMD_ENTRY)

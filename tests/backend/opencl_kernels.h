@@ -1,4 +1,4 @@
-/* opencl_kernels.h - between the device of opencl_host.c and the kernels that it runs (opencl_kernels.c). */
+/* opencl_kernels.h - between the device of emulator.c and the kernels that it runs (opencl_kernels.c). */
 #ifndef OPENCL_KERNELS_H
 #define OPENCL_KERNELS_H
 

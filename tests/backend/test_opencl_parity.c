@@ -70,7 +70,7 @@ FIXTURE springls_status parity_poison(springls_context *ctx)
 
 typedef void (*parity_limit)(cl_mem memory, size_t bytes);
 
-/* Leaves a kernel what is in use of each array, with the springls that it adds; NULL: all of it. opencl_host.c has this for
+/* Leaves a kernel what is in use of each array, with the springls that it adds; NULL: all of it. emulator.c has this for
    AddressSanitizer, real devices have not. */
 FIXTURE void parity_limit_kernel(springls_context *ctx, const springls__kernel_info *kernel, springls__arguments args)
 {

@@ -1,4 +1,4 @@
-/* opencl_host.c - an OpenCL library whose one device is this processor, for tests: its kernels are compiled as C (opencl_kernels.c),
+/* emulator.c - an OpenCL library whose one device is this processor, for tests: its kernels are compiled as C (opencl_kernels.c),
    so that sanitizers watch all that they do. There is no driver and nothing to compile at run time.
    - A buffer is a block of its own, of the size asked for, and so is the memory that a group shares.
    - It is a GPU to the library: 64 items share a brick. Each is a fiber that runs up to a barrier, forwards and backwards in turn.
