@@ -25351,7 +25351,8 @@ typedef struct springls__surface_brick {
     int origin[3], around[27];
     uint32_t first_hit, line_begin[192], line_end[192]; /* hits of line (u & 7) + 8 (v & 7) + 64 axis */
     int first_crossing, first_arc, first_triangle, first_inner;   /* in the arrays of the contour */
-    int triangles, inner, links, ready; /* ready: 1 where kernels have nothing to do any more */
+    int triangles, inner, links, ready, hit, quiet; /* ready: 1 where kernels have nothing to do any more; hit: 1
+                                                     where springls come; quiet: 1 where there are no hits around, either */
     uint32_t inside[16], beside_hits[16], conflict[16];           /* of nodes; of cells: triangles cross */
     int edge_end[1536], face_end[1536];
     uint8_t plain[512];  /* 1: the arcs of the cell's faces have no more corners than they need */
@@ -25602,6 +25603,7 @@ SPRINGLS__MATHS void springls__springl_hits(const springls__model *model, const 
             const int line = 64 * axis + (u & 7) + 8 * (v & 7);
             springls__hit hit;
             if (!springls__disc_meets(&disc, u, v, &hit) || hit.t < first || hit.t >= last) continue;
+            brick->hit = 1;
             if (!store) {
                 brick->line_end[line] += hit.t >= own;
                 continue;
@@ -25617,28 +25619,38 @@ SPRINGLS__MATHS void springls__springl_hits(const springls__model *model, const 
         }
 }
 
+/* Returns whether the disc of springl i may meet the lines of a brick, or those between the nodes before it and its own. */
+SPRINGLS__INNER bool springls__comes_near(const springls__model *model, SPRINGLS__GLOBAL const springls__surface_brick *brick, int i)
+{
+    const springls__v3 p = model->set.s[i].p;
+    const float r = springls__hit_radius(model->set.s[i].bounding_radius);
+    int k;
+    for (k = 0; k < 3; k++) {
+        const float at = springls__along(p, k) - (float)brick->origin[k];
+        if (at + r < -1.0f || at - r > 8.0f) return false;
+    }
+    return true;
+}
+
 /* Counts the hits on the lines of brick b, trimmed ones too, or stores them. Precondition: line_end is 0, or where each line begins. */
 SPRINGLS__MATHS void springls__brick_hits(const springls__model *model, const springls__contour *contour, int b, bool store,
                                           springls__trims *trims)
 {
     SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
     const springls__v3 first = springls__v3_make((float)brick->origin[0], (float)brick->origin[1], (float)brick->origin[2]);
-    const float r = SPRINGLS__LARGEST_HIT_RADIUS, margin = r + 1.0f;
-    const springls__v3 low = springls__v3_make(first.x - margin, first.y - margin, first.z - margin);
-    const springls__v3 high = springls__v3_make(first.x + 8.0f + r, first.y + 8.0f + r, first.z + 8.0f + r);
-    springls__cell_walk walk = springls__cell_walk_begin(model, low, high);
-    springls__box box;
+    const float before = SPRINGLS__LARGEST_HIT_RADIUS + 1.0f, behind = SPRINGLS__LARGEST_HIT_RADIUS + 8.0f;
+    springls__cell_walk walk;
     int i, axis;
-    box.lower = low;
-    box.upper = high;
+    if (store && !brick->hit) return;
+    walk = springls__cell_walk_begin(model, springls__v3_make(first.x - before, first.y - before, first.z - before),
+                                     springls__v3_make(first.x + behind, first.y + behind, first.z + behind));
     while ((i = springls__cell_walk_next(model, &walk)) >= 0) {
-        if (springls__is_overlapped(model, i) || !springls__box_contains(box, model->set.s[i].p)) continue;
+        if (!springls__comes_near(model, brick, i) || springls__is_overlapped(model, i)) continue;
         trims->count = 0;
         if (store && contour->creased[i]) springls__find_trims(model, contour, i, trims);
         for (axis = 0; axis < 3; axis++) springls__springl_hits(model, contour, b, i, axis, trims, store);
     }
 }
-
 
 /* ---- lines ---- */
 
@@ -25905,7 +25917,7 @@ SPRINGLS__MATHS void springls__find_node_sides(const springls__model *model, con
     const springls__grid *g = &model->grid;
     int line, node, at[3];
     for (node = 0; node < 512; node++) work->margin[node] = 0.0f;
-    for (line = 0; line < 192; line++) springls__vote_on_line(model, contour, brick, line, work);
+    for (line = 0; line < 192 && !brick->quiet; line++) springls__vote_on_line(model, contour, brick, line, work);
     for (node = 0; node < 16; node++) brick->inside[node] = 0u;
     for (node = 0; node < 512; node++) {
         float value;
@@ -26132,6 +26144,19 @@ SPRINGLS__MATHS void springls__line_crossings(const springls__model *model, cons
     }
 }
 
+/* Returns whether all nodes of brick b and of the next one along each axis are on one side. */
+SPRINGLS__MATHS bool springls__is_one_sided(const springls__contour *contour, int b)
+{
+    const uint32_t side = contour->brick[b].inside[0];
+    uint32_t other = 0u;
+    int k, axis;
+    for (axis = -1; axis < 3; axis++) {
+        const int next = contour->brick[b].around[axis < 0 ? 13 : axis == 0 ? 14 : axis == 1 ? 16 : 22];
+        for (k = 0; k < 16 && next >= 0; k++) other |= contour->brick[next].inside[k] ^ side;
+    }
+    return (side == 0u || side == 0xffffffffu) && other == 0u;
+}
+
 /* Counts the crossings of the edges of brick b, then sums the counts up; or writes the crossings (`store`). */
 SPRINGLS__MATHS void springls__find_crossings(const springls__model *model, const springls__contour *contour, int b, bool store,
                                               springls__line_work *work)
@@ -26140,6 +26165,7 @@ SPRINGLS__MATHS void springls__find_crossings(const springls__model *model, cons
     int k, sum = 0;
     if (store && brick->edge_end[1535] == 0) return;
     for (k = 0; k < 1536 && !store; k++) brick->edge_end[k] = 0;
+    if (brick->quiet && springls__is_one_sided(contour, b)) return;
     for (k = 0; k < 192; k++) springls__line_crossings(model, contour, b, k, store, work);
     for (k = 0; k < 1536 && !store; k++) brick->edge_end[k] = sum += brick->edge_end[k];
 }
@@ -26166,6 +26192,12 @@ SPRINGLS__MATHS int springls__gather_owned(const springls__contour *contour, SPR
                                            bool arcs, springls__owned *owned)
 {
     int n = 0, sum = 0, k, node, at[3];
+    for (k = 0; k < 8; k++) {
+        const int b = brick->around[13 + (k & 1) + 3 * (k >> 1 & 1) + 9 * (k >> 2)];
+        if (b >= 0) sum += arcs ? contour->brick[b].face_end[1535] : contour->brick[b].edge_end[1535];
+    }
+    if (sum == 0) return 0;
+    sum = 0;
     for (at[2] = 0; at[2] < 9; at[2]++)
         for (at[1] = 0; at[1] < 9; at[1]++)
             for (at[0] = 0; at[0] < 9; at[0]++) {
@@ -27432,6 +27464,12 @@ SPRINGLS__FN springls_status springls__surface_hits(springls__surface_job *job)
     uint64_t sum = 0;
     int b, k;
     SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_COUNT_HITS));
+    for (b = 0; b < job->bricks; b++) {
+        springls__surface_brick *brick = job->contour.brick + b;
+        brick->quiet = 1;
+        for (k = 0; k < 27; k++)
+            if (brick->around[k] >= 0 && job->contour.brick[brick->around[k]].hit) brick->quiet = 0;
+    }
     for (b = 0; b < job->bricks; b++) {
         springls__surface_brick *brick = job->contour.brick + b;
         uint32_t begin = 0;
@@ -39357,7 +39395,8 @@ static const char *const springls__kernel_lines[] = {
     "    int origin[3], around[27];\n",
     "    uint32_t first_hit, line_begin[192], line_end[192]; /* hits of line (u & 7) + 8 (v & 7) + 64 axis */\n",
     "    int first_crossing, first_arc, first_triangle, first_inner;   /* in the arrays of the contour */\n",
-    "    int triangles, inner, links, ready; /* ready: 1 where kernels have nothing to do any more */\n",
+    "    int triangles, inner, links, ready, hit, quiet; /* ready: 1 where kernels have nothing to do any more; hit: 1\n",
+    "                                                     where springls come; quiet: 1 where there are no hits around, either */\n",
     "    uint32_t inside[16], beside_hits[16], conflict[16];           /* of nodes; of cells: triangles cross */\n",
     "    int edge_end[1536], face_end[1536];\n",
     "    uint8_t plain[512];  /* 1: the arcs of the cell's faces have no more corners than they need */\n",
@@ -39608,6 +39647,7 @@ static const char *const springls__kernel_lines[] = {
     "            const int line = 64 * axis + (u & 7) + 8 * (v & 7);\n",
     "            springls__hit hit;\n",
     "            if (!springls__disc_meets(&disc, u, v, &hit) || hit.t < first || hit.t >= last) continue;\n",
+    "            brick->hit = 1;\n",
     "            if (!store) {\n",
     "                brick->line_end[line] += hit.t >= own;\n",
     "                continue;\n",
@@ -39623,28 +39663,38 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "}\n",
     "\n",
+    "/* Returns whether the disc of springl i may meet the lines of a brick, or those between the nodes before it and its own. */\n",
+    "SPRINGLS__INNER bool springls__comes_near(const springls__model *model, SPRINGLS__GLOBAL const springls__surface_brick *brick, int i)\n",
+    "{\n",
+    "    const springls__v3 p = model->set.s[i].p;\n",
+    "    const float r = springls__hit_radius(model->set.s[i].bounding_radius);\n",
+    "    int k;\n",
+    "    for (k = 0; k < 3; k++) {\n",
+    "        const float at = springls__along(p, k) - (float)brick->origin[k];\n",
+    "        if (at + r < -1.0f || at - r > 8.0f) return false;\n",
+    "    }\n",
+    "    return true;\n",
+    "}\n",
+    "\n",
     "/* Counts the hits on the lines of brick b, trimmed ones too, or stores them. Precondition: line_end is 0, or where each line begins. */\n",
     "SPRINGLS__MATHS void springls__brick_hits(const springls__model *model, const springls__contour *contour, int b, bool store,\n",
     "                                          springls__trims *trims)\n",
     "{\n",
     "    SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;\n",
     "    const springls__v3 first = springls__v3_make((float)brick->origin[0], (float)brick->origin[1], (float)brick->origin[2]);\n",
-    "    const float r = SPRINGLS__LARGEST_HIT_RADIUS, margin = r + 1.0f;\n",
-    "    const springls__v3 low = springls__v3_make(first.x - margin, first.y - margin, first.z - margin);\n",
-    "    const springls__v3 high = springls__v3_make(first.x + 8.0f + r, first.y + 8.0f + r, first.z + 8.0f + r);\n",
-    "    springls__cell_walk walk = springls__cell_walk_begin(model, low, high);\n",
-    "    springls__box box;\n",
+    "    const float before = SPRINGLS__LARGEST_HIT_RADIUS + 1.0f, behind = SPRINGLS__LARGEST_HIT_RADIUS + 8.0f;\n",
+    "    springls__cell_walk walk;\n",
     "    int i, axis;\n",
-    "    box.lower = low;\n",
-    "    box.upper = high;\n",
+    "    if (store && !brick->hit) return;\n",
+    "    walk = springls__cell_walk_begin(model, springls__v3_make(first.x - before, first.y - before, first.z - before),\n",
+    "                                     springls__v3_make(first.x + behind, first.y + behind, first.z + behind));\n",
     "    while ((i = springls__cell_walk_next(model, &walk)) >= 0) {\n",
-    "        if (springls__is_overlapped(model, i) || !springls__box_contains(box, model->set.s[i].p)) continue;\n",
+    "        if (!springls__comes_near(model, brick, i) || springls__is_overlapped(model, i)) continue;\n",
     "        trims->count = 0;\n",
     "        if (store && contour->creased[i]) springls__find_trims(model, contour, i, trims);\n",
     "        for (axis = 0; axis < 3; axis++) springls__springl_hits(model, contour, b, i, axis, trims, store);\n",
     "    }\n",
     "}\n",
-    "\n",
     "\n",
     "/* ---- lines ---- */\n",
     "\n",
@@ -39911,7 +39961,7 @@ static const char *const springls__kernel_lines[] = {
     "    const springls__grid *g = &model->grid;\n",
     "    int line, node, at[3];\n",
     "    for (node = 0; node < 512; node++) work->margin[node] = 0.0f;\n",
-    "    for (line = 0; line < 192; line++) springls__vote_on_line(model, contour, brick, line, work);\n",
+    "    for (line = 0; line < 192 && !brick->quiet; line++) springls__vote_on_line(model, contour, brick, line, work);\n",
     "    for (node = 0; node < 16; node++) brick->inside[node] = 0u;\n",
     "    for (node = 0; node < 512; node++) {\n",
     "        float value;\n",
@@ -40138,6 +40188,19 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "}\n",
     "\n",
+    "/* Returns whether all nodes of brick b and of the next one along each axis are on one side. */\n",
+    "SPRINGLS__MATHS bool springls__is_one_sided(const springls__contour *contour, int b)\n",
+    "{\n",
+    "    const uint32_t side = contour->brick[b].inside[0];\n",
+    "    uint32_t other = 0u;\n",
+    "    int k, axis;\n",
+    "    for (axis = -1; axis < 3; axis++) {\n",
+    "        const int next = contour->brick[b].around[axis < 0 ? 13 : axis == 0 ? 14 : axis == 1 ? 16 : 22];\n",
+    "        for (k = 0; k < 16 && next >= 0; k++) other |= contour->brick[next].inside[k] ^ side;\n",
+    "    }\n",
+    "    return (side == 0u || side == 0xffffffffu) && other == 0u;\n",
+    "}\n",
+    "\n",
     "/* Counts the crossings of the edges of brick b, then sums the counts up; or writes the crossings (`store`). */\n",
     "SPRINGLS__MATHS void springls__find_crossings(const springls__model *model, const springls__contour *contour, int b, bool store,\n",
     "                                              springls__line_work *work)\n",
@@ -40146,10 +40209,11 @@ static const char *const springls__kernel_lines[] = {
     "    int k, sum = 0;\n",
     "    if (store && brick->edge_end[1535] == 0) return;\n",
     "    for (k = 0; k < 1536 && !store; k++) brick->edge_end[k] = 0;\n",
+    "    if (brick->quiet && springls__is_one_sided(contour, b)) return;\n",
     "    for (k = 0; k < 192; k++) springls__line_crossings(model, contour, b, k, store, work);\n",
     "    for (k = 0; k < 1536 && !store; k++) brick->edge_end[k] = sum += brick->edge_end[k];\n",
     "}\n",
-    "#line 26148 \"springls.h\"\n",
+    "#line 26174 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -40171,6 +40235,12 @@ static const char *const springls__kernel_lines[] = {
     "                                           bool arcs, springls__owned *owned)\n",
     "{\n",
     "    int n = 0, sum = 0, k, node, at[3];\n",
+    "    for (k = 0; k < 8; k++) {\n",
+    "        const int b = brick->around[13 + (k & 1) + 3 * (k >> 1 & 1) + 9 * (k >> 2)];\n",
+    "        if (b >= 0) sum += arcs ? contour->brick[b].face_end[1535] : contour->brick[b].edge_end[1535];\n",
+    "    }\n",
+    "    if (sum == 0) return 0;\n",
+    "    sum = 0;\n",
     "    for (at[2] = 0; at[2] < 9; at[2]++)\n",
     "        for (at[1] = 0; at[1] < 9; at[1]++)\n",
     "            for (at[0] = 0; at[0] < 9; at[0]++) {\n",
@@ -40688,7 +40758,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 26688 \"springls.h\"\n",
+    "#line 26720 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -41275,7 +41345,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 41279 \"springls.h\"\n",
+    "#line 41349 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

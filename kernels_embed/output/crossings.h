@@ -49,7 +49,8 @@ typedef struct springls__surface_brick {
     int origin[3], around[27];
     uint32_t first_hit, line_begin[192], line_end[192]; /* hits of line (u & 7) + 8 (v & 7) + 64 axis */
     int first_crossing, first_arc, first_triangle, first_inner;   /* in the arrays of the contour */
-    int triangles, inner, links, ready; /* ready: 1 where kernels have nothing to do any more */
+    int triangles, inner, links, ready, hit, quiet; /* ready: 1 where kernels have nothing to do any more; hit: 1
+                                                     where springls come; quiet: 1 where there are no hits around, either */
     uint32_t inside[16], beside_hits[16], conflict[16];           /* of nodes; of cells: triangles cross */
     int edge_end[1536], face_end[1536];
     uint8_t plain[512];  /* 1: the arcs of the cell's faces have no more corners than they need */
@@ -300,6 +301,7 @@ SPRINGLS__MATHS void springls__springl_hits(const springls__model *model, const 
             const int line = 64 * axis + (u & 7) + 8 * (v & 7);
             springls__hit hit;
             if (!springls__disc_meets(&disc, u, v, &hit) || hit.t < first || hit.t >= last) continue;
+            brick->hit = 1;
             if (!store) {
                 brick->line_end[line] += hit.t >= own;
                 continue;
@@ -315,28 +317,38 @@ SPRINGLS__MATHS void springls__springl_hits(const springls__model *model, const 
         }
 }
 
+/* Returns whether the disc of springl i may meet the lines of a brick, or those between the nodes before it and its own. */
+SPRINGLS__INNER bool springls__comes_near(const springls__model *model, SPRINGLS__GLOBAL const springls__surface_brick *brick, int i)
+{
+    const springls__v3 p = model->set.s[i].p;
+    const float r = springls__hit_radius(model->set.s[i].bounding_radius);
+    int k;
+    for (k = 0; k < 3; k++) {
+        const float at = springls__along(p, k) - (float)brick->origin[k];
+        if (at + r < -1.0f || at - r > 8.0f) return false;
+    }
+    return true;
+}
+
 /* Counts the hits on the lines of brick b, trimmed ones too, or stores them. Precondition: line_end is 0, or where each line begins. */
 SPRINGLS__MATHS void springls__brick_hits(const springls__model *model, const springls__contour *contour, int b, bool store,
                                           springls__trims *trims)
 {
     SPRINGLS__GLOBAL springls__surface_brick *brick = contour->brick + b;
     const springls__v3 first = springls__v3_make((float)brick->origin[0], (float)brick->origin[1], (float)brick->origin[2]);
-    const float r = SPRINGLS__LARGEST_HIT_RADIUS, margin = r + 1.0f;
-    const springls__v3 low = springls__v3_make(first.x - margin, first.y - margin, first.z - margin);
-    const springls__v3 high = springls__v3_make(first.x + 8.0f + r, first.y + 8.0f + r, first.z + 8.0f + r);
-    springls__cell_walk walk = springls__cell_walk_begin(model, low, high);
-    springls__box box;
+    const float before = SPRINGLS__LARGEST_HIT_RADIUS + 1.0f, behind = SPRINGLS__LARGEST_HIT_RADIUS + 8.0f;
+    springls__cell_walk walk;
     int i, axis;
-    box.lower = low;
-    box.upper = high;
+    if (store && !brick->hit) return;
+    walk = springls__cell_walk_begin(model, springls__v3_make(first.x - before, first.y - before, first.z - before),
+                                     springls__v3_make(first.x + behind, first.y + behind, first.z + behind));
     while ((i = springls__cell_walk_next(model, &walk)) >= 0) {
-        if (springls__is_overlapped(model, i) || !springls__box_contains(box, model->set.s[i].p)) continue;
+        if (!springls__comes_near(model, brick, i) || springls__is_overlapped(model, i)) continue;
         trims->count = 0;
         if (store && contour->creased[i]) springls__find_trims(model, contour, i, trims);
         for (axis = 0; axis < 3; axis++) springls__springl_hits(model, contour, b, i, axis, trims, store);
     }
 }
-
 
 /* ---- lines ---- */
 
@@ -603,7 +615,7 @@ SPRINGLS__MATHS void springls__find_node_sides(const springls__model *model, con
     const springls__grid *g = &model->grid;
     int line, node, at[3];
     for (node = 0; node < 512; node++) work->margin[node] = 0.0f;
-    for (line = 0; line < 192; line++) springls__vote_on_line(model, contour, brick, line, work);
+    for (line = 0; line < 192 && !brick->quiet; line++) springls__vote_on_line(model, contour, brick, line, work);
     for (node = 0; node < 16; node++) brick->inside[node] = 0u;
     for (node = 0; node < 512; node++) {
         float value;
@@ -830,6 +842,19 @@ SPRINGLS__MATHS void springls__line_crossings(const springls__model *model, cons
     }
 }
 
+/* Returns whether all nodes of brick b and of the next one along each axis are on one side. */
+SPRINGLS__MATHS bool springls__is_one_sided(const springls__contour *contour, int b)
+{
+    const uint32_t side = contour->brick[b].inside[0];
+    uint32_t other = 0u;
+    int k, axis;
+    for (axis = -1; axis < 3; axis++) {
+        const int next = contour->brick[b].around[axis < 0 ? 13 : axis == 0 ? 14 : axis == 1 ? 16 : 22];
+        for (k = 0; k < 16 && next >= 0; k++) other |= contour->brick[next].inside[k] ^ side;
+    }
+    return (side == 0u || side == 0xffffffffu) && other == 0u;
+}
+
 /* Counts the crossings of the edges of brick b, then sums the counts up; or writes the crossings (`store`). */
 SPRINGLS__MATHS void springls__find_crossings(const springls__model *model, const springls__contour *contour, int b, bool store,
                                               springls__line_work *work)
@@ -838,6 +863,7 @@ SPRINGLS__MATHS void springls__find_crossings(const springls__model *model, cons
     int k, sum = 0;
     if (store && brick->edge_end[1535] == 0) return;
     for (k = 0; k < 1536 && !store; k++) brick->edge_end[k] = 0;
+    if (brick->quiet && springls__is_one_sided(contour, b)) return;
     for (k = 0; k < 192; k++) springls__line_crossings(model, contour, b, k, store, work);
     for (k = 0; k < 1536 && !store; k++) brick->edge_end[k] = sum += brick->edge_end[k];
 }

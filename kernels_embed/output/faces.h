@@ -23,6 +23,12 @@ SPRINGLS__MATHS int springls__gather_owned(const springls__contour *contour, SPR
                                            bool arcs, springls__owned *owned)
 {
     int n = 0, sum = 0, k, node, at[3];
+    for (k = 0; k < 8; k++) {
+        const int b = brick->around[13 + (k & 1) + 3 * (k >> 1 & 1) + 9 * (k >> 2)];
+        if (b >= 0) sum += arcs ? contour->brick[b].face_end[1535] : contour->brick[b].edge_end[1535];
+    }
+    if (sum == 0) return 0;
+    sum = 0;
     for (at[2] = 0; at[2] < 9; at[2]++)
         for (at[1] = 0; at[1] < 9; at[1]++)
             for (at[0] = 0; at[0] < 9; at[0]++) {

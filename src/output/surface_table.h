@@ -171,6 +171,12 @@ SPRINGLS__FN springls_status springls__surface_hits(springls__surface_job *job)
     SPRINGLS__TRY(springls__surface_run(job, SPRINGLS__SURFACE_COUNT_HITS));
     for (b = 0; b < job->bricks; b++) {
         springls__surface_brick *brick = job->contour.brick + b;
+        brick->quiet = 1;
+        for (k = 0; k < 27; k++)
+            if (brick->around[k] >= 0 && job->contour.brick[brick->around[k]].hit) brick->quiet = 0;
+    }
+    for (b = 0; b < job->bricks; b++) {
+        springls__surface_brick *brick = job->contour.brick + b;
         uint32_t begin = 0;
         brick->first_hit = (uint32_t)sum;
         for (k = 0; k < 192; k++) {
