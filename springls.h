@@ -330,7 +330,7 @@
      - whole: LeVeque's sheet at half time (64^3 voxels, T = 3) has one part and -.4 % of its volume (4 parts, -13 %); plates of 2 to .1
        voxels are one body with .1 to 1.4 % less than their volume. Their rims are off by .1 voxel in the mean, by up to .8.
 
-   Normals of vertices are those of springls, between the sides at corners; correspondences and springls are of the side of a sheet that the
+   Changing contouring alone by springls_set_params changes nothing of the model. Normals of vertices are those of springls, between the sides at corners; correspondences and springls are of the side of a sheet that the
    vertex is on. The mesh is made on the host, with an OpenCL device from a copy of the model. It takes two to five times as long as that of
    the zero level, and meanwhile, and until springls_destroy, some 15 KB for each brick that is active or beside one. Chunks, rays, closest
    points, distances, springls_sample_inside, components, events and volume_lock are those of phi with either value: where a sheet is
@@ -19755,6 +19755,14 @@ SPRINGLS_API springls_params springls_get_params(const springls_context *ctx)
     return ctx ? ctx->model.params : springls_default_params();
 }
 
+/* Returns whether parameters differ from those in use in `contouring` alone, which changes no bit of the model. */
+SPRINGLS__FN bool springls__differs_in_contouring(const springls_context *ctx, const springls_params *params)
+{
+    springls_params same = ctx->model.params;
+    same.contouring = params->contouring;
+    return params->contouring != ctx->model.params.contouring && memcmp(&same, params, sizeof same) == 0;
+}
+
 SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const springls_params *params)
 {
     const char *fault;
@@ -19767,6 +19775,10 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     if (fault) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: %s%s", fault, value);
     if (params->band_half_width != ctx->model.params.band_half_width && ctx->model.set.count > 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: band_half_width is fixed while there is a model");
+    if (springls__differs_in_contouring(ctx, params)) {
+        ctx->model.params.contouring = params->contouring;
+        return SPRINGLS_OK;
+    }
     SPRINGLS__TRY(springls__finish_step(ctx));
     springls__end_reading(ctx);
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
@@ -39349,7 +39361,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_scatter, LISTS, 128) X(brick_lists_sort, LISTS, 8)                                                             \\\n",
     "    X(compact_flag, LISTS, 4096) X(compact_out, LISTS, 256) X(compact_in, LISTS, 256)                                            \\\n",
     "    X(region_begin, SIGNS, 64) X(region_join, SIGNS, 64) X(region_vote, SIGNS, 64) X(region_resolve, SIGNS, 64)\n",
-    "#line 25309 \"springls.h\"\n",
+    "#line 25321 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -40213,7 +40225,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (k = 0; k < 192; k++) springls__line_crossings(model, contour, b, k, store, work);\n",
     "    for (k = 0; k < 1536 && !store; k++) brick->edge_end[k] = sum += brick->edge_end[k];\n",
     "}\n",
-    "#line 26174 \"springls.h\"\n",
+    "#line 26186 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -40758,7 +40770,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 26720 \"springls.h\"\n",
+    "#line 26732 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -41345,7 +41357,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 41349 \"springls.h\"\n",
+    "#line 41361 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

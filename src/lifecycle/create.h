@@ -227,6 +227,14 @@ SPRINGLS_API springls_params springls_get_params(const springls_context *ctx)
     return ctx ? ctx->model.params : springls_default_params();
 }
 
+/* Returns whether parameters differ from those in use in `contouring` alone, which changes no bit of the model. */
+SPRINGLS__FN bool springls__differs_in_contouring(const springls_context *ctx, const springls_params *params)
+{
+    springls_params same = ctx->model.params;
+    same.contouring = params->contouring;
+    return params->contouring != ctx->model.params.contouring && memcmp(&same, params, sizeof same) == 0;
+}
+
 SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const springls_params *params)
 {
     const char *fault;
@@ -239,6 +247,10 @@ SPRINGLS_API springls_status springls_set_params(springls_context *ctx, const sp
     if (fault) return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: %s%s", fault, value);
     if (params->band_half_width != ctx->model.params.band_half_width && ctx->model.set.count > 0)
         return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "set_params: band_half_width is fixed while there is a model");
+    if (springls__differs_in_contouring(ctx, params)) {
+        ctx->model.params.contouring = params->contouring;
+        return SPRINGLS_OK;
+    }
     SPRINGLS__TRY(springls__finish_step(ctx));
     springls__end_reading(ctx);
     band_changed = params->band_half_width != ctx->model.params.band_half_width;
