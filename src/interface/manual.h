@@ -336,11 +336,12 @@
      - whole: LeVeque's sheet at half time (64^3 voxels, T = 3) has one part and -.4 % of its volume (4 parts, -13 %); plates of 2 to .1
        voxels are one body with .1 to 1.4 % less than their volume. Their rims are off by .1 voxel in the mean, by up to .8.
 
-   Changing contouring alone by springls_set_params changes nothing of the model. Normals of vertices are those of springls, between the sides at corners; correspondences and springls are of the side of a sheet that the
-   vertex is on. The mesh is made on the host, with an OpenCL device from a copy of the model. It takes two to five times as long as that of
-   the zero level, and meanwhile, and until springls_destroy, some 15 KB for each brick that is active or beside one. Chunks, rays, closest
-   points, distances, springls_sample_inside, components, events and volume_lock are those of phi with either value: where a sheet is
-   thinner than phi can hold they miss it.
+   Changing contouring alone by springls_set_params changes nothing of the model. Normals of vertices are those of springls, between the
+   sides at corners; correspondences and springls are of the side of a sheet that the vertex is on. The mesh is made on the host, with an
+   OpenCL device from a copy of the model. It takes two to five times as long as that of the zero level, and meanwhile, and until
+   springls_destroy, some 15 KB for each brick that is active or beside one. Chunks, rays, closest points, distances,
+   springls_sample_inside, components, events and volume_lock are those of phi with either value: where a sheet is thinner than phi can
+   hold they miss it.
 
 
    MOTION FROM OUTSIDE
