@@ -248,6 +248,18 @@ struct atlas_stage {
     double volume_ratio;              /* to the reference */
 };
 
+/* How far the subjects' votes on an image are to be trusted (confidence.c). */
+struct atlas_confidence {
+    bool known;              /* the subjects have voted */
+    double agreement;        /* correlation of the image with what the subjects expect */
+    double least, most;      /* of the subjects themselves, each one voted on by the others */
+    double dice, dice_error; /* predicted, and how far such predictions are off for the subjects; NaN: doubtful */
+    bool doubtful;           /* the image agrees too little to be of the subjects' kind */
+};
+
+/* Judges an image by its agreement with a template's subjects. */
+bool atlas_judge(const struct fusion_template *template, double agreement, struct atlas_confidence *confidence);
+
 struct atlas_segment {
     struct atlas_segment_settings settings;
     springls_params params;
@@ -260,6 +272,7 @@ struct atlas_segment {
     struct fusion_map maps[FUSION_MAX_TEMPLATES]; /* to the atlas's templates */
     float *probabilities[FUSION_MAX_TEMPLATES];   /* on the templates' grids */
     float trust[FUSION_MAX_TEMPLATES];            /* weights of the templates; their sum is 1 */
+    struct atlas_confidence confidence;
     int begin;                                    /* stage from which the springls start: a shape with the atlas's vertices */
     bool fused;
     struct shape_mesh stages[ATLAS_STAGES], truth;

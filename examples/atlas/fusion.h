@@ -63,6 +63,9 @@ struct fusion_votes {
     float *target;   /* the image itself, normalized */
 };
 
+/* Returns the correlation of the image with what the template's subjects expect, where they have the object and around. */
+double fusion_correlation(const struct fusion_template *template, const struct fusion_votes *votes);
+
 /* Returns the weight of a template's answer: how well the image agrees with what its subjects expect. */
 float fusion_trust(const struct fusion_template *template, const struct fusion_votes *votes);
 

@@ -175,7 +175,7 @@ bool fusion_vote(const struct fusion_template *template, const float *image, con
     return good;
 }
 
-float fusion_trust(const struct fusion_template *template, const struct fusion_votes *votes)
+double fusion_correlation(const struct fusion_template *template, const struct fusion_votes *votes)
 {
     double a = 0.0, b = 0.0, aa = 0.0, bb = 0.0, ab = 0.0, count = 1e-30;
     for (size_t n = 0; n < volume_voxels(&template->image); ++n) {
@@ -185,7 +185,12 @@ float fusion_trust(const struct fusion_template *template, const struct fusion_v
         }
     }
     const double spread = (aa - a * a / count) * (bb - b * b / count);
-    return weight_of(spread > 0.0 ? (float)((ab - a * b / count) / sqrt(spread)) : 0.0f);
+    return spread > 0.0 ? (ab - a * b / count) / sqrt(spread) : 0.0;
+}
+
+float fusion_trust(const struct fusion_template *template, const struct fusion_votes *votes)
+{
+    return weight_of((float)fusion_correlation(template, votes));
 }
 
 void fusion_votes_free(struct fusion_votes *votes)

@@ -43,7 +43,7 @@ static void choose_shift(const struct atlas_segment *run, const struct fusion_te
 
 /* Lets the subjects vote at the template's places in the image, and corrects the votes. */
 static bool vote(const struct atlas_segment *run, const struct fusion_template *template, const struct fusion_map *map,
-                 float *probability, float *trust)
+                 float *probability, float *trust, double *agreement)
 {
     const size_t voxels = volume_voxels(&template->image);
     bool all[ATLAS_MAX_SUBJECTS];
@@ -57,13 +57,14 @@ static bool vote(const struct atlas_segment *run, const struct fusion_template *
     }
     const bool good = image && fusion_vote(template, image, all, &votes) && fusion_correct(template, &votes, probability);
     *trust = good ? fusion_trust(template, &votes) : 0.0f;
+    *agreement = good ? fusion_correlation(template, &votes) : 0.0;
     fusion_votes_free(&votes);
     free(image);
     return good || atlas_no_memory();
 }
 
 /* Asks one template. places: receives the atlas's vertices in the image. */
-static bool ask_template(struct atlas_segment *run, int t, float *places)
+static bool ask_template(struct atlas_segment *run, int t, float *places, double *agreement)
 {
     const struct fusion_template *template = &run->atlas.templates[t];
     float shift[3];
@@ -75,7 +76,7 @@ static bool ask_template(struct atlas_segment *run, int t, float *places)
     run->probabilities[t] = malloc(volume_voxels(&template->image) * sizeof *run->probabilities[t]);
     fusion_forward(&run->maps[t], template->places, (size_t)template->vertices, places);
     return (run->probabilities[t] || atlas_no_memory())
-        && vote(run, template, &run->maps[t], run->probabilities[t], &run->trust[t]);
+        && vote(run, template, &run->maps[t], run->probabilities[t], &run->trust[t], agreement);
 }
 
 bool atlas_fuse(struct atlas_segment *run, float *shape)
@@ -83,11 +84,18 @@ bool atlas_fuse(struct atlas_segment *run, float *shape)
     const int count = run->atlas.template_count;
     const size_t length = 3 * (size_t)run->atlas.mean.vertex_count;
     float *places = malloc((size_t)count * length * sizeof *places), total = 0.0f;
+    double agreement, most = -INFINITY;
+    int best = 0; /* template */
     bool good = places || atlas_no_memory();
     for (int t = 0; good && t < count; ++t) {
-        good = ask_template(run, t, places + (size_t)t * length);
+        good = ask_template(run, t, places + (size_t)t * length, &agreement);
         total += run->trust[t];
+        if (good && agreement > most) {
+            most = agreement;
+            best = t;
+        }
     }
+    good = good && atlas_judge(&run->atlas.templates[best], most, &run->confidence);
     for (int t = 0; good && t < count; ++t) {
         run->trust[t] /= total;
         for (size_t i = 0; i < length; ++i) {

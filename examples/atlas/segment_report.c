@@ -36,6 +36,14 @@ static void print_summary(const struct atlas_segment *run)
     if (run->without.name) {
         print_stage(&run->without);
     }
+    if (run->confidence.known) {
+        const struct atlas_confidence *c = &run->confidence;
+        printf("agreement with the subjects %.3f, theirs %.3f to %.3f", c->agreement, c->least, c->most);
+        if (!c->doubtful) {
+            printf("; predicted Dice %.3f +- %.3f", c->dice, c->dice_error);
+        }
+        putchar('\n');
+    }
     printf("%s after %d steps, %d springls\n", run->at_rest ? "springls at rest" : "step limit reached", run->steps,
            run->springls);
 }
@@ -87,6 +95,16 @@ static bool report(const struct atlas_segment *run, const char *path)
     json_array_end(&json);
     if (run->without.name) {
         report_stage(&json, "without_atlas", &run->without);
+    }
+    if (run->confidence.known) {
+        json_object_begin(&json, "confidence");
+        json_number(&json, "agreement", run->confidence.agreement);
+        json_number(&json, "subjects_least", run->confidence.least);
+        json_number(&json, "subjects_most", run->confidence.most);
+        json_number(&json, "predicted_dice", run->confidence.dice);
+        json_number(&json, "predicted_dice_error", run->confidence.dice_error);
+        json_bool(&json, "trusted", !run->confidence.doubtful);
+        json_object_end(&json);
     }
     json_number(&json, "seconds", run->seconds);
     json_string(&json, "backend", run_backend_name(run->backend));
@@ -258,5 +276,11 @@ bool atlas_segment_output(const struct atlas_segment *run)
             return false;
         }
     }
-    return !common->json || report(run, common->json);
+    if (common->json && !report(run, common->json)) {
+        return false;
+    }
+    return !run->confidence.doubtful
+        || atlas_fail("%.200s: not to be trusted: it agrees with what the atlas's subjects expect by %.2f, where they do so by %.2f at least: "
+                      "another contrast, side or part of the body?",
+                      run->settings.image, run->confidence.agreement, run->confidence.least);
 }

@@ -234,6 +234,13 @@ TEST subjects_fuse_into_an_unseen_image(void)
         right += fabsf(x) > 3.0f && run.regions[v] == (x < 0.0f ? 1 : 2);
     }
     ASSERT(counted > 100 && right > 0.97 * counted);
+    const struct atlas_confidence *confidence = &run.confidence;
+    ASSERT(confidence->known && !confidence->doubtful && confidence->least > 0.3);
+    ASSERT(confidence->agreement > 0.8 * confidence->least);
+    ASSERT_IN_RANGE(last->dice, confidence->dice, 0.05); /* predicted without the reference */
+    ASSERT(atlas_segment_output(&run));
+    run.confidence.doubtful = true;
+    ASSERT_FALSE(atlas_segment_output(&run));
     for (int o = 0; o < 3; ++o) { /* options that votes have no use for */
         const struct atlas_segment_settings settings = run.settings;
         const springls_params params = run.params;
@@ -265,6 +272,33 @@ static int read_report(const char *path, double *dice)
     return count;
 }
 
+/* An image with the other contrast, and one of nothing, agree with no subject. */
+TEST images_of_another_kind_are_not_trusted(void)
+{
+    struct volume scan;
+    struct atlas_segment run;
+    char error[VOLUME_TEXT];
+    for (int kind = 0; kind < 2; ++kind) {
+        ASSERTm(error, volume_read(numbered(12, "images/scan%02d.nii.gz", SCANS - 1), 0, &scan, error));
+        for (size_t n = 0; n < volume_voxels(&scan); ++n) {
+            scan.data[n] = kind == 0 ? scan.maximum - scan.data[n] : (float)(n * 2654435761u % 1000);
+        }
+        ASSERTm(error, volume_write(numbered(14, "other%d.nii.gz", kind), &scan, VOLUME_FLOAT32, scan.data, error));
+        volume_free(&scan);
+        memset(&run, 0, sizeof run);
+        run.settings = (struct atlas_segment_settings){.common = cli_common_defaults(), .level = (double)NAN, .gvf = 0.2,
+                                                       .curvature = 0.05, .modes = 10, .steps = 10};
+        run.settings.common.quiet = true;
+        run.settings.atlas = numbered(11, "atlas.json", 0);
+        run.settings.image = names[14];
+        run.params = springls_default_params();
+        run.params.topology = SPRINGLS_TOPOLOGY_PRESERVED;
+        ASSERT_FALSE(atlas_segment_run(&run) && atlas_segment_output(&run));
+        atlas_segment_free(&run);
+    }
+    PASS();
+}
+
 TEST leaving_one_out_makes_a_table(void)
 {
     struct atlas_trial_settings set = {.common = cli_common_defaults(), .folder = folder, .templates = 2, .first = 1, .every = 3};
@@ -289,6 +323,7 @@ int main(int argc, char **argv)
     RUN_TEST(votes_go_by_the_agreement_of_patches);
     RUN_TEST(corrections_learn_what_votes_get_wrong);
     RUN_TEST(subjects_fuse_into_an_unseen_image);
+    RUN_TEST(images_of_another_kind_are_not_trusted);
     RUN_TEST(leaving_one_out_makes_a_table);
     remove_folder();
     GREATEST_MAIN_END();
