@@ -127,9 +127,9 @@ parts_compile() { $1 -std=c99 $warnings -DSPRINGLS_PARTS -fsyntax-only tests/lib
 # the C library. clang knows extensions of GCC there too, so they are looked for in the text
 for_msvc() {  # COMPILER LANGUAGE STANDARD FLAGS
     local compile="$1 -x $2 $3 ${4-} --target=x86_64-pc-windows-msvc -fms-compatibility -fms-compatibility-version=19.30 -nostdlibinc"
-    compile="$compile -isystem $here/msvc $warnings"
+    mkdir $w/headers && ln -s /usr/include/CL $w/headers/CL && compile="$compile -isystem $here/msvc -isystem $w/headers $warnings"
     $compile -fsyntax-only $here/implement.c &&
-        nothing "$($compile -DSPRINGLS_NO_OPENCL -E -P $here/implement.c | grep -oE '__attribute__|__builtin_[a-z_]+|__typeof__|__extension__' |
+        nothing "$(${compile/-DWITH_OPENCL/} -DSPRINGLS_NO_OPENCL -E -P $here/implement.c | grep -oE '__attribute__|__builtin_[a-z_]+|__typeof__|__extension__' |
             grep -v -e __builtin_va_ -e __builtin_offsetof | sort -u)" "extensions of GCC"
 }
 
@@ -183,7 +183,7 @@ for cc in gcc clang; do
     case $languages in *c++*) check "$cc: C and C++ link with one another" c_and_cxx $cc $cxx ;; esac
 done
 if command -v clang > /dev/null; then
-    for with in "" -DSPRINGLS_THREADS; do
+    for with in "" -DSPRINGLS_THREADS $opencl; do
         for std in c99 c11; do check "clang for Windows as MSVC, -std=$std $with: implementation" for_msvc clang c -std=$std $with; done
         check "clang for Windows as MSVC, -std=c++17 $with: implementation" for_msvc clang c++ -std=c++17 $with
     done
