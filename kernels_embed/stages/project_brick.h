@@ -191,15 +191,22 @@ SPRINGLS__MATHS void springls__take_into_rows(const springls__oriented s, const 
 {
     const float radius = SPRINGLS__PROJECT_RADIUS;
     springls__v3 p = springls__v3_make(s.p.x - (float)origin[0], s.p.y - (float)origin[1], s.p.z - (float)origin[2]), offset;
-    int first, last, y, y0, y1, z, z1;
+    int first, last, y, y0, y1, z, z0, z1;
     if (!springls__near_axis(p.x) || !springls__near_axis(p.y) || !springls__near_axis(p.z)) return;
     first = springls__imin(springls__first_near(p.x, radius), 8 - SPRINGLS__LANES);
     last = springls__last_near(p.x, radius);
     y0 = springls__first_near(p.y, radius);
     y1 = springls__last_near(p.y, radius);
+    z0 = springls__first_near(p.z, radius);
     z1 = springls__last_near(p.z, radius);
+    if (group.items == SPRINGLS__ROWS) { /* an item has one row, and passes over no other: Mesa ends loops after 65,535 rounds in all */
+        y0 = springls__imax(y0, group.item & 7);
+        y1 = springls__imin(y1, group.item & 7);
+        z0 = springls__imax(z0, group.item >> 3);
+        z1 = springls__imin(z1, group.item >> 3);
+    }
     offset.x = -p.x;
-    for (z = springls__first_near(p.z, radius); z <= z1; z++) {
+    for (z = z0; z <= z1; z++) {
         offset.z = (float)z - p.z;
         for (y = y0; y <= y1; y++) {
             SPRINGLS__LOCAL float *row = sums->value + springls__sums_of_row(y + 8 * z);
