@@ -25682,7 +25682,7 @@ typedef struct springls__line_work {
     springls__hit hit[SPRINGLS__LINE_HITS];
     springls__event event[SPRINGLS__LINE_EVENTS];
     float forward[SPRINGLS__LINE_EVENTS][2], margin[512];
-    int group[SPRINGLS__EDGE_HITS], way[SPRINGLS__EDGE_HITS][2];
+    int group[SPRINGLS__EDGE_HITS], path[SPRINGLS__EDGE_HITS][2];
     int hits, events, line, axis, begin[3]; /* begin: of each brick's hits; the second is the brick's own */
 } springls__line_work;
 
@@ -25785,30 +25785,30 @@ SPRINGLS__MATHS void springls__weigh_line(const springls__model *model, const sp
 /* ---- sides of nodes ---- */
 
 /* The cheapest costs of being outside (0) and inside (1) at a place, and where the last crossing to each side was. */
-typedef struct springls__way { float cost[2], since[2]; } springls__way;
+typedef struct springls__side_path { float cost[2], since[2]; } springls__side_path;
 
-SPRINGLS__INNER springls__way springls__way_begin(float outside, float inside)
+SPRINGLS__INNER springls__side_path springls__side_path_begin(float outside, float inside)
 {
-    springls__way way;
-    way.cost[0] = outside;
-    way.cost[1] = inside;
-    way.since[0] = way.since[1] = -1e9f;
-    return way;
+    springls__side_path path;
+    path.cost[0] = outside;
+    path.cost[1] = inside;
+    path.since[0] = path.since[1] = -1e9f;
+    return path;
 }
 
 /* Goes on over a hit that leads to side `to`; weight: what it costs to leave it unexplained. came: from which side each is reached, and
    4 where the hit is explained. */
-SPRINGLS__INNER springls__way springls__way_over_hit(springls__way way, float t, float weight, int to, int came[2])
+SPRINGLS__INNER springls__side_path springls__side_path_over_hit(springls__side_path path, float t, float weight, int to, int came[2])
 {
     const int from = 1 - to;
-    const bool in_run = springls__fabs(t - way.since[to]) <= SPRINGLS__RUN_LENGTH;
-    springls__way next = way;
+    const bool in_run = springls__fabs(t - path.since[to]) <= SPRINGLS__RUN_LENGTH;
+    springls__side_path next = path;
     next.cost[to] += in_run ? 0.0f : weight;
     next.cost[from] += weight;
     came[to] = to | (in_run ? 4 : 0);
     came[from] = from;
-    if (way.cost[from] + SPRINGLS__CROSSING_COST < next.cost[to]) {
-        next.cost[to] = way.cost[from] + SPRINGLS__CROSSING_COST;
+    if (path.cost[from] + SPRINGLS__CROSSING_COST < next.cost[to]) {
+        next.cost[to] = path.cost[from] + SPRINGLS__CROSSING_COST;
         next.since[to] = t;
         came[to] = from | 4;
     }
@@ -25816,13 +25816,13 @@ SPRINGLS__INNER springls__way springls__way_over_hit(springls__way way, float t,
 }
 
 /* Goes on over a node, where the side may change without a hit. */
-SPRINGLS__INNER springls__way springls__way_over_node(springls__way way, const float cost[2])
+SPRINGLS__INNER springls__side_path springls__side_path_over_node(springls__side_path path, const float cost[2])
 {
-    springls__way next = way;
+    springls__side_path next = path;
     int s;
     for (s = 0; s < 2; s++) {
-        if (way.cost[1 - s] + SPRINGLS__CHANGE_COST < way.cost[s]) {
-            next.cost[s] = way.cost[1 - s] + SPRINGLS__CHANGE_COST;
+        if (path.cost[1 - s] + SPRINGLS__CHANGE_COST < path.cost[s]) {
+            next.cost[s] = path.cost[1 - s] + SPRINGLS__CHANGE_COST;
             next.since[s] = -1e9f;
         }
         next.cost[s] += cost[s];
@@ -25830,12 +25830,12 @@ SPRINGLS__INNER springls__way springls__way_over_node(springls__way way, const f
     return next;
 }
 
-SPRINGLS__INNER springls__way springls__way_over(springls__way way, const springls__event *event, bool forward)
+SPRINGLS__INNER springls__side_path springls__side_path_over(springls__side_path path, const springls__event *event, bool forward)
 {
     const float cost[2] = { event->cost[0], event->cost[1] };
     int came[2];
-    if (event->side == 0) return springls__way_over_node(way, cost);
-    return springls__way_over_hit(way, event->t, cost[0], (event->side < 0) == forward ? 1 : 0, came);
+    if (event->side == 0) return springls__side_path_over_node(path, cost);
+    return springls__side_path_over_hit(path, event->t, cost[0], (event->side < 0) == forward ? 1 : 0, came);
 }
 
 /* Returns what phi says about a node: below 0 inside. */
@@ -25890,20 +25890,20 @@ SPRINGLS__MATHS void springls__list_line_events(const springls__model *model, co
 /* Adds to each node of the events by how much cheaper it is to be outside than inside. */
 SPRINGLS__MATHS void springls__vote_for_nodes(springls__line_work *work)
 {
-    springls__way way = springls__way_begin(0.0f, 0.0f);
+    springls__side_path path = springls__side_path_begin(0.0f, 0.0f);
     int k;
     for (k = 0; k < work->events; k++) {
-        way = springls__way_over(way, &work->event[k], true);
-        work->forward[k][0] = way.cost[0];
-        work->forward[k][1] = way.cost[1];
+        path = springls__side_path_over(path, &work->event[k], true);
+        work->forward[k][0] = path.cost[0];
+        work->forward[k][1] = path.cost[1];
     }
-    way = springls__way_begin(0.0f, 0.0f);
+    path = springls__side_path_begin(0.0f, 0.0f);
     for (k = work->events - 1; k >= 0; k--) {
         const int node = work->event[k].node;
         if (node >= 0)
-            work->margin[node] += springls__clamp(work->forward[k][1] + way.cost[1] - (work->forward[k][0] + way.cost[0]), -1.0f,
+            work->margin[node] += springls__clamp(work->forward[k][1] + path.cost[1] - (work->forward[k][0] + path.cost[0]), -1.0f,
                                                   1.0f);
-        way = springls__way_over(way, &work->event[k], false);
+        path = springls__side_path_over(path, &work->event[k], false);
     }
 }
 
@@ -26037,25 +26037,25 @@ SPRINGLS__MATHS springls__crossing springls__place_run(const springls__model *mo
    from `first` on; -1: of none. Returns how many there are. */
 SPRINGLS__MATHS int springls__find_runs(int first, float x, int from, int to, springls__line_work *work)
 {
-    springls__way way = springls__way_begin(from ? 1e9f : 0.0f, from ? 0.0f : 1e9f);
+    springls__side_path path = springls__side_path_begin(from ? 1e9f : 0.0f, from ? 0.0f : 1e9f);
     int n = 0, k, side = to, runs = 0, came[2];
     bool open = false;
     for (; first + n < work->hits && n < SPRINGLS__EDGE_HITS && work->hit[first + n].t <= x + 1.15f; n++) {
         const springls__hit hit = work->hit[first + n];
         work->group[n] = -1;
-        work->way[n][0] = 0;
-        work->way[n][1] = 1;
+        work->path[n][0] = 0;
+        work->path[n][1] = 1;
         if (hit.weight <= SPRINGLS__LEAST_WEIGHT) continue;
-        way = springls__way_over_hit(way, hit.t, hit.t < x || hit.t > x + 1.0f ? 0.0f : hit.weight,
+        path = springls__side_path_over_hit(path, hit.t, hit.t < x || hit.t > x + 1.0f ? 0.0f : hit.weight,
                                      springls__hit_side(hit) < 0 ? 1 : 0, came);
-        work->way[n][0] = came[0];
-        work->way[n][1] = came[1];
+        work->path[n][0] = came[0];
+        work->path[n][1] = came[1];
     }
     for (k = n; first + k < work->hits && k < SPRINGLS__EDGE_HITS; k++) work->group[k] = -1;
-    if (way.cost[to] > 1e8f) return 0;
+    if (path.cost[to] > 1e8f) return 0;
     for (k = n - 1; k >= 0; k--) {
-        const int before = work->way[k][side] & 3;
-        if (work->way[k][side] & 4) {
+        const int before = work->path[k][side] & 3;
+        if (work->path[k][side] & 4) {
             if (!open) runs++;
             work->group[k] = runs - 1;
             open = before == side;
@@ -39733,7 +39733,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__hit hit[SPRINGLS__LINE_HITS];\n",
     "    springls__event event[SPRINGLS__LINE_EVENTS];\n",
     "    float forward[SPRINGLS__LINE_EVENTS][2], margin[512];\n",
-    "    int group[SPRINGLS__EDGE_HITS], way[SPRINGLS__EDGE_HITS][2];\n",
+    "    int group[SPRINGLS__EDGE_HITS], path[SPRINGLS__EDGE_HITS][2];\n",
     "    int hits, events, line, axis, begin[3]; /* begin: of each brick's hits; the second is the brick's own */\n",
     "} springls__line_work;\n",
     "\n",
@@ -39836,30 +39836,30 @@ static const char *const springls__kernel_lines[] = {
     "/* ---- sides of nodes ---- */\n",
     "\n",
     "/* The cheapest costs of being outside (0) and inside (1) at a place, and where the last crossing to each side was. */\n",
-    "typedef struct springls__way { float cost[2], since[2]; } springls__way;\n",
+    "typedef struct springls__side_path { float cost[2], since[2]; } springls__side_path;\n",
     "\n",
-    "SPRINGLS__INNER springls__way springls__way_begin(float outside, float inside)\n",
+    "SPRINGLS__INNER springls__side_path springls__side_path_begin(float outside, float inside)\n",
     "{\n",
-    "    springls__way way;\n",
-    "    way.cost[0] = outside;\n",
-    "    way.cost[1] = inside;\n",
-    "    way.since[0] = way.since[1] = -1e9f;\n",
-    "    return way;\n",
+    "    springls__side_path path;\n",
+    "    path.cost[0] = outside;\n",
+    "    path.cost[1] = inside;\n",
+    "    path.since[0] = path.since[1] = -1e9f;\n",
+    "    return path;\n",
     "}\n",
     "\n",
     "/* Goes on over a hit that leads to side `to`; weight: what it costs to leave it unexplained. came: from which side each is reached, and\n",
     "   4 where the hit is explained. */\n",
-    "SPRINGLS__INNER springls__way springls__way_over_hit(springls__way way, float t, float weight, int to, int came[2])\n",
+    "SPRINGLS__INNER springls__side_path springls__side_path_over_hit(springls__side_path path, float t, float weight, int to, int came[2])\n",
     "{\n",
     "    const int from = 1 - to;\n",
-    "    const bool in_run = springls__fabs(t - way.since[to]) <= SPRINGLS__RUN_LENGTH;\n",
-    "    springls__way next = way;\n",
+    "    const bool in_run = springls__fabs(t - path.since[to]) <= SPRINGLS__RUN_LENGTH;\n",
+    "    springls__side_path next = path;\n",
     "    next.cost[to] += in_run ? 0.0f : weight;\n",
     "    next.cost[from] += weight;\n",
     "    came[to] = to | (in_run ? 4 : 0);\n",
     "    came[from] = from;\n",
-    "    if (way.cost[from] + SPRINGLS__CROSSING_COST < next.cost[to]) {\n",
-    "        next.cost[to] = way.cost[from] + SPRINGLS__CROSSING_COST;\n",
+    "    if (path.cost[from] + SPRINGLS__CROSSING_COST < next.cost[to]) {\n",
+    "        next.cost[to] = path.cost[from] + SPRINGLS__CROSSING_COST;\n",
     "        next.since[to] = t;\n",
     "        came[to] = from | 4;\n",
     "    }\n",
@@ -39867,13 +39867,13 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "/* Goes on over a node, where the side may change without a hit. */\n",
-    "SPRINGLS__INNER springls__way springls__way_over_node(springls__way way, const float cost[2])\n",
+    "SPRINGLS__INNER springls__side_path springls__side_path_over_node(springls__side_path path, const float cost[2])\n",
     "{\n",
-    "    springls__way next = way;\n",
+    "    springls__side_path next = path;\n",
     "    int s;\n",
     "    for (s = 0; s < 2; s++) {\n",
-    "        if (way.cost[1 - s] + SPRINGLS__CHANGE_COST < way.cost[s]) {\n",
-    "            next.cost[s] = way.cost[1 - s] + SPRINGLS__CHANGE_COST;\n",
+    "        if (path.cost[1 - s] + SPRINGLS__CHANGE_COST < path.cost[s]) {\n",
+    "            next.cost[s] = path.cost[1 - s] + SPRINGLS__CHANGE_COST;\n",
     "            next.since[s] = -1e9f;\n",
     "        }\n",
     "        next.cost[s] += cost[s];\n",
@@ -39881,12 +39881,12 @@ static const char *const springls__kernel_lines[] = {
     "    return next;\n",
     "}\n",
     "\n",
-    "SPRINGLS__INNER springls__way springls__way_over(springls__way way, const springls__event *event, bool forward)\n",
+    "SPRINGLS__INNER springls__side_path springls__side_path_over(springls__side_path path, const springls__event *event, bool forward)\n",
     "{\n",
     "    const float cost[2] = { event->cost[0], event->cost[1] };\n",
     "    int came[2];\n",
-    "    if (event->side == 0) return springls__way_over_node(way, cost);\n",
-    "    return springls__way_over_hit(way, event->t, cost[0], (event->side < 0) == forward ? 1 : 0, came);\n",
+    "    if (event->side == 0) return springls__side_path_over_node(path, cost);\n",
+    "    return springls__side_path_over_hit(path, event->t, cost[0], (event->side < 0) == forward ? 1 : 0, came);\n",
     "}\n",
     "\n",
     "/* Returns what phi says about a node: below 0 inside. */\n",
@@ -39941,20 +39941,20 @@ static const char *const springls__kernel_lines[] = {
     "/* Adds to each node of the events by how much cheaper it is to be outside than inside. */\n",
     "SPRINGLS__MATHS void springls__vote_for_nodes(springls__line_work *work)\n",
     "{\n",
-    "    springls__way way = springls__way_begin(0.0f, 0.0f);\n",
+    "    springls__side_path path = springls__side_path_begin(0.0f, 0.0f);\n",
     "    int k;\n",
     "    for (k = 0; k < work->events; k++) {\n",
-    "        way = springls__way_over(way, &work->event[k], true);\n",
-    "        work->forward[k][0] = way.cost[0];\n",
-    "        work->forward[k][1] = way.cost[1];\n",
+    "        path = springls__side_path_over(path, &work->event[k], true);\n",
+    "        work->forward[k][0] = path.cost[0];\n",
+    "        work->forward[k][1] = path.cost[1];\n",
     "    }\n",
-    "    way = springls__way_begin(0.0f, 0.0f);\n",
+    "    path = springls__side_path_begin(0.0f, 0.0f);\n",
     "    for (k = work->events - 1; k >= 0; k--) {\n",
     "        const int node = work->event[k].node;\n",
     "        if (node >= 0)\n",
-    "            work->margin[node] += springls__clamp(work->forward[k][1] + way.cost[1] - (work->forward[k][0] + way.cost[0]), -1.0f,\n",
+    "            work->margin[node] += springls__clamp(work->forward[k][1] + path.cost[1] - (work->forward[k][0] + path.cost[0]), -1.0f,\n",
     "                                                  1.0f);\n",
-    "        way = springls__way_over(way, &work->event[k], false);\n",
+    "        path = springls__side_path_over(path, &work->event[k], false);\n",
     "    }\n",
     "}\n",
     "\n",
@@ -40088,25 +40088,25 @@ static const char *const springls__kernel_lines[] = {
     "   from `first` on; -1: of none. Returns how many there are. */\n",
     "SPRINGLS__MATHS int springls__find_runs(int first, float x, int from, int to, springls__line_work *work)\n",
     "{\n",
-    "    springls__way way = springls__way_begin(from ? 1e9f : 0.0f, from ? 0.0f : 1e9f);\n",
+    "    springls__side_path path = springls__side_path_begin(from ? 1e9f : 0.0f, from ? 0.0f : 1e9f);\n",
     "    int n = 0, k, side = to, runs = 0, came[2];\n",
     "    bool open = false;\n",
     "    for (; first + n < work->hits && n < SPRINGLS__EDGE_HITS && work->hit[first + n].t <= x + 1.15f; n++) {\n",
     "        const springls__hit hit = work->hit[first + n];\n",
     "        work->group[n] = -1;\n",
-    "        work->way[n][0] = 0;\n",
-    "        work->way[n][1] = 1;\n",
+    "        work->path[n][0] = 0;\n",
+    "        work->path[n][1] = 1;\n",
     "        if (hit.weight <= SPRINGLS__LEAST_WEIGHT) continue;\n",
-    "        way = springls__way_over_hit(way, hit.t, hit.t < x || hit.t > x + 1.0f ? 0.0f : hit.weight,\n",
+    "        path = springls__side_path_over_hit(path, hit.t, hit.t < x || hit.t > x + 1.0f ? 0.0f : hit.weight,\n",
     "                                     springls__hit_side(hit) < 0 ? 1 : 0, came);\n",
-    "        work->way[n][0] = came[0];\n",
-    "        work->way[n][1] = came[1];\n",
+    "        work->path[n][0] = came[0];\n",
+    "        work->path[n][1] = came[1];\n",
     "    }\n",
     "    for (k = n; first + k < work->hits && k < SPRINGLS__EDGE_HITS; k++) work->group[k] = -1;\n",
-    "    if (way.cost[to] > 1e8f) return 0;\n",
+    "    if (path.cost[to] > 1e8f) return 0;\n",
     "    for (k = n - 1; k >= 0; k--) {\n",
-    "        const int before = work->way[k][side] & 3;\n",
-    "        if (work->way[k][side] & 4) {\n",
+    "        const int before = work->path[k][side] & 3;\n",
+    "        if (work->path[k][side] & 4) {\n",
     "            if (!open) runs++;\n",
     "            work->group[k] = runs - 1;\n",
     "            open = before == side;\n",
