@@ -413,7 +413,8 @@
    sleep and nothing moves, a step ends after advect. While a brick is awake, springls at rest go on turning as they relax, which moves
    phi to and fro by about 0.02 voxel: by so much a model that sleeps may differ from a model that is kept awake.
 
-     - A springl that stirs in a brick or beside it wakes the brick; springls_combine wakes those that it changes.
+     - A springl that stirs in a brick or beside it wakes the brick; springls_combine wakes those that it changes, and
+       completes these alone.
        springls_set_params, stages that are called alone, inputs and the other tools wake all.
      - A tool that acts in one place states its box in springls_forces.region_lower and _upper, in the units of the forces:
        springls outside are not visited.

@@ -558,6 +558,43 @@ SPRINGLS__FN springls_status springls__complete_model(springls_context *ctx, boo
     return SPRINGLS_OK;
 }
 
+/* ---- what is awake already ---- */
+
+/* Each edit completes the bricks that it changes itself, and leaves to the next step what earlier ones have left awake: so it costs what
+   it cuts, however many came before it without a step between. */
+
+/* The calm of all slots while a combination has its own, and the bricks that they had. */
+typedef struct springls__calm_aside { springls__buffer calm, bricks; int slots; } springls__calm_aside;
+
+/* Puts the calm of the model aside: all of it is asleep, until the combination ends the calm of what it changes. Where nothing may sleep it
+   does nothing. */
+SPRINGLS__FN springls_status springls__put_calm_aside(springls_context *ctx, springls__calm_aside *aside)
+{
+    const springls__grid *g = &ctx->model.grid;
+    const size_t slots = (size_t)g->slot_count;
+    if (!springls__may_sleep(ctx)) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &aside->calm, slots * SPRINGLS__OCTANTS, 1, 0));
+    SPRINGLS__TRY(springls__buffer_grow(ctx, &aside->bricks, slots, sizeof(int), 0));
+    memcpy(aside->calm.data, g->calm, slots * SPRINGLS__OCTANTS);
+    memcpy(aside->bricks.data, g->slot_brick, slots * sizeof(int));
+    aside->slots = g->slot_count;
+    springls__rest_all(ctx);
+    return SPRINGLS_OK;
+}
+
+/* Goes back to the calm that was put aside, where the combination has not ended it. */
+SPRINGLS__FN void springls__put_calm_back(springls_context *ctx, const springls__calm_aside *aside)
+{
+    springls__grid *g = &ctx->model.grid;
+    const uint8_t *before = (const uint8_t *)aside->calm.data;
+    const int *brick = (const int *)aside->bricks.data;
+    int i, o;
+    for (i = SPRINGLS__FIRST_SLOT; i < aside->slots; i++)
+        for (o = SPRINGLS__OCTANTS * i; g->slot_brick[i] == brick[i] && o < SPRINGLS__OCTANTS * (i + 1); o++)
+            if (before[o] < g->calm[o]) g->calm[o] = before[o];
+    if (aside->slots) springls__find_awake_now(ctx);
+}
+
 /* Does the work of springls_combine on checked operands. surfaces: empty. On failure the model is left unfinished. */
 SPRINGLS__FN springls_status springls__combine(springls_context *ctx, springls_operation operation, springls_context *other,
                                                springls__surface surfaces[2])
@@ -607,9 +644,15 @@ SPRINGLS__FN springls_status springls__combine_in_window(springls_context *ctx, 
                                                          springls_context *other)
 {
     springls__surface surfaces[2];
+    springls__calm_aside aside;
     springls_status status;
     memset(surfaces, 0, sizeof surfaces);
-    status = springls__combine(ctx, operation, other, surfaces);
+    memset(&aside, 0, sizeof aside);
+    status = springls__put_calm_aside(ctx, &aside);
+    if (status == SPRINGLS_OK) status = springls__combine(ctx, operation, other, surfaces);
+    if (status == SPRINGLS_OK) springls__put_calm_back(ctx, &aside);
+    springls__buffer_free(ctx, &aside.calm);
+    springls__buffer_free(ctx, &aside.bricks);
     springls__surface_free(ctx, &surfaces[0]);
     springls__surface_free(ctx, &surfaces[1]);
     return springls__clear_on_failure(ctx, status);

@@ -18,6 +18,8 @@ static springls_box box_at(float x, float y, float half)
 
 /* The part that two balls of radius r have in common, d between their centres. */
 static double lens(double r, double d) { return fixture_pi * (4.0 * r + d) * (2.0 * r - d) * (2.0 * r - d) / 12.0; }
+/* The part in common of a ball of radius r and one of radius s whose centre lies on the first. */
+static double bite(double r, double s) { return fixture_pi * s * s * s * (2.0 / 3.0 - s / (4.0 * r)); }
 static double ball(double r) { return 4.0 / 3.0 * fixture_pi * r * r * r; }
 
 /* As good as marching cubes are at showing it: chords of curved parts and bevelled edges lie inside, by `tolerance` voxels in
@@ -329,6 +331,37 @@ TEST springls_have_the_attributes_of_their_body(void)
     free(places);
     springls_destroy(a);
     springls_destroy(b);
+    PASS();
+}
+
+/* An edit leaves as they are the bricks that an earlier one elsewhere has left awake: it costs what it cuts. The next step finds both. */
+TEST edits_complete_what_they_change(void)
+{
+    enum { POINTS = 500 };
+    springls_context *a = ball_at(19.5f, 15.0f);
+    const springls_step_desc rest = { 0 };
+    springls_sphere left = fixture_ball(4.5f, 19.7f, 19.4f, 3.0f), right = fixture_ball(34.5f, 19.7f, 19.4f, 3.0f);
+    float points[3 * POINTS], before[POINTS], after[POINTS];
+    uint32_t seed = 7u;
+    int i, k, steps;
+    ASSERT_OK(springls_settle(a, 60));
+    for (i = 0; i < POINTS; i++)
+        for (k = 0; k < 3; k++) {
+            seed = seed * 1664525u + 1013904223u;
+            points[3 * i + k] = left.center[k] + 8.0f * ((float)(seed >> 8) / 16777216.0f - 0.5f);
+        }
+    ASSERT_OK(springls_combine_implicit(a, SPRINGLS_OPERATION_DIFFERENCE, springls_implicit_sphere, &left));
+    ASSERT(!springls_at_rest(a));
+    ASSERT_OK(springls_sample_distance(a, points, POINTS, before));
+    ASSERT_OK(springls_combine_implicit(a, SPRINGLS_OPERATION_DIFFERENCE, springls_implicit_sphere, &right));
+    ASSERT_OK(springls_sample_distance(a, points, POINTS, after));
+    ASSERT_EQ(0, memcmp(before, after, sizeof before));
+    ASSERT_OK(springls_step(a, &rest));
+    ASSERT_OK(springls_sample_distance(a, points, POINTS, after));
+    ASSERT(memcmp(before, after, sizeof before) != 0); /* both cuts were awake still */
+    for (steps = 0; steps < 60 && !springls_at_rest(a); steps++) ASSERT_OK(springls_step(a, &rest));
+    CHECK_CALL(check(a, ball(15.0) - 2.0 * bite(15.0, 3.0), 0.05, 1, 2));
+    springls_destroy(a);
     PASS();
 }
 
@@ -725,6 +758,7 @@ int main(int argc, char **argv)
     RUN_TEST(springls_have_the_attributes_of_their_body);
     RUN_TEST(places_on_many_originals_survive_a_restore);
     RUN_TEST(originals_of_second_operands);
+    RUN_TEST(edits_complete_what_they_change);
     RUN_TEST(the_result_can_move_on);
     RUN_TEST(offsets_have_the_exact_volume);
     RUN_TEST(offsets_change_topology);
