@@ -21630,7 +21630,8 @@ SPRINGLS__FN springls__surface_hit springls__surface_ray(const springls__surface
                         outer    inner, facing inwards
 
      open:    by sight: from the front of its triangles more rays must get past all others than from their backs. Parts that see no
-              difference stay together as they came, turned where their common volume is negative. */
+              difference take the side that the others leave them: their back is where those wind around more. Where that says nothing
+              either, they stay together as they came, turned where their common volume is negative. */
 
 enum { SPRINGLS__MESH_UNREACHED = 2 }; /* a value of springls__mesh_intake.turn */
 
@@ -21649,7 +21650,7 @@ typedef struct springls__mesh_part {
 typedef struct springls__mesh_parts {
     springls__mesh_intake *mesh;
     springls__mesh_part *part;
-    springls__surface all, container; /* all triangles; those of one part */
+    springls__surface all, container; /* all triangles; those of one part, or of those that have been judged */
     int count;
     double outwards;
     springls__buffer memory, keys_memory;
@@ -21918,12 +21919,74 @@ SPRINGLS__FN double springls__mesh_blind_volume(const springls__mesh_parts *p)
     return volume;
 }
 
+/* Builds p->container, the surface of all parts that have been judged, as they face. Returns how many triangles it has in *count. */
+SPRINGLS__FN springls_status springls__mesh_judged_surface(springls_context *ctx, springls__mesh_parts *p, int *count)
+{
+    int i, j;
+    *count = 0;
+    SPRINGLS__TRY(springls__surface_reserve(ctx, &p->container, p->mesh->count));
+    for (i = 0; i < p->count; i++) {
+        const springls__mesh_part *part = &p->part[i];
+        for (j = part->first; (part->closed || part->seen) && j < part->first + part->count; j++) {
+            springls__v3 *q = p->container.points + 3 * (*count)++, second;
+            springls__mesh_corners(p->mesh, p->mesh->queue[j], q);
+            if (!part->turned) continue;
+            second = q[1]; q[1] = q[2]; q[2] = second;
+        }
+    }
+    if (!*count) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__surface_finish(ctx, &p->container, *count));
+    return springls__surface_make_dipoles(ctx, &p->container);
+}
+
+/* Returns how much more p->container winds around the backs of a part's triangles than around their fronts, in the mean of up to
+   sixteen. */
+SPRINGLS__FN float springls__mesh_lean(const springls__mesh_parts *p, const springls__mesh_part *part)
+{
+    const float off = 0.3f; /* of the triangle's size */
+    const int step = part->count / 16 + 1;
+    float sum = 0.0f;
+    int i, n = 0;
+    for (i = part->first; i < part->first + part->count; i += step) {
+        springls__v3 q[3], center, normal;
+        springls__tri t;
+        float size;
+        springls__mesh_corners(p->mesh, p->mesh->queue[i], q);
+        t.a = q[0]; t.b = q[1]; t.c = q[2];
+        center = springls__tri_centroid(t);
+        size = springls__sqrt(springls__length(springls__tri_area2(t)));
+        normal = springls__scale(springls__tri_normal(t), (float)p->outwards * off * size);
+        sum += springls__surface_winding(&p->container, springls__sub(center, normal), 2.5f)
+               - springls__surface_winding(&p->container, springls__add(center, normal), 2.5f);
+        n++;
+    }
+    return (float)p->outwards * sum / (float)n;
+}
+
+/* Judges open parts without a view: by the winding number of those that have been judged, else by their common volume. */
+SPRINGLS__FN springls_status springls__mesh_judge_blind(springls_context *ctx, springls__mesh_parts *p)
+{
+    const float clear = 0.05f; /* winding number */
+    const bool turn_rest = springls__mesh_blind_volume(p) < 0.0;
+    int i, judged, blind = 0;
+    for (i = 0; i < p->count; i++) blind += !p->part[i].closed && !p->part[i].seen;
+    if (!blind) return SPRINGLS_OK;
+    SPRINGLS__TRY(springls__mesh_judged_surface(ctx, p, &judged));
+    for (i = 0; i < p->count; i++) {
+        springls__mesh_part *part = &p->part[i];
+        float lean;
+        if (part->closed || part->seen) continue;
+        lean = judged ? springls__mesh_lean(p, part) : 0.0f;
+        part->turned = springls__fabs(lean) > clear ? lean < 0.0f : turn_rest;
+    }
+    return SPRINGLS_OK;
+}
+
 /* ---- all ---- */
 
 /* Decides for each part whether it is turned. */
 SPRINGLS__FN springls_status springls__mesh_judge_parts(springls_context *ctx, springls__mesh_parts *p)
 {
-    bool turn_blind;
     int i, open = 0;
     SPRINGLS__TRY(springls__mesh_find_parts(ctx, p));
     for (i = 0; i < p->count; i++) {
@@ -21936,10 +21999,7 @@ SPRINGLS__FN springls_status springls__mesh_judge_parts(springls_context *ctx, s
     SPRINGLS__TRY(springls__mesh_all_surface(ctx, p));
     for (i = 0; i < p->count; i++)
         if (!p->part[i].closed) springls__mesh_judge_open(p, &p->part[i]);
-    turn_blind = springls__mesh_blind_volume(p) < 0.0;
-    for (i = 0; i < p->count; i++)
-        if (!p->part[i].closed && !p->part[i].seen) p->part[i].turned = turn_blind;
-    return SPRINGLS_OK;
+    return springls__mesh_judge_blind(ctx, p);
 }
 
 /* Writes m->turn so that neighbors agree and every part faces outwards, and the report's numbers of parts. */
@@ -39377,7 +39437,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_scatter, LISTS, 128) X(brick_lists_sort, LISTS, 8)                                                             \\\n",
     "    X(compact_flag, LISTS, 4096) X(compact_out, LISTS, 256) X(compact_in, LISTS, 256)                                            \\\n",
     "    X(region_begin, SIGNS, 64) X(region_join, SIGNS, 64) X(region_vote, SIGNS, 64) X(region_resolve, SIGNS, 64)\n",
-    "#line 25330 \"springls.h\"\n",
+    "#line 25390 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -40241,7 +40301,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (k = 0; k < 192; k++) springls__line_crossings(model, contour, b, k, store, work);\n",
     "    for (k = 0; k < 1536 && !store; k++) brick->edge_end[k] = sum += brick->edge_end[k];\n",
     "}\n",
-    "#line 26195 \"springls.h\"\n",
+    "#line 26255 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -40786,7 +40846,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 26741 \"springls.h\"\n",
+    "#line 26801 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -41373,7 +41433,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 41377 \"springls.h\"\n",
+    "#line 41437 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

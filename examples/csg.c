@@ -7,6 +7,7 @@
 #include "springls/mesh_followed.h"
 #include "springls/model_pictures.h"
 #include "springls/run_options.h"
+#include "springls/solid_grid.h"
 #include "springls_cl.h"
 #include "surface/mesh_io.h"
 
@@ -118,26 +119,17 @@ static bool read_solid(struct solid *s)
 static springls_grid_desc make_grid(struct csg *csg)
 {
     const double grow = strcmp(csg->operation, "offset") == 0 ? fmax(csg->amount, 0.0) : 0.0;
-    const int margin = 5; /* voxels: the band and some more */
-    springls_grid_desc grid;
-    double lower[3], size[3], longest = 0.0;
-    memset(&grid, 0, sizeof grid);
+    double lower[3], upper[3];
     for (int c = 0; c < 3; ++c) {
-        double upper = -INFINITY;
+        upper[c] = -INFINITY;
         lower[c] = INFINITY;
         for (int i = 0; i < csg->count; ++i) {
             lower[c] = fmin(lower[c], (double)csg->solids[i].lower[c] - grow);
-            upper = fmax(upper, (double)csg->solids[i].upper[c] + grow);
+            upper[c] = fmax(upper[c], (double)csg->solids[i].upper[c] + grow);
         }
-        size[c] = upper - lower[c];
-        longest = fmax(longest, size[c]);
     }
-    csg->spacing = longest / (csg->common.grid - 2 * margin);
-    for (int c = 0; c < 3; ++c) {
-        grid.size[c] = (int)ceil(size[c] / csg->spacing) + 2 * margin;
-        grid.spacing[c] = csg->spacing;
-        grid.origin[c] = lower[c] - csg->spacing * (margin - 0.5);
-    }
+    const springls_grid_desc grid = solid_grid_of(lower, upper, csg->common.grid);
+    csg->spacing = grid.spacing[0];
     return grid;
 }
 

@@ -52,6 +52,7 @@ test_bad_files_USES = surface imaging
 test_common_USES    = surface imaging springls
 test_contour_USES   = $(segment_USES)
 test_csg_USES       = $(csg_USES)
+test_mend_USES      = $(mend_USES)
 test_gltf_USES      = character
 test_fields_USES    = $(register_USES)
 test_imaging_USES   = pictures

@@ -1,0 +1,382 @@
+/* mend.c - makes a solid of a mesh that is none: holes, double shells, fins, junk inside, specks, parts that face the wrong way or overlap.
+ * The outer skin is found first (surface/outer_skin.h), and a model is set from it. The result is closed and does not cross itself. */
+#include "base/json.h"
+#include "base/progress.h"
+#include "base/vec3.h"
+#include "pictures/raycast.h"
+#include "springls/mesh_followed.h"
+#include "springls/run_options.h"
+#include "springls/solid_grid.h"
+#include "springls_cl.h"
+#include "surface/mesh_check.h"
+#include "surface/mesh_io.h"
+#include "surface/outer_skin.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { PICTURE = 480, EXIT_LOSS = 3 };
+
+struct mend {
+    struct cli_common common;
+    const char *input, *out, *picture, *set, *cavities;
+    double opening, specks;
+    bool strict;
+    struct mesh mesh; /* as read */
+    struct outer_skin skin;
+    struct mesh_followed followed; /* of the skin */
+    springls_params params;
+    springls_context *ctx;
+    springls_mesh result;
+    float *colors; /* of the result's vertices */
+    double spacing, seconds, volume;
+    int components, euler;
+};
+
+/* ---- from the file to the model ---- */
+
+static bool read_mesh(struct mend *m)
+{
+    char error[MESH_TEXT];
+    float lower[3] = {INFINITY, INFINITY, INFINITY}, upper[3] = {-INFINITY, -INFINITY, -INFINITY};
+    if (!mesh_read(m->input, &m->mesh, error)) {
+        return cli_fail("mend", CLI_EXIT_FAILURE, "%s", error) == CLI_CONTINUE;
+    }
+    if (m->mesh.vertex_count > 100000000 || m->mesh.triangle_count > 100000000) {
+        return cli_fail("mend", CLI_EXIT_FAILURE, "%s: more than 100 million vertices or triangles", m->input) == CLI_CONTINUE;
+    }
+    raycast_grow_box(m->mesh.positions, m->mesh.vertex_count, lower, upper);
+    return (vec3_within_reach(lower) && vec3_within_reach(upper))
+        || cli_fail("mend", CLI_EXIT_FAILURE, "%s: " VEC3_TOO_FAR, m->input) == CLI_CONTINUE;
+}
+
+/* Computes the box of some triangles. */
+static void box_of(const struct mesh *mesh, const uint32_t *indices, size_t triangle_count, double lower[3], double upper[3])
+{
+    for (int c = 0; c < 3; ++c) {
+        lower[c] = INFINITY;
+        upper[c] = -INFINITY;
+    }
+    for (size_t i = 0; i < 3 * triangle_count; ++i) {
+        for (int c = 0; c < 3; ++c) {
+            const double x = (double)mesh->positions[3 * (size_t)indices[i] + (size_t)c];
+            lower[c] = fmin(lower[c], x);
+            upper[c] = fmax(upper[c], x);
+        }
+    }
+}
+
+/* Finds the skin, on the voxels of a grid around the whole mesh. */
+static bool find_skin(struct mend *m)
+{
+    double lower[3], upper[3];
+    const char *why;
+    box_of(&m->mesh, m->mesh.indices, m->mesh.triangle_count, lower, upper);
+    m->spacing = solid_grid_of(lower, upper, m->common.grid).spacing[0];
+    if (!(m->spacing > 0.0)) {
+        return cli_fail("mend", CLI_EXIT_FAILURE, "%s: all of it is one point", m->input) == CLI_CONTINUE;
+    }
+    const struct outer_skin_spec spec = {.spacing = (float)m->spacing,
+                                         .opening = (float)m->opening,
+                                         .speck = (float)m->specks,
+                                         .cavities = strcmp(m->cavities, "keep") == 0};
+    return outer_skin_find(m->mesh.positions, m->mesh.indices, m->mesh.triangle_count, &spec, &m->skin, &why)
+        || cli_fail("mend", CLI_EXIT_FAILURE, "%s: %s", m->input, why) == CLI_CONTINUE;
+}
+
+static int *signed_indices(const uint32_t *indices, size_t triangle_count)
+{
+    int *triangles = malloc((3 * triangle_count + 1) * sizeof *triangles);
+    for (size_t i = 0; triangles && i < 3 * triangle_count; ++i) {
+        triangles[i] = (int)indices[i];
+    }
+    return triangles;
+}
+
+/* Takes the colors of the mesh's vertices to those of the result, by the places that they come from. */
+static bool carry_colors(struct mend *m, const int *triangles)
+{
+    if (!m->mesh.colors) {
+        return true;
+    }
+    const int n = m->result.vertex_count;
+    springls_material *places = malloc(((size_t)n + 1) * sizeof *places);
+    m->colors = malloc(((size_t)n + 1) * 3 * sizeof *m->colors);
+    const bool fine = places && m->colors && springls_mesh_materials(m->ctx, &m->result, places) == SPRINGLS_OK
+                      && springls_interpolate_material(places, n, m->mesh.colors, 3, triangles, (int)m->skin.triangle_count, m->colors)
+                             == SPRINGLS_OK;
+    free(places);
+    return fine;
+}
+
+/* Prints why a call failed. */
+static bool report_failure(const struct mend *m)
+{
+    const char *why = m->ctx ? springls_last_error(m->ctx) : "";
+    return cli_fail("mend", CLI_EXIT_FAILURE, "%s: %s", m->input, *why ? why : "not enough memory") == CLI_CONTINUE;
+}
+
+static bool measure_result(struct mend *m)
+{
+    struct mesh_check check;
+    m->components = mesh_components(m->result.vertex_count, m->result.triangles, m->result.triangle_count);
+    m->volume = mesh_volume(m->result.positions, m->result.triangles, m->result.triangle_count);
+    memset(&check, 0, sizeof check);
+    springls_measures measures;
+    if (springls_measure(m->ctx, &measures) != SPRINGLS_OK || m->components < 0) {
+        return false;
+    }
+    m->euler = measures.euler;
+    return true;
+}
+
+static bool make_solid(struct mend *m, springls_backend *backend)
+{
+    double lower[3], upper[3];
+    box_of(&m->mesh, m->skin.indices, m->skin.triangle_count, lower, upper);
+    const springls_grid_desc grid = solid_grid_of(lower, upper, m->common.grid);
+    springls_desc desc = {.grid = grid, .params = &m->params, .backend = backend};
+    int *triangles = signed_indices(m->skin.indices, m->skin.triangle_count);
+    m->spacing = grid.spacing[0];
+    if (!triangles || run_create("mend", &desc, &m->ctx) != CLI_CONTINUE) {
+        free(triangles);
+        return false;
+    }
+    const bool fine = mesh_followed(m->ctx, m->mesh.positions, (int)m->mesh.vertex_count, triangles, (int)m->skin.triangle_count,
+                                    (float)m->spacing, &m->followed)
+                          == SPRINGLS_OK
+                      && springls_remesh(m->ctx) == SPRINGLS_OK && springls_extract_mesh(m->ctx, &m->result) == SPRINGLS_OK
+                      && carry_colors(m, triangles) && measure_result(m);
+    free(triangles);
+    if (!fine) {
+        return report_failure(m);
+    }
+    return m->result.triangle_count > 0
+        || cli_fail("mend", CLI_EXIT_FAILURE, "%s: thinner than the voxels, of %.4g: nothing is left", m->input, m->spacing) == CLI_CONTINUE;
+}
+
+/* ---- output ---- */
+
+static bool write_solid(const struct mend *m)
+{
+    char error[MESH_TEXT] = "not enough memory";
+    const size_t n = 3 * (size_t)m->result.triangle_count;
+    uint32_t *indices = malloc((n + 1) * sizeof *indices);
+    for (size_t i = 0; indices && i < n; ++i) {
+        indices[i] = (uint32_t)m->result.triangles[i];
+    }
+    const struct mesh_arrays arrays = {.positions = m->result.positions,
+                                       .vertex_count = (size_t)m->result.vertex_count,
+                                       .indices = indices,
+                                       .triangle_count = (size_t)m->result.triangle_count,
+                                       .normals = m->result.normals,
+                                       .colors = m->colors};
+    const bool fine = indices && mesh_write(m->out, &arrays, error);
+    free(indices);
+    return fine || cli_fail("mend", CLI_EXIT_FAILURE, "%s", error) == CLI_CONTINUE;
+}
+
+/* Draws triangles from the front, in two colors: their fronts, and their backs, as where one looks into a hole. */
+static bool draw(const float *positions, size_t vertex_count, const uint32_t *indices, size_t triangle_count,
+                 const struct raycast_camera *camera, struct image *picture)
+{
+    const struct raycast_scene scene = {.positions = positions,
+                                        .vertex_count = vertex_count,
+                                        .indices = indices,
+                                        .triangle_count = triangle_count,
+                                        .background_top = {1.0f, 1.0f, 1.0f},
+                                        .background_bottom = {1.0f, 1.0f, 1.0f},
+                                        .camera = *camera};
+    return raycast_render(&scene, PICTURE, PICTURE, picture);
+}
+
+static bool write_picture(const struct mend *m)
+{
+    static const char *const captions[2] = {"the mesh", "the solid"};
+    const float direction[3] = {0.75f, -1.0f, 0.7f}, up[3] = {0.0f, 0.0f, 1.0f};
+    const struct raycast_camera camera = raycast_frame_points(m->mesh.positions, m->mesh.vertex_count, direction, up, 0.0f, 1.0f);
+    const size_t n = 3 * (size_t)m->result.triangle_count;
+    uint32_t *indices = malloc((n + 1) * sizeof *indices);
+    struct image pictures[2], strip;
+    memset(pictures, 0, sizeof pictures);
+    for (size_t i = 0; indices && i < n; ++i) {
+        indices[i] = (uint32_t)m->result.triangles[i];
+    }
+    bool fine = indices
+                && draw(m->mesh.positions, m->mesh.vertex_count, m->mesh.indices, m->mesh.triangle_count, &camera, &pictures[0])
+                && draw(m->result.positions, (size_t)m->result.vertex_count, indices, n / 3, &camera, &pictures[1])
+                && image_strip(pictures, captions, 2, 2, color_rgb(1.0f, 1.0f, 1.0f), &strip);
+    if (fine) {
+        fine = image_write_png(&strip, m->picture) || cli_write_failed("mend", m->picture);
+        image_free(&strip);
+    } else {
+        cli_fail("mend", CLI_EXIT_FAILURE, "not enough memory for a picture");
+    }
+    image_free(&pictures[0]);
+    image_free(&pictures[1]);
+    free(indices);
+    return fine;
+}
+
+static int genus(const struct mend *m) { return m->components - m->euler / 2; }
+
+static double share(const struct mend *m, double area) { return m->skin.area > 0.0 ? area / m->skin.area : 0.0; }
+
+/* Returns the share of the mesh's area, without what cannot be seen, that the solid follows or covers. */
+static double followed_area(const struct mend *m)
+{
+    const double seen = m->skin.area - m->skin.hidden;
+    const double kept = seen - m->skin.sheets;
+    return seen > 0.0 ? (m->followed.area + m->followed.within) * kept / seen : 0.0;
+}
+
+static bool lost_much(const struct mend *m) { return m->followed.little || followed_area(m) < 0.9; }
+
+static bool write_json(const struct mend *m, const springls_backend *backend)
+{
+    struct json_writer json;
+    if (!json_open(&json, m->common.json)) {
+        return cli_write_failed("mend", m->common.json);
+    }
+    json_object_begin(&json, NULL);
+    json_string(&json, "input", m->input);
+    json_integer(&json, "grid", m->common.grid);
+    json_number(&json, "spacing", m->spacing);
+    json_string(&json, "params", m->common.params);
+    json_string(&json, "backend", run_backend_name(backend));
+    json_number(&json, "opening", (double)m->skin.opening);
+    json_integer(&json, "patches", m->skin.patches);
+    json_integer(&json, "patches_turned", m->skin.turned);
+    json_bool(&json, "open", m->skin.open);
+    json_integer(&json, "cavities", m->skin.cavities);
+    json_integer(&json, "specks", m->skin.specks);
+    json_number(&json, "area_sheets", share(m, m->skin.sheets));
+    json_number(&json, "area_hidden", share(m, m->skin.hidden));
+    json_number(&json, "area_followed", followed_area(m));
+    json_bool(&json, "little", lost_much(m));
+    json_number(&json, "volume", m->volume);
+    json_integer(&json, "components", m->components);
+    json_integer(&json, "genus", genus(m));
+    json_integer(&json, "triangles", m->result.triangle_count);
+    json_number(&json, "seconds", m->seconds);
+    json_number(&json, "peak_rss_mib", peak_rss_mib());
+    json_object_end(&json);
+    return json_close(&json) || cli_write_failed("mend", m->common.json);
+}
+
+static void print(const struct mend *m)
+{
+    char text[256];
+    printf("%-9s %d patches, %d turned; a ball of radius %.3g voxels %s\n", "the mesh", m->skin.patches, m->skin.turned,
+           (double)m->skin.opening, m->opening > 0.0 ? "as asked" : "(--opening) fits it");
+    printf("%-9s %.1f %% of the area is hidden, %.1f %% is sheets that bound nothing", "left out", 100.0 * share(m, m->skin.hidden),
+           100.0 * share(m, m->skin.sheets));
+    if (m->skin.specks) {
+        printf(", %d speck%s", m->skin.specks, m->skin.specks == 1 ? "" : "s");
+    }
+    if (m->skin.cavities) {
+        printf("; %d hollow%s %s", m->skin.cavities, m->skin.cavities == 1 ? "" : "s",
+               strcmp(m->cavities, "keep") == 0 ? "kept" : "filled (--cavities keep keeps them)");
+    }
+    if (m->skin.open) {
+        printf("; it is open wide, and taken as it is");
+    }
+    mesh_followed_text(&m->followed, text, sizeof text);
+    printf("\n%-9s %s\n", "its skin", text);
+    printf("%-9s volume %.6g, components %d, genus %d; follows %.1f %% of what is seen of the mesh; %d triangles, %.2f s\n", "the solid",
+           m->volume, m->components, genus(m), 100.0 * followed_area(m), m->result.triangle_count, m->seconds);
+}
+
+/* ---- the run ---- */
+
+static bool warn_of_losses(const struct mend *m)
+{
+    if (!lost_much(m)) {
+        return false;
+    }
+    const double seen = m->skin.area - m->skin.hidden;
+    const char *advice = m->skin.sheets > 0.1 * seen || m->skin.open ? "sheets that enclose nothing are left out: try a larger --opening"
+                                                                     : mesh_followed_advice(&m->followed);
+    fprintf(stderr, "mend: warning: %s: the solid follows %.1f %% of what is seen of the mesh: %s\n", m->input, 100.0 * followed_area(m),
+            advice);
+    return true;
+}
+
+static int check_usage(struct mend *m)
+{
+    char error[MESH_TEXT];
+    if (m->out && !mesh_can_write(m->out, error)) {
+        return cli_fail("mend", CLI_EXIT_USAGE, "--out: %s", error);
+    }
+    return cli_grid("mend", &m->common, 128, 24, 4096);
+}
+
+static void free_all(struct mend *m)
+{
+    if (m->ctx) {
+        springls_mesh_free(m->ctx, &m->result);
+    }
+    springls_destroy(m->ctx);
+    outer_skin_free(&m->skin);
+    mesh_free(&m->mesh);
+    free(m->colors);
+}
+
+/* Does all work after the command line is read; returns the exit status. */
+static int run(struct mend *m)
+{
+    const double begin = elapsed_seconds();
+    springls_backend *backend = NULL;
+    bool fine = read_mesh(m) && find_skin(m);
+    if (fine) {
+        backend = run_backend("mend", &m->common);
+        fine = make_solid(m, backend);
+        m->seconds = elapsed_seconds() - begin;
+    }
+    if (fine && cli_may_print(&m->common)) {
+        print(m);
+    }
+    fine = fine && (!m->out || write_solid(m)) && (!m->picture || write_picture(m)) && (!m->common.json || write_json(m, backend));
+    const int end = !fine ? CLI_EXIT_FAILURE : warn_of_losses(m) && m->strict ? EXIT_LOSS : CLI_EXIT_OK;
+    free_all(m);
+    springls_cl_destroy(backend);
+    return end;
+}
+
+int main(int argc, char **argv)
+{
+    struct mend m = {.common = cli_common_defaults(), .cavities = "fill", .specks = 8.0};
+    const struct cli_option table[] = {
+        {"out", CLI_RESULT, &m.out, "SOLID", "PLY, OBJ, STL or GLB, by its extension", 0.0, 0.0, NULL},
+        {"picture", CLI_OUTPUT, &m.picture, "FILE", "a PNG of the mesh and the solid", 0.0, 0.0, NULL},
+        {"opening", CLI_DOUBLE, &m.opening, "VOXELS", "what a ball of this radius cannot get into is inside (default: found, and printed)",
+         0.25, 64.0, NULL},
+        {"cavities", CLI_CHOICE, &m.cavities, NULL, "hollows that are shut", 0.0, 0.0, "fill|keep"},
+        {"specks", CLI_DOUBLE, &m.specks, "VOXELS", "closed parts of a smaller volume are left out, voxels^3", 0.0, 1e6, NULL},
+        {"strict", CLI_FLAG, &m.strict, NULL, "exit status 3 where a tenth of what is seen of the mesh or of the volume is lost", 0.0, 0.0,
+         NULL},
+        {"set", CLI_STRING, &m.set, "LIST", RUN_OPTIONS_SET_HELP, 0.0, 0.0, NULL},
+    };
+    const struct cli_positional positionals[] = {{"MESH", &m.input, "OBJ, PLY, STL, OFF, glTF or what assimp reads", true}};
+    const struct cli_program program = {.name = "mend",
+                                        .summary = "makes a closed solid of any mesh",
+                                        .common = &m.common,
+                                        .options = table,
+                                        .option_count = (int)(sizeof table / sizeof *table),
+                                        .positionals = positionals,
+                                        .positional_count = 1,
+                                        .without = "out"};
+    int status = cli_parse(&program, argc, argv);
+    if (status == CLI_CONTINUE) {
+        status = check_usage(&m);
+    }
+    if (status == CLI_CONTINUE) {
+        status = run_options("mend", &m.common, m.set, &m.params);
+    }
+    if (status == CLI_CONTINUE && m.out) {
+        status = run_check_output("mend", m.out);
+    }
+    return status == CLI_CONTINUE ? run(&m) : status;
+}

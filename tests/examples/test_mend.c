@@ -1,0 +1,258 @@
+/* test_mend.c - examples/mend.c as it is run: balls and rings with each kind of damage become what they were; what it refuses and what it
+   warns of, in one line. */
+#define _POSIX_C_SOURCE 200809L
+
+#include "greatest.h"
+
+GREATEST_MAIN_DEFS();
+
+#ifndef TEST_EXAMPLES_COMMON
+
+TEST examples_mend_built_without_its_libraries(void) { SKIP(); }
+
+int main(int argc, char **argv)
+{
+    GREATEST_MAIN_BEGIN();
+    RUN_TEST(examples_mend_built_without_its_libraries);
+    GREATEST_MAIN_END();
+}
+
+#else
+
+#define main mend_main
+#include "../../examples/mend.c"
+#undef main
+
+#include "mesh_damage.h"
+#include "scratch.h"
+
+#include <sys/stat.h>
+#include <unistd.h>
+
+#define PI 3.14159265358979
+
+/* Returns the program's status; what it prints goes into files. The last argument is NULL. */
+static int run_mend(const char *input, const char *const *more)
+{
+    const char *arguments[20] = {"mend", input};
+    int count = 2;
+    while (more && *more) arguments[count++] = *more++;
+    fflush(NULL);
+    const int keep_error = dup(STDERR_FILENO), keep_output = dup(STDOUT_FILENO);
+    if (!freopen(scratch("stderr"), "w", stderr) || !freopen(scratch("stdout"), "w", stdout)) return -99;
+    const int status = mend_main(count, (char **)(uintptr_t)arguments);
+    fflush(NULL);
+    dup2(keep_error, STDERR_FILENO);
+    dup2(keep_output, STDOUT_FILENO);
+    close(keep_error);
+    close(keep_output);
+    return status;
+}
+
+/* Returns what a run has printed. */
+static const char *printed(const char *name)
+{
+    static char text[2048];
+    FILE *file = fopen(scratch(name), "r");
+    const size_t length = file ? fread(text, 1, sizeof text - 1, file) : 0;
+    if (file) fclose(file);
+    text[length] = '\0';
+    return text;
+}
+
+/* ---- meshes ---- */
+
+enum { ROUND = 96, ACROSS = 48 };
+
+struct shape {
+    float positions[3 * ROUND * ACROSS];
+    uint32_t indices[6 * ROUND * ACROSS];
+};
+
+/* Makes a ring of radii 1 and .45 about the origin. */
+static void make_ring(struct shape *ring)
+{
+    for (int i = 0; i < ROUND * ACROSS; ++i) {
+        const double a = 2.0 * PI * (i / ACROSS) / ROUND, b = 2.0 * PI * (i % ACROSS) / ACROSS;
+        const int down = (i / ACROSS + 1) % ROUND * ACROSS + i % ACROSS;
+        const int right = i / ACROSS * ACROSS + (i % ACROSS + 1) % ACROSS, both = down / ACROSS * ACROSS + right % ACROSS;
+        const int faces[6] = {i, down, both, i, both, right};
+        ring->positions[3 * i] = (float)((1.0 + 0.45 * cos(b)) * cos(a));
+        ring->positions[3 * i + 1] = (float)((1.0 + 0.45 * cos(b)) * sin(a));
+        ring->positions[3 * i + 2] = (float)(0.45 * sin(b));
+        for (int k = 0; k < 6; ++k) ring->indices[6 * i + k] = (uint32_t)faces[k];
+    }
+}
+
+static bool write_damaged(const char *path, const struct damaged *m, const float *colors)
+{
+    char error[MESH_TEXT];
+    const struct mesh_arrays arrays = {.positions = m->positions,
+                                       .vertex_count = m->vertex_count,
+                                       .indices = m->indices,
+                                       .triangle_count = m->triangle_count,
+                                       .colors = colors};
+    return mesh_write(path, &arrays, error);
+}
+
+struct facts {
+    double volume;
+    struct mesh_check check;
+    struct mesh mesh; /* to be freed */
+};
+
+static bool read_facts(const char *path, struct facts *facts)
+{
+    char error[MESH_TEXT];
+    memset(facts, 0, sizeof *facts);
+    if (!mesh_read(path, &facts->mesh, error)) return false;
+    facts->volume = mesh_volume(facts->mesh.positions, (const int *)facts->mesh.indices, (int)facts->mesh.triangle_count);
+    return mesh_check(facts->mesh.positions, (int)facts->mesh.vertex_count, (const int *)facts->mesh.indices,
+                      (int)facts->mesh.triangle_count, &facts->check);
+}
+
+static struct shape ring;
+
+/* ---- tests ---- */
+
+/* Each kind of damage, in one strength: closed, without crossings, one part, one hole through it, the volume of the whole ring. */
+TEST damage_is_mended(void)
+{
+    make_ring(&ring);
+    const double volume = 2.0 * PI * PI * 0.45 * 0.45;
+    for (int kind = 0; kind < DAMAGE_KINDS; ++kind) {
+        struct damaged m;
+        struct facts facts;
+        char path[512];
+        snprintf(path, sizeof path, "%s", scratch("damaged.ply"));
+        ASSERT(damage_begin(&m, ring.positions, ROUND * ACROSS, ring.indices, 2 * ROUND * ACROSS, 7u));
+        ASSERT(damage_do(&m, (enum damage_kind)kind, kind % 3) && write_damaged(path, &m, NULL));
+        damage_end(&m);
+        const char *const more[] = {"--grid", "64", "--out", scratch("mended.ply"), "--strict", NULL};
+        ASSERT_EQm(damage_names[kind], 0, run_mend(path, more));
+        ASSERT(read_facts(more[3], &facts));
+        mesh_free(&facts.mesh);
+        ASSERT_EQm(damage_names[kind], 0, facts.check.open_edges);
+        ASSERT_EQm(damage_names[kind], 0, facts.check.intersections);
+        ASSERT_EQm(damage_names[kind], 1, facts.check.components);
+        ASSERT_EQm(damage_names[kind], 0, facts.check.euler);
+        ASSERT_IN_RANGEm(damage_names[kind], volume, facts.volume, 0.015 * volume);
+    }
+    PASS();
+}
+
+/* A hollow ring: filled, and kept on request. */
+TEST hollows_go_or_stay(void)
+{
+    struct damaged m;
+    struct facts facts;
+    char path[512];
+    make_ring(&ring);
+    snprintf(path, sizeof path, "%s", scratch("hollow.ply"));
+    ASSERT(damage_begin(&m, ring.positions, ROUND * ACROSS, ring.indices, 2 * ROUND * ACROSS, 7u));
+    ASSERT(damage_copy(&m, ring.positions, -1.0f, 0.2f, true) && write_damaged(path, &m, NULL));
+    damage_end(&m);
+    for (int keep = 0; keep < 2; ++keep) {
+        const char *const more[] = {"--grid", "64", "--out", scratch("mended.ply"), "--cavities", keep ? "keep" : "fill", NULL};
+        const double volume = 2.0 * PI * PI * (0.45 * 0.45 - (keep ? 0.25 * 0.25 : 0.0));
+        ASSERT_EQ(0, run_mend(path, more));
+        ASSERT(strstr(printed("stdout"), keep ? "1 hollow kept" : "1 hollow filled"));
+        ASSERT(read_facts(more[3], &facts));
+        mesh_free(&facts.mesh);
+        ASSERT_IN_RANGE(volume, facts.volume, 0.015 * volume);
+        ASSERT_EQ(1 + keep, facts.check.components);
+    }
+    PASS();
+}
+
+/* Vertices are red to the left and blue to the right, with a blend between. */
+TEST colors_come_along(void)
+{
+    static float colors[3 * ROUND * ACROSS];
+    struct damaged m;
+    struct facts facts;
+    char path[512];
+    int wrong = 0;
+    make_ring(&ring);
+    for (int i = 0; i < ROUND * ACROSS; ++i) {
+        colors[3 * i] = 0.5f + 0.3f * ring.positions[3 * i];
+        colors[3 * i + 1] = 0.25f;
+        colors[3 * i + 2] = 0.5f - 0.3f * ring.positions[3 * i];
+    }
+    snprintf(path, sizeof path, "%s", scratch("colored.ply"));
+    ASSERT(damage_begin(&m, ring.positions, ROUND * ACROSS, ring.indices, 2 * ROUND * ACROSS, 7u));
+    ASSERT(write_damaged(path, &m, colors));
+    damage_end(&m);
+    const char *const more[] = {"--grid", "64", "--out", scratch("mended.ply"), "--picture", scratch("mended.png"), NULL};
+    ASSERT_EQ(0, run_mend(path, more));
+    ASSERT(read_facts(more[3], &facts) && facts.mesh.colors);
+    for (size_t i = 0; i < facts.mesh.vertex_count; ++i) {
+        const float x = facts.mesh.positions[3 * i], *c = facts.mesh.colors + 3 * i;
+        wrong += fabsf(c[0] - 0.5f - 0.3f * x) > 2.6f / 255.0f || fabsf(c[1] - 0.25f) > 2.6f / 255.0f
+                 || fabsf(c[2] - 0.5f + 0.3f * x) > 2.6f / 255.0f;
+    }
+    mesh_free(&facts.mesh);
+    struct stat status;
+    ASSERT_EQ(0, stat(more[5], &status));
+    ASSERT(status.st_size > 1000);
+    ASSERT_EQ(0, wrong);
+    PASS();
+}
+
+/* A sheet beside the ring bounds nothing: a warning, and exit status 3 with --strict. */
+TEST what_is_lost_is_named(void)
+{
+    const float sheet[12] = {2.0f, -2.0f, -1.0f, 2.0f, 2.0f, -1.0f, 2.0f, 2.0f, 1.0f, 2.0f, -2.0f, 1.0f};
+    const uint32_t faces[6] = {0, 1, 2, 0, 2, 3};
+    struct damaged m;
+    char path[512];
+    make_ring(&ring);
+    snprintf(path, sizeof path, "%s", scratch("sheet.ply"));
+    ASSERT(damage_begin(&m, ring.positions, ROUND * ACROSS, ring.indices, 2 * ROUND * ACROSS, 7u) && damage_room(&m, 4, 2));
+    memcpy(m.positions + 3 * m.vertex_count, sheet, sizeof sheet);
+    for (int i = 0; i < 6; ++i) m.indices[3 * m.triangle_count + (size_t)i] = (uint32_t)m.vertex_count + faces[i];
+    m.vertex_count += 4;
+    m.triangle_count += 2;
+    ASSERT(write_damaged(path, &m, NULL));
+    damage_end(&m);
+    const char *const strict[] = {"--grid", "48", "--out", scratch("kept.ply"), "--quiet", "--strict", NULL};
+    ASSERT_EQ(3, run_mend(path, strict));
+    ASSERT(strstr(printed("stderr"), "try a larger --opening"));
+    const char *const lax[] = {"--grid", "48", "--out", scratch("kept.ply"), "--quiet", NULL};
+    ASSERT_EQ(0, run_mend(path, lax));
+    PASS();
+}
+
+TEST bad_arguments_are_refused_in_one_line(void)
+{
+    static const struct {
+        int status;
+        const char *word, *more[4];
+    } cases[] = {{2, "--opening", {"--opening", "0", NULL}},
+                 {2, "--cavities", {"--cavities", "some", NULL}},
+                 {2, "--out", {"--out", "solid.txt", NULL}},
+                 {2, "--grid", {"--grid", "7", NULL}},
+                 {1, "nowhere.ply", {NULL}}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; ++i) {
+        ASSERT_EQm(cases[i].word, cases[i].status, run_mend("/nowhere.ply", cases[i].more));
+        const char *text = printed("stderr");
+        ASSERTm(text, strstr(text, cases[i].word) != NULL);
+        ASSERTm(text, strncmp(text, "mend: ", 6) == 0 && strchr(text, '\n') == text + strlen(text) - 1);
+    }
+    PASS();
+}
+
+int main(int argc, char **argv)
+{
+    GREATEST_MAIN_BEGIN();
+    if (!make_folder()) return 1;
+    RUN_TEST(damage_is_mended);
+    RUN_TEST(hollows_go_or_stay);
+    RUN_TEST(colors_come_along);
+    RUN_TEST(what_is_lost_is_named);
+    RUN_TEST(bad_arguments_are_refused_in_one_line);
+    if (!remove_folder()) return 1;
+    GREATEST_MAIN_END();
+}
+
+#endif
