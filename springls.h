@@ -552,7 +552,8 @@
    continues; a call waits where a phase needs a number from the device.
 
    springls_chunks lists which bricks of the zero level have changed. springls_snapshot and springls_restore go back to an
-   earlier model and continue from it with the same bits.
+   earlier model and continue from it with the same bits; springls_snapshot_delta keeps what a stroke has changed alone, and
+   springls_snapshot_patch makes the snapshot again.
 
    ERRORS
 
@@ -780,6 +781,7 @@
      >>snapshot_check       src/output/snapshot_check.h
      >>snapshot             src/output/snapshot.h
      >>snapshot_format      src/output/snapshot_format.h
+     >>snapshot_delta       src/output/snapshot_delta.h
      >>views                src/output/views.h
      >>kernel_source        src/output/kernel_source.h
      >>remodel              src/tools/remodel.h
@@ -889,6 +891,8 @@
   #define springls_set_time SPRINGLS__NAME(springls_set_time)
   #define springls_snapshot SPRINGLS__NAME(springls_snapshot)
   #define springls_restore SPRINGLS__NAME(springls_restore)
+  #define springls_snapshot_delta SPRINGLS__NAME(springls_snapshot_delta)
+  #define springls_snapshot_patch SPRINGLS__NAME(springls_snapshot_patch)
   #define springls_count SPRINGLS__NAME(springls_count)
   #define springls_view_vertices SPRINGLS__NAME(springls_view_vertices)
   #define springls_view_particles SPRINGLS__NAME(springls_view_particles)
@@ -1604,6 +1608,21 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
    altered, of another grid, or has what this version does not have. After any failure the model is unchanged. A snapshot of
    more springls than this context's max_springls is restored too: then none are added until there are fewer. */
 SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *snapshot, size_t size);
+
+/* Writes the difference from one snapshot, `base`, to another into `out`, at most `capacity` bytes, and its number of bytes into *size;
+   out NULL: the number only, which takes as long. It is at most snapshot_size + 64; where there is that much room it is found once. For
+   undo keep the newest snapshot of kind ALL, and for each stroke the difference from the snapshot after it to the one before it:
+   so cuts are undone too, and a stroke takes memory for what it has changed. BAD_SNAPSHOT: one of the two is none of
+   springls_snapshot, or is cut short. INVALID_ARGUMENT: also when capacity is less than *size. The model has no part in it. */
+SPRINGLS_API springls_status springls_snapshot_delta(springls_context *ctx, const void *base, size_t base_size, const void *snapshot,
+                                                     size_t snapshot_size, void *out, size_t capacity, size_t *size);
+
+/* Makes a snapshot again, byte by byte, from `base` and the difference of springls_snapshot_delta: at most `capacity` bytes into `out`,
+   which may overlap neither, and their number into *size; out NULL: the number only. springls_restore takes it. BAD_SNAPSHOT: `base` is no snapshot,
+   the difference is from another one, or it is damaged; what `out` then holds is undefined. INVALID_ARGUMENT: also when capacity is
+   less than *size. */
+SPRINGLS_API springls_status springls_snapshot_patch(springls_context *ctx, const void *base, size_t base_size, const void *delta,
+                                                     size_t delta_size, void *out, size_t capacity, size_t *size);
 
 /* ---- >>read:api: the springls, in voxel coordinates unless a comment names another unit --------------------------- */
 
@@ -30137,6 +30156,245 @@ SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void 
     return SPRINGLS_OK;
 }
 
+/* ======== >>snapshot_delta  (src/output/snapshot_delta.h) ====================================================== */
+/* snapshot_delta.h - the difference between two snapshots, for undo: what a stroke has not changed is copied from the other one. A block
+   is taken as words of four bytes. Rows that are removed or added move all that follows, so equal runs are looked for at any place: by
+   the hash of eight words, which every eighth place of the base is listed under.
+
+     base       | aaaa bbbb cccc dddd eeee |         a difference is a list of parts: words that are copied from a place of the
+     snapshot   | aaaa cccc XX dd eeee     |         base, then words of its own. */
+
+enum {
+    SPRINGLS__DELTA_HEAD_BYTES = 48,
+    SPRINGLS__DELTA_PART_BYTES = 12,
+    SPRINGLS__DELTA_WINDOW = 8, /* words that a hash is of                                       */
+    SPRINGLS__DELTA_LEAST = 4   /* words of a copy: its part takes fewer bytes than its words    */
+};
+
+static const char springls__delta_magic[8] = { 's', 'p', 'r', 'd', 'e', 'l', 't', 'a' };
+
+/* Two blocks, the places of the base by hash, and the difference as it grows. */
+typedef struct springls__delta {
+    const char *base, *block;
+    size_t base_words, words;
+    uint32_t *table;        /* a place of the base over WINDOW, and 1; 0: none      */
+    int bits;               /* of its numbers                                       */
+    char *out;              /* NULL: only the size is found                         */
+    size_t size;
+    size_t from, copied;    /* the part that grows: words copied from the base      */
+    size_t own;             /* the first word of its own                            */
+} springls__delta;
+
+SPRINGLS__FN uint32_t springls__delta_hash(const char *words, int bits)
+{
+    uint32_t hash = 2166136261u;
+    size_t i;
+    for (i = 0; i < SPRINGLS__DELTA_WINDOW; i++) hash = (hash ^ (uint32_t)springls__int_at(words, i)) * 0x9e3779b1u;
+    return (hash ^ hash >> 15) * 0x85ebca6bu >> (32 - bits);
+}
+
+/* Returns how many words agree from a place of the base and of the snapshot on. */
+SPRINGLS__FN size_t springls__delta_agree(const springls__delta *d, size_t from, size_t at)
+{
+    size_t n = 0;
+    while (from + n < d->base_words && at + n < d->words && memcmp(d->base + 4 * (from + n), d->block + 4 * (at + n), 4) == 0) n++;
+    return n;
+}
+
+/* Ends the part that grows, before word `end` of the snapshot. */
+SPRINGLS__FN void springls__delta_end_part(springls__delta *d, size_t end)
+{
+    uint32_t from = (uint32_t)d->from, copied = (uint32_t)d->copied, own = (uint32_t)(end - d->own);
+    springls__coder c;
+    if (d->out) {
+        c = springls__writer(d->out + d->size);
+        SPRINGLS__CODE(&c, from);
+        SPRINGLS__CODE(&c, copied);
+        SPRINGLS__CODE(&c, own);
+        memcpy(c.out, d->block + 4 * d->own, 4 * (size_t)own);
+    }
+    d->size += SPRINGLS__DELTA_PART_BYTES + 4 * (size_t)own;
+}
+
+/* Finds words of the base that agree with those of the snapshot at `at`: *from. Returns how many, 0 when too few. Looks first where the
+   words go on that were copied last. */
+SPRINGLS__FN size_t springls__delta_find(const springls__delta *d, size_t at, size_t *from)
+{
+    size_t n;
+    uint32_t place;
+    *from = d->from + d->copied + (at - d->own);
+    n = springls__delta_agree(d, *from, at);
+    if (n >= SPRINGLS__DELTA_LEAST || at + SPRINGLS__DELTA_WINDOW > d->words) return n >= SPRINGLS__DELTA_LEAST ? n : 0;
+    place = d->table[springls__delta_hash(d->block + 4 * at, d->bits)];
+    if (!place) return 0;
+    *from = (size_t)(place - 1u) * SPRINGLS__DELTA_WINDOW;
+    n = springls__delta_agree(d, *from, at);
+    return n >= SPRINGLS__DELTA_WINDOW ? n : 0;
+}
+
+/* Lists every WINDOW-th place of the base; of places with the same hash the first. */
+SPRINGLS__FN void springls__delta_list_base(springls__delta *d)
+{
+    size_t i;
+    for (i = 0; i + SPRINGLS__DELTA_WINDOW <= d->base_words; i += SPRINGLS__DELTA_WINDOW) {
+        uint32_t *place = &d->table[springls__delta_hash(d->base + 4 * i, d->bits)];
+        if (!*place) *place = (uint32_t)(i / SPRINGLS__DELTA_WINDOW + 1);
+    }
+}
+
+/* Writes the parts of the difference. */
+SPRINGLS__FN void springls__delta_parts(springls__delta *d)
+{
+    size_t at = 0, from, n;
+    d->from = d->copied = d->own = 0;
+    while (at < d->words) {
+        n = springls__delta_find(d, at, &from);
+        if (n == 0) {
+            at++;
+            continue;
+        }
+        while (from > 0 && at > d->own && memcmp(d->base + 4 * (from - 1), d->block + 4 * (at - 1), 4) == 0) {
+            from--; /* the words before agree too */
+            at--;
+            n++;
+        }
+        springls__delta_end_part(d, at);
+        d->from = from;
+        d->copied = n;
+        at += n;
+        d->own = at;
+    }
+    springls__delta_end_part(d, at);
+}
+
+/* The numbers in the head of a block: its size and its checksum. */
+typedef struct springls__block_name { uint64_t size, checksum; } springls__block_name;
+
+/* Reads the head of a block. Fails when it is none, or another number of bytes. call: for the error. */
+SPRINGLS__FN springls_status springls__name_block(springls_context *ctx, const char *call, const void *block, size_t size,
+                                                  springls__block_name *name)
+{
+    springls__coder c;
+    if (!block) return springls__fail_null(ctx, call, "a block");
+    if (size >= SPRINGLS__HEAD_BYTES && memcmp(block, springls__snapshot_magic, sizeof springls__snapshot_magic) == 0) {
+        c = springls__reader((const char *)block + 16);
+        SPRINGLS__CODE(&c, name->size);
+        SPRINGLS__CODE(&c, name->checksum);
+        if (name->size == size && size % 4 == 0 && size / 4 < UINT32_MAX) return SPRINGLS_OK;
+    }
+    return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "%s: a block is none of springls_snapshot, or cut short", call);
+}
+
+/* Writes the head of a difference, or reads it: both blocks' names. Returns whether it is one. */
+SPRINGLS__FN bool springls__code_delta_head(springls__coder *c, springls__block_name *base, springls__block_name *block)
+{
+    char magic[8];
+    uint32_t version = 1, none = 0;
+    memcpy(magic, springls__delta_magic, sizeof magic);
+    springls__code(c, magic, sizeof magic, 1);
+    SPRINGLS__CODE(c, version);
+    SPRINGLS__CODE(c, none);
+    SPRINGLS__CODE(c, base->size);
+    SPRINGLS__CODE(c, base->checksum);
+    SPRINGLS__CODE(c, block->size);
+    SPRINGLS__CODE(c, block->checksum);
+    return memcmp(magic, springls__delta_magic, sizeof magic) == 0 && version == 1u;
+}
+
+/* Finds the difference, or its size only (out NULL); the table is empty. */
+SPRINGLS__FN void springls__delta_write(springls__delta *d, springls__block_name *base, springls__block_name *block)
+{
+    springls__coder c;
+    d->size = SPRINGLS__DELTA_HEAD_BYTES;
+    if (d->out) {
+        c = springls__writer(d->out);
+        springls__code_delta_head(&c, base, block);
+    }
+    springls__delta_parts(d);
+}
+
+SPRINGLS_API springls_status springls_snapshot_delta(springls_context *ctx, const void *base, size_t base_size, const void *snapshot,
+                                                     size_t snapshot_size, void *out, size_t capacity, size_t *size)
+{
+    springls__block_name names[2];
+    springls__delta d;
+    size_t bytes;
+    char *result = NULL;
+    if (size) *size = 0;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!size) return springls__fail_null(ctx, "snapshot_delta", "size");
+    SPRINGLS__TRY(springls__name_block(ctx, "snapshot_delta", base, base_size, &names[0]));
+    SPRINGLS__TRY(springls__name_block(ctx, "snapshot_delta", snapshot, snapshot_size, &names[1]));
+    memset(&d, 0, sizeof d);
+    d.base = (const char *)base;
+    d.block = (const char *)snapshot;
+    d.base_words = base_size / 4;
+    d.words = snapshot_size / 4;
+    for (d.bits = 10; d.bits < 28 && (size_t)1 << d.bits < d.base_words / SPRINGLS__DELTA_WINDOW; d.bits++) continue;
+    bytes = sizeof *d.table << d.bits;
+    d.table = (uint32_t *)springls__allocate(ctx, bytes);
+    if (!d.table) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "snapshot_delta: out of memory");
+    memset(d.table, 0, bytes);
+    springls__delta_list_base(&d);
+    if (out && capacity >= snapshot_size + SPRINGLS__DELTA_HEAD_BYTES + SPRINGLS__DELTA_PART_BYTES) result = (char *)out;
+    d.out = result;
+    springls__delta_write(&d, &names[0], &names[1]);
+    if (out && !result && capacity >= d.size) { /* it fits, though not whatever it had been */
+        d.out = (char *)out;
+        springls__delta_write(&d, &names[0], &names[1]);
+    }
+    springls__release(ctx, d.table, bytes);
+    *size = d.size;
+    if (!out || d.out) return SPRINGLS_OK;
+    return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot_delta: %lu bytes are needed, not %lu", (unsigned long)d.size,
+                          (unsigned long)capacity);
+}
+
+/* Makes the words of the snapshot from those of the base and of the difference. Returns false where the difference is damaged. */
+SPRINGLS__FN bool springls__delta_apply(const char *base, size_t base_words, const char *delta, size_t bytes, char *out, size_t words)
+{
+    size_t at = 0, place = SPRINGLS__DELTA_HEAD_BYTES;
+    while (place + SPRINGLS__DELTA_PART_BYTES <= bytes) {
+        uint32_t from, copied, own;
+        springls__coder c = springls__reader(delta + place);
+        SPRINGLS__CODE(&c, from);
+        SPRINGLS__CODE(&c, copied);
+        SPRINGLS__CODE(&c, own);
+        place += SPRINGLS__DELTA_PART_BYTES;
+        if (copied > base_words || from > base_words - copied || copied > words - at || own > words - at - copied
+            || own > (bytes - place) / 4) return false;
+        memcpy(out + 4 * at, base + 4 * (size_t)from, 4 * (size_t)copied);
+        memcpy(out + 4 * (at + copied), delta + place, 4 * (size_t)own);
+        at += (size_t)copied + own;
+        place += 4 * (size_t)own;
+    }
+    return place == bytes && at == words;
+}
+
+SPRINGLS_API springls_status springls_snapshot_patch(springls_context *ctx, const void *base, size_t base_size, const void *delta,
+                                                     size_t delta_size, void *out, size_t capacity, size_t *size)
+{
+    springls__block_name name, from, to;
+    springls__coder c;
+    if (size) *size = 0;
+    if (!ctx) return SPRINGLS_INVALID_ARGUMENT;
+    if (!delta || !size) return springls__fail_null(ctx, "snapshot_patch", delta ? "size" : "the difference");
+    SPRINGLS__TRY(springls__name_block(ctx, "snapshot_patch", base, base_size, &name));
+    c = springls__reader((const char *)delta);
+    if (delta_size < SPRINGLS__DELTA_HEAD_BYTES || !springls__code_delta_head(&c, &from, &to) || to.size % 4 != 0)
+        return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "snapshot_patch: the difference is none of springls_snapshot_delta");
+    if (from.size != name.size || from.checksum != name.checksum)
+        return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "snapshot_patch: the difference is from another snapshot");
+    if (to.size > SIZE_MAX) return springls__fail(ctx, SPRINGLS_OUT_OF_MEMORY, "snapshot_patch: a size overflows");
+    *size = (size_t)to.size;
+    if (!out) return SPRINGLS_OK;
+    if (capacity < *size)
+        return springls__fail(ctx, SPRINGLS_INVALID_ARGUMENT, "snapshot_patch: %lu bytes are needed, not %lu", (unsigned long)*size,
+                              (unsigned long)capacity);
+    if (springls__delta_apply((const char *)base, base_size / 4, (const char *)delta, delta_size, (char *)out, *size / 4)) return SPRINGLS_OK;
+    return springls__fail(ctx, SPRINGLS_BAD_SNAPSHOT, "snapshot_patch: the difference is cut short or altered");
+}
+
 /* ======== >>views  (src/output/views.h) ======================================================================== */
 /* views.h - reads the springls and the level set: views, packed forms, dense copies. */
 
@@ -30257,7 +30515,7 @@ SPRINGLS_API springls_status springls_copy_level_set(springls_context *ctx, floa
 
 static const char *const springls__kernel_lines[] = {
 #ifndef SPRINGLS_NO_OPENCL
-    "#line 1066 \"springls.h\"\n",
+    "#line 1070 \"springls.h\"\n",
     "/* parameters.h - declares the parameters of the model, which host code and kernels read alike. */\n",
     "\n",
     "/* Names the function H of Fig. 8a, which limits the force on a vertex (eq. 13): H(x) = x or H(x) = tanh(x). */\n",
@@ -30371,7 +30629,7 @@ static const char *const springls__kernel_lines[] = {
     "    int initial_stride;      /* marching cubes on every n-th voxel: 1, 2 or 4                                      */\n",
     "    int project_initial;     /* 1: particles and vertices are moved onto the zero level                            */\n",
     "} springls_params;\n",
-    "#line 2171 \"springls.h\"\n",
+    "#line 2190 \"springls.h\"\n",
     "/* compat.h - the one place where the three languages of kernels_embed/ differ.\n",
     "   Everything below this file is the same text in C99, C++98 and OpenCL C 1.2. */\n",
     "\n",
@@ -30469,7 +30727,7 @@ static const char *const springls__kernel_lines[] = {
     "    float whole = springls__fabs(x) < 8388608.0f ? (float)(int)x : x;\n",
     "    return whole > x ? whole - 1.0f : whole;\n",
     "}\n",
-    "#line 2270 \"springls.h\"\n",
+    "#line 2289 \"springls.h\"\n",
     "/* vector.h - three-vectors and functions of single numbers. */\n",
     "\n",
     "#define SPRINGLS__DEGREE 0.0174532925f /* radians */\n",
@@ -30491,7 +30749,7 @@ static const char *const springls__kernel_lines[] = {
     "SPRINGLS__MATHS float springls__min(float a, float b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS float springls__max(float a, float b) { return a > b ? a : b; }\n",
     "\n",
-    "#line 2293 \"springls.h\"\n",
+    "#line 2312 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30506,7 +30764,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 2309 \"springls.h\"\n",
+    "#line 2328 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -30630,7 +30888,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2433 \"springls.h\"\n",
+    "#line 2452 \"springls.h\"\n",
     "\n",
     "SPRINGLS__MATHS int springls__imin(int a, int b) { return a < b ? a : b; }\n",
     "SPRINGLS__MATHS int springls__imax(int a, int b) { return a > b ? a : b; }\n",
@@ -30700,7 +30958,7 @@ static const char *const springls__kernel_lines[] = {
     "    float y0 = x00 + (x10 - x00) * v, y1 = x01 + (x11 - x01) * v;\n",
     "    return y0 + (y1 - y0) * w;\n",
     "}\n",
-    "#line 2504 \"springls.h\"\n",
+    "#line 2523 \"springls.h\"\n",
     "/* simd.h - springls__vec, SPRINGLS__LANES floats at once: the type of the hot loops. GCC and clang have the vectors of the\n",
     "   target, OpenCL has float8, other compilers and SPRINGLS_NO_SIMD have one lane, a float. Each lane does the operations of a\n",
     "   single number in the same order, so every width gives the same bits. */\n",
@@ -30920,7 +31178,7 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "#endif\n",
     "\n",
-    "#line 2725 \"springls.h\"\n",
+    "#line 2744 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -30935,7 +31193,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 2740 \"springls.h\"\n",
+    "#line 2759 \"springls.h\"\n",
     "/* vector_body.h - three-vectors and the functions of one number that every stage needs, for single numbers (vector.h) and for\n",
     "   several at once (simd.h). tanh, atanh, exp, sin and cos are our own: those of libm and OpenCL differ in the last bits. */\n",
     "\n",
@@ -31059,14 +31317,14 @@ static const char *const springls__kernel_lines[] = {
     "}\n",
     "\n",
     "SPRINGLS__W_MATHS SPRINGLS__NUM SPRINGLS__W(cospi)(SPRINGLS__NUM x) { return SPRINGLS__W(sinpi)(x + 0.5f); }\n",
-    "#line 2864 \"springls.h\"\n",
+    "#line 2883 \"springls.h\"\n",
     "\n",
     "/* Holds the numbers that springls__vec_from reads. */\n",
     "SPRINGLS__CONST float springls__ramp[8] = { 0.0f, 1.0f, 2.0f, 3.0f, 4.0f, 5.0f, 6.0f, 7.0f };\n",
     "\n",
     "/* Returns first, first + 1, ..., for the places along a row of eight. */\n",
     "SPRINGLS__VEC_MATHS springls__vec springls__vec_from(int first) { return springls__vec_load(springls__ramp + first); }\n",
-    "#line 2872 \"springls.h\"\n",
+    "#line 2891 \"springls.h\"\n",
     "/* arguments.h - the numbers that a run of a kernel is given besides the model, by kernel; the others take none. Lengths are\n",
     "   voxels. */\n",
     "\n",
@@ -31165,7 +31423,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__brick_add_arguments brick_add;\n",
     "    springls__brick_list_arguments brick_list;\n",
     "} springls__arguments;\n",
-    "#line 2972 \"springls.h\"\n",
+    "#line 2991 \"springls.h\"\n",
     "/* metric.h - lengths, normals and curvature in the world, for kernels that count in voxels.\n",
     "   Voxels may be longer along one axis than along another, and axes may be oblique. phi and triangles are in voxels all the same;\n",
     "   what has to be right in the world asks the metric. With J from voxels to the world, in smallest spacings, lengths of voxel vectors\n",
@@ -31220,7 +31478,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_uniform(m) || !(slope > 0.0f)) return n;\n",
     "    return springls__scale(springls__metric_times(m, n), 1.0f / slope);\n",
     "}\n",
-    "#line 3028 \"springls.h\"\n",
+    "#line 3047 \"springls.h\"\n",
     "/* scratch.h - what stages keep in working memory: X(role, element type, number of the scratch array). A role has an accessor,\n",
     "   springls__role(model); its array is SPRINGLS__ROLE_ARRAY(role). Roles with one number share memory: only one of them is in\n",
     "   use at a time. Numbers 0 and 7 have what several stages build while roles of their own are in use. */\n",
@@ -31316,7 +31574,7 @@ static const char *const springls__kernel_lines[] = {
     "    /* output */                                                                                                                 \\\n",
     "    X(mesh_half_edges, uint64_t, 3) X(mesh_parent, int32_t, 4)                                                                   \\\n",
     "    X(brick_signatures, struct springls__brick_signature, 1) /* of a slot                                                     */\n",
-    "#line 3125 \"springls.h\"\n",
+    "#line 3144 \"springls.h\"\n",
     "/* triangle.h - distances and shapes of one triangle. */\n",
     "\n",
     "typedef struct springls__tri { springls__v3 a, b, c; } springls__tri;\n",
@@ -31328,7 +31586,7 @@ static const char *const springls__kernel_lines[] = {
     "    float inverse_edge2[3], inverse_n2;\n",
     "} springls__tri_plan;\n",
     "\n",
-    "#line 3137 \"springls.h\"\n",
+    "#line 3156 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31343,7 +31601,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3153 \"springls.h\"\n",
+    "#line 3172 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -31387,7 +31645,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3197 \"springls.h\"\n",
+    "#line 3216 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31402,7 +31660,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3212 \"springls.h\"\n",
+    "#line 3231 \"springls.h\"\n",
     "/* triangle_body.h - distances to segments and triangles, for single points and for several at once. */\n",
     "\n",
     "/* Returns 1 / |b - a|^2, or 0 for a segment of no length. */\n",
@@ -31446,7 +31704,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (plan->inverse_n2 <= 0.0f) return edges;\n",
     "    return SPRINGLS__W(select)(inner >= 0.0f, height * height * plan->inverse_n2, edges);\n",
     "}\n",
-    "#line 3256 \"springls.h\"\n",
+    "#line 3275 \"springls.h\"\n",
     "\n",
     "/* The point of a triangle closest to another point; bary: its weights on a, b, c. */\n",
     "typedef struct springls__tri_hit { springls__v3 point; float d2; float bary[3]; } springls__tri_hit;\n",
@@ -31525,7 +31783,7 @@ static const char *const springls__kernel_lines[] = {
     "    plan.inverse_edge2[2] = springls__inverse_length2(t.c, t.a);\n",
     "    return plan;\n",
     "}\n",
-    "#line 3335 \"springls.h\"\n",
+    "#line 3354 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31540,7 +31798,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 3351 \"springls.h\"\n",
+    "#line 3370 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -31607,7 +31865,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3418 \"springls.h\"\n",
+    "#line 3437 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -31622,7 +31880,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 3433 \"springls.h\"\n",
+    "#line 3452 \"springls.h\"\n",
     "/* springl_body.h - the record of one springl, and of several at once, one a lane. */\n",
     "\n",
     "/* The hot record: all that relax, omega and every distance query need of a springl, in one cache line. */\n",
@@ -31689,7 +31947,7 @@ static const char *const springls__kernel_lines[] = {
     "            SPRINGLS__W(store)((SPRINGLS__GLOBAL float *)&all[first + lane] + k, part[lane]);\n",
     "    }\n",
     "}\n",
-    "#line 3501 \"springls.h\"\n",
+    "#line 3520 \"springls.h\"\n",
     "/* model.h - the model as kernels see it: its arrays, their sizes, the parameters. */\n",
     "\n",
     "/* ---- the arrays of a model ----\n",
@@ -32070,7 +32328,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__MODEL_NUMBERS(SPRINGLS__WRITE_NUMBER)\n",
     "#undef SPRINGLS__WRITE_NUMBER\n",
     "}\n",
-    "#line 3883 \"springls.h\"\n",
+    "#line 3902 \"springls.h\"\n",
     "/* grid.h - the sparse grid: bricks of 8x8x8 voxels near the surface, constant elsewhere.\n",
     "\n",
     "   Border rule: a voxel outside the domain is outside the object, at the distance of the nearest voxel of the domain. So the\n",
@@ -32774,7 +33032,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__clear_cells(springls__cells_of(g, slot));\n",
     "    springls__wake_slot(g, slot);\n",
     "}\n",
-    "#line 4588 \"springls.h\"\n",
+    "#line 4607 \"springls.h\"\n",
     "/* cell_list.h - the hash grid (section 4.8): springls by the cell of their particle. A springl with too large a bounding radius\n",
     "   is listed in `unbinned` instead, so that one huge triangle does not widen every search; so is one whose particle lies outside all\n",
     "   active bricks, for the cells are in these. */\n",
@@ -33034,7 +33292,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__origin_of_place(g, model->set.s[model->cells.unbinned[i - g->active_count]].p, origin);\n",
     "    return SPRINGLS__ALL_AROUND;\n",
     "}\n",
-    "#line 4849 \"springls.h\"\n",
+    "#line 4868 \"springls.h\"\n",
     "/* fit.h - a quadratic moving-least-squares fit over neighboring particles: the surface's height and the correspondence as\n",
     "   functions of two tangent coordinates. It gives split and filled springls a place and a correspondence of third-order\n",
     "   accuracy; copying (section 4.7) has none. */\n",
@@ -33236,7 +33494,7 @@ static const char *const springls__kernel_lines[] = {
     "    result.ok = result.ok && off2 <= 1.0f && facing >= 0.3f;\n",
     "    return result;\n",
     "}\n",
-    "#line 5052 \"springls.h\"\n",
+    "#line 5071 \"springls.h\"\n",
     "/* error_estimates.h - estimates how far a springl's correspondence is from where its particle has come from. That error comes\n",
     "   with a split or a fill and lasts: the particle and the place that it has come from move together. */\n",
     "\n",
@@ -33353,7 +33611,7 @@ static const char *const springls__kernel_lines[] = {
     "    growth = springls__sqrt((a * a + b * b + c * c) * (1.0f / 3.0f));\n",
     "    return error * (original ? growth : springls__sqrt(springls__sqrt(growth)));\n",
     "}\n",
-    "#line 5170 \"springls.h\"\n",
+    "#line 5189 \"springls.h\"\n",
     "/* advect.h - moving points (section 4.2). */\n",
     "\n",
     "/* Returns true when the topology constraint holds a springl back (eq. 24-25), given phi at its particle before and after the\n",
@@ -33550,7 +33808,7 @@ static const char *const springls__kernel_lines[] = {
     "    return largest2 > 0.0f ? SPRINGLS__MOTION_CALM : SPRINGLS__MOTION_NONE;\n",
     "}\n",
     "\n",
-    "#line 5367 \"springls.h\"\n",
+    "#line 5386 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -33565,7 +33823,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 5383 \"springls.h\"\n",
+    "#line 5402 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -33759,7 +34017,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 5577 \"springls.h\"\n",
+    "#line 5596 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -33774,7 +34032,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 5592 \"springls.h\"\n",
+    "#line 5611 \"springls.h\"\n",
     "/* advect_body.h - the motion of a springl's points (eq. 2), for one springl and for several at once, one a lane. */\n",
     "\n",
     "/* Returns the displacement of the classical fourth-order Runge-Kutta scheme from its four slopes. */\n",
@@ -33968,7 +34226,7 @@ static const char *const springls__kernel_lines[] = {
     "    by.error = SPRINGLS__W(load)(step);\n",
     "    SPRINGLS__W(displaced_store)(model, rule, first, at, by, SPRINGLS__W(load)(error));\n",
     "}\n",
-    "#line 6411 \"springls.h\"\n",
+    "#line 6430 \"springls.h\"\n",
     "/* winding.h - the solid angle of one triangle: a surface winds around a point by the sum of them over 4 pi. */\n",
     "\n",
     "/* Returns the angle of (x, y) in (-pi, pi]; 0 at the origin. Absolute error below 5e-7. */\n",
@@ -33994,7 +34252,7 @@ static const char *const springls__kernel_lines[] = {
     "    float angle = la * lb * lc + springls__dot(a, b) * lc + springls__dot(b, c) * la + springls__dot(c, a) * lb;\n",
     "    return 2.0f * springls__atan2(volume, angle);\n",
     "}\n",
-    "#line 6438 \"springls.h\"\n",
+    "#line 6457 \"springls.h\"\n",
     "/* angular_gaps.h - the directions in which a place has neighbors, by angle in its tangent plane. Where the largest gap between\n",
     "   two of them is wide, springls are missing or the surface ends. */\n",
     "\n",
@@ -34083,7 +34341,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__widest_gap widest = springls__angular_gaps_widest(gaps);\n",
     "    return gaps.count >= 8 && widest.angle <= 210.0f * SPRINGLS__DEGREE && widest.second <= 80.0f * SPRINGLS__DEGREE;\n",
     "}\n",
-    "#line 6528 \"springls.h\"\n",
+    "#line 6547 \"springls.h\"\n",
     "/* neighborhood.h - the springls around a place: the nearest one, the widest gap between them, whether they form a sheet. */\n",
     "\n",
     "/* Two springls face against each other where the cosine of the angle between their normals is smaller. */\n",
@@ -34223,7 +34481,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    return side;\n",
     "}\n",
-    "#line 6669 \"springls.h\"\n",
+    "#line 6688 \"springls.h\"\n",
     "/* neighbors.h - the nearest edges of every springl vertex (section 4.8): at most max_neighbors springls within R, the\n",
     "   closest edge of each, nearest first, ties by index. */\n",
     "\n",
@@ -34328,7 +34586,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (springls__is_asleep(model, i)) springls__no_neighbors_yet(row);\n",
     "    else springls__find_neighbors(model, i, row);\n",
     "}\n",
-    "#line 6775 \"springls.h\"\n",
+    "#line 6794 \"springls.h\"\n",
     "/* contract.h - finds poor springls (section 4.6), and makes good triangles of poor ones. */\n",
     "\n",
     "/* Two springls lie on one side of the surface when the cosine of the angle between their normals is larger than this. */\n",
@@ -34560,7 +34818,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    if (*action != SPRINGLS__REMOVE && !model->set.mask[i] && !springls__is_asleep(model, i)) *action = SPRINGLS__UNDECIDED;\n",
     "}\n",
-    "#line 7008 \"springls.h\"\n",
+    "#line 7027 \"springls.h\"\n",
     "/* relax.h - one springl seeks equilibrium with its neighbours (section 4.3). */\n",
     "\n",
     "typedef struct springls__relax_rule {\n",
@@ -34590,7 +34848,7 @@ static const char *const springls__kernel_lines[] = {
     "    return rule;\n",
     "}\n",
     "\n",
-    "#line 7038 \"springls.h\"\n",
+    "#line 7057 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34605,7 +34863,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7054 \"springls.h\"\n",
+    "#line 7073 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -34774,7 +35032,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7223 \"springls.h\"\n",
+    "#line 7242 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -34789,7 +35047,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7238 \"springls.h\"\n",
+    "#line 7257 \"springls.h\"\n",
     "/* relax_body.h - the equations of section 4.3, for one springl and for several at once, one a lane.\n",
     "\n",
     "   The paper's \"forces\" (eq. 4, 5, 12) are energy gradients and point away from their targets; eq. 10, 11, 17 and 18\n",
@@ -34958,7 +35216,7 @@ static const char *const springls__kernel_lines[] = {
     "    s = SPRINGLS__W(relaxed)(rule, s, g);\n",
     "    SPRINGLS__W(springl_store)(springls__relaxed_springls(model), first, s);\n",
     "}\n",
-    "#line 7407 \"springls.h\"\n",
+    "#line 7426 \"springls.h\"\n",
     "\n",
     "/* Leaves in relaxed_springls springl i, which is asleep, as it was before shorten_arms. args.relax.kept: it is there already. */\n",
     "SPRINGLS__MATHS void springls__keep_asleep(const springls__model *model, springls__arguments args, int i)\n",
@@ -35012,7 +35270,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (model->params.contact == SPRINGLS_CONTACT_SEPARATE && springls__side_of_springls(model, s.p, i, beside) != 0) return;\n",
     "    model->set.s[i] = springls__reversed(s);\n",
     "}\n",
-    "#line 7462 \"springls.h\"\n",
+    "#line 7481 \"springls.h\"\n",
     "/* project.h - the level set from oriented springls: its value to second order, its side carried along with them. It takes the place\n",
     "   of the paper's evolution (eq. 23, evolve.h), whose steps are half a voxel. */\n",
     "\n",
@@ -35038,7 +35296,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__SUM_MEMBERS (SPRINGLS__FACING + 3)\n",
     "#define SPRINGLS__SUMS_FLOATS (SPRINGLS__SUM_MEMBERS * SPRINGLS__BRICK_VOXELS) /* of all of them */\n",
     "\n",
-    "#line 7488 \"springls.h\"\n",
+    "#line 7507 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35053,7 +35311,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 7504 \"springls.h\"\n",
+    "#line 7523 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -35136,7 +35394,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7587 \"springls.h\"\n",
+    "#line 7606 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -35151,7 +35409,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 7602 \"springls.h\"\n",
+    "#line 7621 \"springls.h\"\n",
     "/* project_body.h - the weight of a springl at a squared distance, the distance of a voxel from the sums over the springls around\n",
     "   it, and what phi takes of it; for one voxel and for several. */\n",
     "\n",
@@ -35234,7 +35492,7 @@ static const char *const springls__kernel_lines[] = {
     "    SPRINGLS__NUM known = SPRINGLS__W(select)(phi < 0.0f, SPRINGLS__W(broadcast)(-beside), SPRINGLS__W(broadcast)(beside));\n",
     "    return SPRINGLS__W(select)(stays, known, distance);\n",
     "}\n",
-    "#line 7685 \"springls.h\"\n",
+    "#line 7704 \"springls.h\"\n",
     "\n",
     "/* The distance of a place by one springl, by the arc of springls__moments_distance, and its weight. */\n",
     "typedef struct springls__estimate { float weight, distance; } springls__estimate;\n",
@@ -35308,7 +35566,7 @@ static const char *const springls__kernel_lines[] = {
     "    float h = springls__dot(d, n);\n",
     "    return h < 0.0f && h > -depth && springls__length2(d) - h * h < aside2;\n",
     "}\n",
-    "#line 7760 \"springls.h\"\n",
+    "#line 7779 \"springls.h\"\n",
     "/* keep_edges.h - sharp edges: about a place where the surface has a crease, its springls fall into sides, groups that face one\n",
     "   way each with no normals in between. On a smooth surface normals fill the range between any two of them, so that there are no\n",
     "   sides, however strong the curvature. */\n",
@@ -35861,7 +36119,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (m = 0; m < 3; m++) s.q[m] = springls__add(s.p, springls__turn_to(springls__sub(s.q[m], s.p), n, side));\n",
     "    model->set.s[i] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 8314 \"springls.h\"\n",
+    "#line 8333 \"springls.h\"\n",
     "/* track.h - correspondences stay on the original surface (section 4.7). */\n",
     "\n",
     "/* Returns the correspondence a after one step of eq. 26, along the gradient of phi_ref, the signed distance to the original surface. */\n",
@@ -35957,7 +36215,7 @@ static const char *const springls__kernel_lines[] = {
     "    (void)args;\n",
     "    model->set.a[i] = springls__project_on_original(model, model->set.a[i]);\n",
     "}\n",
-    "#line 8411 \"springls.h\"\n",
+    "#line 8430 \"springls.h\"\n",
     "/* resample.h - splitting at the longest edge (section 4.6). */\n",
     "\n",
     "/* Returns the longest edge: 0, 1 or 2, from that vertex to the next. */\n",
@@ -36078,7 +36336,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = second.error;\n",
     "    model->set.synced_position[i] = springls__sub(first.s.p, moved);\n",
     "}\n",
-    "#line 8533 \"springls.h\"\n",
+    "#line 8552 \"springls.h\"\n",
     "/* cover.h - every springl becomes a triangle of its own share of the surface (params.cover). Triangles cover the most with the\n",
     "   centroids, the elongations and the corners of their shares, and halfway up the bend of the surface.\n",
     "\n",
@@ -36359,7 +36617,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    springls__relaxed_springls(model)[i] = s;\n",
     "}\n",
-    "#line 8815 \"springls.h\"\n",
+    "#line 8834 \"springls.h\"\n",
     "/* evolve.h - the signed level set follows the springls (section 4.5, eq. 21-23). */\n",
     "\n",
     "/* Returns mean curvature times |grad phi| in the world, from a 3x3x3 block (x fastest): the regularisation of eq. 23. It is to be\n",
@@ -36445,7 +36703,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 8902 \"springls.h\"\n",
+    "#line 8921 \"springls.h\"\n",
     "/* fill_from_springls.h - fills holes among springls (params.fill_from_springls). */\n",
     "\n",
     "/* A springl to add. */\n",
@@ -36587,7 +36845,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__inherit_components(model, n, i);\n",
     "    model->set.overlapped[n] = model->set.overlapped[i];\n",
     "}\n",
-    "#line 9045 \"springls.h\"\n",
+    "#line 9064 \"springls.h\"\n",
     "/* marching_cubes.h - the iso-surface phi = 0 inside one cube of eight grid values.\n",
     "   Inside is phi < 0, outside is phi >= 0, everywhere in the library. Inside is 6-connected and outside 26-connected, the same\n",
     "   pair that springls__is_simple keeps, so the mesh has exactly the topology of the digital object:\n",
@@ -36776,7 +37034,7 @@ static const char *const springls__kernel_lines[] = {
     "    t.c = springls__cube_vertex(range, cell, x, y, z, springls__mc_edge(mask, triangle, 2));\n",
     "    return t;\n",
     "}\n",
-    "#line 9235 \"springls.h\"\n",
+    "#line 9254 \"springls.h\"\n",
     "/* fill_gaps.h - springls for exposed zero crossings of the signed level set (section 4.4). */\n",
     "\n",
     "/* Returns the square of the distance from x to springl s, FLT_MAX where it is certainly more than `within`. */\n",
@@ -36901,7 +37159,7 @@ static const char *const springls__kernel_lines[] = {
     "    model->set.error[n] = springls__error_at_birth(model, s.p, springls__springl_normal(s), model->set.a[n], first);\n",
     "    model->set.synced_position[n] = s.p;\n",
     "}\n",
-    "#line 9361 \"springls.h\"\n",
+    "#line 9380 \"springls.h\"\n",
     "/* overlap.h - springls that lie in another body (params.contact = SEPARATE): both bodies keep their surfaces while they overlap,\n",
     "   and phi is that of their union. */\n",
     "\n",
@@ -36935,7 +37193,7 @@ static const char *const springls__kernel_lines[] = {
     "        side = springls__side_of_springls(model, x, pass ? -1 : body, radius);\n",
     "    return side;\n",
     "}\n",
-    "#line 9396 \"springls.h\"\n",
+    "#line 9415 \"springls.h\"\n",
     "/* project_brick.h - phi near the springls becomes their oriented distance (project.h), brick by brick. */\n",
     "\n",
     "#define SPRINGLS__FAR_AWAY 1e6f /* voxels: near no voxel */\n",
@@ -37473,7 +37731,7 @@ static const char *const springls__kernel_lines[] = {
     "            springls__copy_voxel_row(from + 8 * row, out + 8 * row);\n",
     "    }\n",
     "}\n",
-    "#line 9935 \"springls.h\"\n",
+    "#line 9954 \"springls.h\"\n",
     "/* rebuild.h - re-distancing: phi becomes a signed distance again without moving its zero level (Table 2). */\n",
     "\n",
     "/* Returns the square of the slope along one axis: central, or the steeper side where the two disagree (a ridge or a thin\n",
@@ -37623,7 +37881,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__band_mask(model)[i] = springls__band_neighbor_mask(\n",
     "        model->grid.phi + (size_t)model->grid.active[i] * SPRINGLS__BRICK_VOXELS, model->params.band_half_width);\n",
     "}\n",
-    "#line 10086 \"springls.h\"\n",
+    "#line 10105 \"springls.h\"\n",
     "/* sleep.h - work follows motion: bricks in and around which nothing has stirred for a while are asleep, and steps leave them and\n",
     "   their springls as they are. A springl stirs when a point of it moves, and when it comes or goes. */\n",
     "\n",
@@ -37727,7 +37985,7 @@ static const char *const springls__kernel_lines[] = {
     "    }\n",
     "    g->near_awake[g->active[i]] = (uint8_t)near_awake;\n",
     "}\n",
-    "#line 10191 \"springls.h\"\n",
+    "#line 10210 \"springls.h\"\n",
     "/* topology.h - simple points: voxels that may change sides without changing the topology of the object.\n",
     "   Inside is 6-connected and outside 26-connected, as in marching_cubes.h. A neighborhood of 3 x 3 x 3 voxels is a mask of 27\n",
     "   bits, set = inside: voxel (dx, dy, dz), each -1, 0 or 1, is bit (dx + 1) + 3 (dy + 1) + 9 (dz + 1). The center, bit 13, is not\n",
@@ -37824,7 +38082,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (x = 0; x < SPRINGLS__BRICK_VOXELS; x++)\n",
     "        if ((phi[x] < 0.0f) != (next[x] < 0.0f)) next[x] = phi[x] < 0.0f ? -held : held;\n",
     "}\n",
-    "#line 10289 \"springls.h\"\n",
+    "#line 10308 \"springls.h\"\n",
     "/* specks.h - phi without parts that the grid cannot resolve (params.min_component). A voxel of a limb that runs diagonally\n",
     "   between voxels has no neighbour inside: where the springls show that the limb goes on it is joined to the rest, elsewhere it is\n",
     "   removed. */\n",
@@ -38362,7 +38620,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 10828 \"springls.h\"\n",
+    "#line 10847 \"springls.h\"\n",
     "/* unsigned_distance.h - the unsigned level set: distance to a springl's triangle (eq. 21). */\n",
     "\n",
     "/* Lowers row[i] to the distance from (x + i, y, z) to the springl of the plan, eight voxels, where its bounding sphere, of this\n",
@@ -38440,7 +38698,7 @@ static const char *const springls__kernel_lines[] = {
     "    if (args.omega_forget.all) model->grid.omega[(size_t)slot * SPRINGLS__BRICK_VOXELS] = -1.0f;\n",
     "    springls__omega_missing(model)[i] = springls__omega_unknown(&model->grid, slot) ? 1 : 0;\n",
     "}\n",
-    "#line 10907 \"springls.h\"\n",
+    "#line 10926 \"springls.h\"\n",
     "/* unsigned_to_signed.h - the level set from springls alone (section 4.5): the background grows from the border, coarse to fine,\n",
     "   through bricks and then voxels; then voxels near springls get the side of the nearest ones. */\n",
     "\n",
@@ -38689,7 +38947,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (row = model->group.item; row < SPRINGLS__ROWS; row += model->group.items)\n",
     "        for (v = 8 * row; v < 8 * row + 8; v++) phi[v] = phi[v] < 0.0f ? -omega[v] : omega[v];\n",
     "}\n",
-    "#line 11157 \"springls.h\"\n",
+    "#line 11176 \"springls.h\"\n",
     "/* window.h - the grid as a window that moves with the model: how near springls are to its border, and which have left it. */\n",
     "\n",
     "#define SPRINGLS__EXTENT_BEYOND 1048576.0f /* voxels: further than a particle is after one advect */\n",
@@ -38722,7 +38980,7 @@ static const char *const springls__kernel_lines[] = {
     "                                           && springls__nearness(&model->grid, model->set.s[i].p, -0.5f) > 0.0f\n",
     "                                       ? 1 : 0;\n",
     "}\n",
-    "#line 11191 \"springls.h\"\n",
+    "#line 11210 \"springls.h\"\n",
     "/* write.h - puts springls where the caller has moved them. */\n",
     "\n",
     "/* Returns where particle p goes with its triangle: it keeps its barycentric coordinates, and its offset from the place there. */\n",
@@ -38747,14 +39005,14 @@ static const char *const springls__kernel_lines[] = {
     "        for (m = 0; m < 3; m++) s.q[m] = springls__add(old.q[m], springls__sub(s.p, old.p));\n",
     "    model->set.s[n] = springls__springl_finished(s);\n",
     "}\n",
-    "#line 11217 \"springls.h\"\n",
+    "#line 11236 \"springls.h\"\n",
     "/* correspondence_fit.h - the moving-least-squares fit of fit.h for the correspondence alone, which is what vertices of the zero\n",
     "   level need. Only its value at the origin counts, which is a sum of the particles' correspondences: first their shares are found,\n",
     "   by an elimination without square roots of the normal matrix, kept as the 15 moments of the weights in it; then the sum. */\n",
     "\n",
     "#define SPRINGLS__CORRESPONDENCE_RADIUS 2.0f /* voxels; a larger one costs more and is not more accurate */\n",
     "\n",
-    "#line 11224 \"springls.h\"\n",
+    "#line 11243 \"springls.h\"\n",
     "/* width_float.h - makes the next *_body.h the text for single numbers: SPRINGLS__W(name) is springls__name. It has no guard\n",
     "   because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38769,7 +39027,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND bool\n",
     "#define SPRINGLS__W(name) springls__##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__INNER\n",
-    "#line 11240 \"springls.h\"\n",
+    "#line 11259 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -38895,7 +39153,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11366 \"springls.h\"\n",
+    "#line 11385 \"springls.h\"\n",
     "/* width_simd.h - makes the next *_body.h the text for SPRINGLS__LANES numbers at once: SPRINGLS__W(name) is springls__vec_name.\n",
     "   It has no guard because it is included before every body. */\n",
     "#undef SPRINGLS__WIDTH\n",
@@ -38910,7 +39168,7 @@ static const char *const springls__kernel_lines[] = {
     "#define SPRINGLS__COND springls__vmask\n",
     "#define SPRINGLS__W(name) springls__vec_##name\n",
     "#define SPRINGLS__W_MATHS SPRINGLS__VEC_MATHS\n",
-    "#line 11381 \"springls.h\"\n",
+    "#line 11400 \"springls.h\"\n",
     "/* correspondence_fit_body.h - the fit of correspondence_fit.h, for one place and for several at once. */\n",
     "\n",
     "/* The sums of a fit, in two tangent coordinates u and v that are 1 at the fit's radius. */\n",
@@ -39036,7 +39294,7 @@ static const char *const springls__kernel_lines[] = {
     "    const SPRINGLS__NUM *f = shares->factor, u = sample.u, v = sample.v;\n",
     "    return sample.weight * (f[5] + u * (f[4] + u * f[2] + v * f[1]) + v * (f[3] + v * f[0]));\n",
     "}\n",
-    "#line 11508 \"springls.h\"\n",
+    "#line 11527 \"springls.h\"\n",
     "/* isosurface.h - the zero level as a welded mesh. The vertex on an edge of the voxel grid belongs to the first of the up to\n",
     "   four cubes around it, in the order in which cubes are visited: brick by brick, x fastest. So each cube has the number of its\n",
     "   own vertices; a scan gives how many come before; and the number of another cube's vertex is found at the cube that owns\n",
@@ -39328,7 +39586,7 @@ static const char *const springls__kernel_lines[] = {
     "    springls__vertex_correspondence(model)[i] = nearest < 0 ? x : springls__correspondence_at(model, nearest, x);\n",
     "    springls__vertex_springl(model)[i] = nearest;\n",
     "}\n",
-    "#line 11801 \"springls.h\"\n",
+    "#line 11820 \"springls.h\"\n",
     "/* kernels.h - the table of kernels: what is done to all springls, all bricks or the like at once. A row X(name, ...) makes of\n",
     "   springls__name_element, which does one element, a loop in C (src/runtime/launch.h), a kernel springls_name in OpenCL\n",
     "   (entry_points.cl) and a row of the test that compares the two. */\n",
@@ -39437,7 +39695,7 @@ static const char *const springls__kernel_lines[] = {
     "    X(brick_lists_scatter, LISTS, 128) X(brick_lists_sort, LISTS, 8)                                                             \\\n",
     "    X(compact_flag, LISTS, 4096) X(compact_out, LISTS, 256) X(compact_in, LISTS, 256)                                            \\\n",
     "    X(region_begin, SIGNS, 64) X(region_join, SIGNS, 64) X(region_vote, SIGNS, 64) X(region_resolve, SIGNS, 64)\n",
-    "#line 25390 \"springls.h\"\n",
+    "#line 25409 \"springls.h\"\n",
     "/* crossings.h - springl contouring, the first half: where the surface that springls hold crosses the edges of the voxel grid.\n",
     "\n",
     "   Hits: each springl's plane is intersected with the grid lines near its particle. Sides: along each line through a node (a voxel\n",
@@ -40301,7 +40559,7 @@ static const char *const springls__kernel_lines[] = {
     "    for (k = 0; k < 192; k++) springls__line_crossings(model, contour, b, k, store, work);\n",
     "    for (k = 0; k < 1536 && !store; k++) brick->edge_end[k] = sum += brick->edge_end[k];\n",
     "}\n",
-    "#line 26255 \"springls.h\"\n",
+    "#line 26274 \"springls.h\"\n",
     "/* faces.h - springl contouring: the section of the surface with each face between grid cells. The crossings on a face's border are\n",
     "   joined by arcs that do not cross; an arc between two sides of a crease, or around the rim of a sheet, gets corners. Both cells\n",
     "   beside a face see the same arcs: so the surface is closed. */\n",
@@ -40846,7 +41104,7 @@ static const char *const springls__kernel_lines[] = {
     "        }\n",
     "    }\n",
     "}\n",
-    "#line 26801 \"springls.h\"\n",
+    "#line 26820 \"springls.h\"\n",
     "/* patches.h - springl contouring: the surface in each cell of the grid. The arcs on a cell's six faces form cycles, and each cycle is\n",
     "   filled by triangles: corners of one crease are joined by chords, three or more that are left meet in an apex. Triangles of a cell\n",
     "   are tested for crossing each other, in whole numbers: so none do, or the cell is reported. */\n",
@@ -41433,7 +41691,7 @@ static const char *const springls__kernel_lines[] = {
     "        brick->triangles += work->triangles;\n",
     "    }\n",
     "}\n",
-    "#line 41437 \"springls.h\"\n",
+    "#line 41695 \"springls.h\"\n",
     "/* collectives.cl - what many work items do together and C does in one loop (src/model, src/runtime/launch.h): sums, scans,\n",
     "   lists. Items meet by atomic operations, whose order is left to chance, so that nothing may depend on it: counts are sums,\n",
     "   places follow from scans over chunks, and numbers are sorted within each list. */\n",

@@ -44,6 +44,7 @@
 #include "output/measure.h"
 #include "output/place_now.h"
 #include "output/restore.h"
+#include "output/snapshot_delta.h"
 #include "output/views.h"
 #include "output/kernel_source.h"
 #include "tools/remodel.h"

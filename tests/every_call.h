@@ -103,6 +103,20 @@ FIXTURE springls_status call_snapshot(call_bench *b)
     return springls_snapshot(b->ctx, SPRINGLS_SNAPSHOT_KIND_ALL, NULL, 0, &size);
 }
 
+FIXTURE springls_status call_snapshot_delta(call_bench *b)
+{
+    size_t size;
+    return springls_snapshot_delta(b->ctx, b->snapshots[0], b->sizes[0], b->snapshots[0], b->sizes[0], NULL, 0, &size);
+}
+
+FIXTURE springls_status call_snapshot_patch(call_bench *b)
+{
+    char delta[128];
+    size_t size;
+    SPRINGLS__TRY(springls_snapshot_delta(b->ctx, b->snapshots[0], b->sizes[0], b->snapshots[0], b->sizes[0], delta, sizeof delta, &size));
+    return springls_snapshot_patch(b->ctx, b->snapshots[0], b->sizes[0], delta, size, NULL, 0, &size);
+}
+
 FIXTURE springls_status call_restore(call_bench *b) { return springls_restore(b->ctx, b->snapshots[0], b->sizes[0]); }
 
 CALL_OF(pack_matrix, (b->ctx, b->output))
@@ -276,7 +290,7 @@ FIXTURE springls_status call_index_of(call_bench *b)
     X(set_implicit, 0) X(set_springls, 0) X(set_reference, 0) X(set_reference_mesh, 0) X(write, 0) X(set_keep_mask, 0)            \
     X(max_speed, 1) X(advect, 0) X(relax, 0) X(contract, 0) X(resample, 0) X(evolve, 0) X(rebuild, 0) X(fill_gaps, 0)             \
     X(unsigned_to_signed, 0) X(track, 0) X(step, 0) X(step_begin, 0) X(step_continue, 0) X(run, 0) X(snapshot, 1) X(restore, 0)   \
-    X(index_of, 1) X(place_now, 1) X(settle, 0) X(pack_matrix, 1) X(extract_surfels, 1) X(components, 0) X(component_of, 0) X(events, 0) X(extract_mesh, 1)                   \
+    X(snapshot_delta, 1) X(snapshot_patch, 1) X(index_of, 1) X(place_now, 1) X(settle, 0) X(pack_matrix, 1) X(extract_surfels, 1) X(components, 0) X(component_of, 0) X(events, 0) X(extract_mesh, 1)                   \
     X(extract_soup, 1) X(chunks_create, 1) X(chunks_update, 1) X(chunks_begin, 1) X(chunks_continue, 1) X(copy_level_set, 1)      \
     X(sample_distance, 1) X(sample_gradient, 1) X(sample_inside, 1) X(closest, 1) X(raycast, 1) X(add_attribute, 1)               \
     X(describe_attribute, 1) X(remove_attribute, 1) X(set_attribute, 1) X(mesh_attribute, 1) X(get_provenance, 1)                 \

@@ -751,6 +751,32 @@ class Model:
         self._check(_lib.springls_snapshot(self._ctx, _lib.SPRINGLS_SNAPSHOT_KIND_ALL, _ffi.from_buffer(block), len(block), size))
         return bytes(block)
 
+    def snapshot_delta(self, base, snapshot):
+        """Returns the difference from one snapshot to another as bytes, for `snapshot_patch`: for undo of many strokes.
+
+        >>> ball = Model((32, 32, 32))
+        >>> ball.set_implicit(lambda points: np.linalg.norm(points - 16, axis=1) - 8)
+        >>> before = ball.snapshot()
+        >>> ball.step(dt=1, velocity=lambda points, time: points - 16)
+        >>> delta = ball.snapshot_delta(ball.snapshot(), before)
+        >>> ball.snapshot_patch(ball.snapshot(), delta) == before
+        True
+        """
+        size = _ffi.new('size_t *')
+        out = bytearray(len(snapshot) + 64)
+        self._check(_lib.springls_snapshot_delta(self._ctx, _ffi.from_buffer(base), len(base), _ffi.from_buffer(snapshot),
+                                                 len(snapshot), _ffi.from_buffer(out), len(out), size))
+        return bytes(out[:size[0]])
+
+    def snapshot_patch(self, base, delta):
+        """Returns the snapshot that `snapshot_delta` was given, from its base and the difference."""
+        size = _ffi.new('size_t *')
+        base_, delta_ = _ffi.from_buffer(base), _ffi.from_buffer(delta)
+        self._check(_lib.springls_snapshot_patch(self._ctx, base_, len(base), delta_, len(delta), _ffi.NULL, 0, size))
+        out = bytearray(size[0])
+        self._check(_lib.springls_snapshot_patch(self._ctx, base_, len(base), delta_, len(delta), _ffi.from_buffer(out), len(out), size))
+        return bytes(out)
+
     def restore(self, snapshot):
         """Replaces the model by a snapshot."""
         self._check(_lib.springls_restore(self._ctx, _ffi.from_buffer(snapshot), len(snapshot)))

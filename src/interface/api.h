@@ -579,6 +579,21 @@ SPRINGLS_API springls_status springls_snapshot(springls_context *ctx, springls_s
    more springls than this context's max_springls is restored too: then none are added until there are fewer. */
 SPRINGLS_API springls_status springls_restore(springls_context *ctx, const void *snapshot, size_t size);
 
+/* Writes the difference from one snapshot, `base`, to another into `out`, at most `capacity` bytes, and its number of bytes into *size;
+   out NULL: the number only, which takes as long. It is at most snapshot_size + 64; where there is that much room it is found once. For
+   undo keep the newest snapshot of kind ALL, and for each stroke the difference from the snapshot after it to the one before it:
+   so cuts are undone too, and a stroke takes memory for what it has changed. BAD_SNAPSHOT: one of the two is none of
+   springls_snapshot, or is cut short. INVALID_ARGUMENT: also when capacity is less than *size. The model has no part in it. */
+SPRINGLS_API springls_status springls_snapshot_delta(springls_context *ctx, const void *base, size_t base_size, const void *snapshot,
+                                                     size_t snapshot_size, void *out, size_t capacity, size_t *size);
+
+/* Makes a snapshot again, byte by byte, from `base` and the difference of springls_snapshot_delta: at most `capacity` bytes into `out`,
+   which may overlap neither, and their number into *size; out NULL: the number only. springls_restore takes it. BAD_SNAPSHOT: `base` is no snapshot,
+   the difference is from another one, or it is damaged; what `out` then holds is undefined. INVALID_ARGUMENT: also when capacity is
+   less than *size. */
+SPRINGLS_API springls_status springls_snapshot_patch(springls_context *ctx, const void *base, size_t base_size, const void *delta,
+                                                     size_t delta_size, void *out, size_t capacity, size_t *size);
+
 /* ---- >>read:api: the springls, in voxel coordinates unless a comment names another unit --------------------------- */
 
 /* Shows an array of the context without a copy: `count` rows of floats, `stride` bytes from one to the next; data NULL:

@@ -569,7 +569,8 @@
    continues; a call waits where a phase needs a number from the device.
 
    springls_chunks lists which bricks of the zero level have changed. springls_snapshot and springls_restore go back to an
-   earlier model and continue from it with the same bits.
+   earlier model and continue from it with the same bits; springls_snapshot_delta keeps what a stroke has changed alone, and
+   springls_snapshot_patch makes the snapshot again.
 
 
    ERRORS

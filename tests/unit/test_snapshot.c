@@ -798,6 +798,137 @@ TEST events_are_kept(void)
     PASS();
 }
 
+/* Writes the difference from block `base` to `b`. */
+static springls_status differ(springls_context *ctx, const block *base, const block *b, block *delta)
+{
+    const size_t room = b->size + 64;
+    springls_status status;
+    delta->bytes = malloc(room);
+    status = springls_snapshot_delta(ctx, base->bytes, base->size, b->bytes, b->size, delta->bytes, room, &delta->size);
+    return status;
+}
+
+/* Pulls at a place of the ball, cuts there or adds there, and lets some steps pass. */
+static springls_status stroke(springls_context *ctx, int i)
+{
+    const double angle = 2.4 * (double)i, height = 1.9 * ((double)(i * 37 % 100) / 100.0 - 0.5), width = sqrt(1.0 - height * height);
+    springls_sphere tool = fixture_ball(24.0f + 16.0f * (float)(width * cos(angle)), 24.0f + 16.0f * (float)(width * sin(angle)),
+                                        24.0f + 16.0f * (float)height, 3.0f);
+    springls_forces forces = springls_default_forces();
+    springls_step_desc step = springls_default_step_desc();
+    int k;
+    for (k = 0; k < 3; k++) {
+        forces.region_lower[k] = tool.center[k] - 4.0f;
+        forces.region_upper[k] = tool.center[k] + 4.0f;
+    }
+    forces.curvature_weight = 0.5f;
+    step.forces = &forces;
+    step.dt = 0.5f;
+    if (i % 2) return springls_run(ctx, &step, 2);
+    SPRINGLS__TRY(springls_combine_implicit(ctx, i % 4 ? SPRINGLS_OPERATION_UNION : SPRINGLS_OPERATION_DIFFERENCE,
+                                            springls_implicit_sphere, &tool));
+    step.forces = NULL;
+    step.dt = 0.0f;
+    return springls_step(ctx, &step);
+}
+
+/* A hundred mixed strokes, undone one after the other from the newest block and the differences, which are small beside the blocks. */
+TEST differences_undo_strokes(void)
+{
+    enum { STROKES = 100 };
+    springls_context *ctx = fixture_sphere(48, NULL, 24.0f, 24.0f, 24.0f, 16.0f);
+    static block delta[STROKES];
+    static uint64_t hash[STROKES];
+    block now, next;
+    size_t size, sum = 0, whole = 0;
+    int i;
+    ASSERT_OK(springls_settle(ctx, 40));
+    ASSERT_OK(take(ctx, SPRINGLS_SNAPSHOT_KIND_ALL, &now));
+    for (i = 0; i < STROKES; i++) {
+        hash[i] = digest(ctx);
+        ASSERT_OK(stroke(ctx, i));
+        ASSERT_OK(take(ctx, SPRINGLS_SNAPSHOT_KIND_ALL, &next));
+        ASSERT_OK(differ(ctx, &next, &now, &delta[i]));
+        ASSERT(delta[i].size < now.size);
+        sum += delta[i].size;
+        whole += now.size;
+        free(now.bytes);
+        now = next;
+    }
+    ASSERT(sum < whole / 3);
+    for (i = STROKES - 1; i >= 0; i--) {
+        ASSERT_OK(springls_snapshot_patch(ctx, now.bytes, now.size, delta[i].bytes, delta[i].size, NULL, 0, &next.size));
+        next.bytes = malloc(next.size);
+        ASSERT_OK(springls_snapshot_patch(ctx, now.bytes, now.size, delta[i].bytes, delta[i].size, next.bytes, next.size, &size));
+        ASSERT_EQ(next.size, size);
+        ASSERT_OK(springls_restore(ctx, next.bytes, next.size));
+        ASSERT_EQ(hash[i], digest(ctx));
+        free(now.bytes);
+        free(delta[i].bytes);
+        now = next;
+    }
+    free(now.bytes);
+    springls_destroy(ctx);
+    PASS();
+}
+
+/* Differences that are damaged, of other blocks or too long are refused; memory may run out; the same bytes need next to none. */
+TEST differences_are_checked(void)
+{
+    fixture_heap heap;
+    springls_desc desc = fixture_desc(SIZE, NULL);
+    springls_sphere sphere = fixture_ball(8.0f, 8.0f, 8.0f, 3.0f), other = fixture_ball(8.5f, 8.0f, 8.0f, 4.0f);
+    springls_context *ctx;
+    block a, b, delta, same;
+    size_t size, i;
+    char *out;
+    desc.allocator = fixture_allocator(&heap);
+    ASSERT_OK(springls_create(&desc, &ctx));
+    ASSERT_OK(springls_set_implicit(ctx, springls_implicit_sphere, &sphere));
+    ASSERT_OK(take(ctx, SPRINGLS_SNAPSHOT_KIND_ALL, &a));
+    ASSERT_OK(springls_set_implicit(ctx, springls_implicit_sphere, &other));
+    ASSERT_OK(take(ctx, SPRINGLS_SNAPSHOT_KIND_FRAME, &b));
+    ASSERT_OK(differ(ctx, &a, &a, &same));
+    ASSERT_LT(same.size, 128u);
+    ASSERT_OK(differ(ctx, &a, &b, &delta));
+    ASSERT(delta.size <= b.size + 64);
+    ASSERT_OK(springls_snapshot_delta(ctx, a.bytes, a.size, b.bytes, b.size, NULL, 0, &size));
+    ASSERT_EQ(delta.size, size);
+    out = (char *)malloc(b.size);
+    memset(out, 0, b.size);
+    ASSERT_OK(springls_snapshot_patch(ctx, a.bytes, a.size, delta.bytes, delta.size, out, b.size, &size));
+    ASSERT_EQ(0, memcmp(out, b.bytes, b.size));
+    for (i = 0; i < delta.size; i += 4) /* cut short anywhere */
+        ASSERT_STATUS(SPRINGLS_BAD_SNAPSHOT, springls_snapshot_patch(ctx, a.bytes, a.size, delta.bytes, i, out, b.size, &size));
+    ASSERT_STATUS(SPRINGLS_BAD_SNAPSHOT, springls_snapshot_patch(ctx, b.bytes, b.size, delta.bytes, delta.size, out, b.size, &size));
+    ASSERT_STATUS(SPRINGLS_BAD_SNAPSHOT, springls_snapshot_patch(ctx, a.bytes, a.size, a.bytes, a.size, out, b.size, &size));
+    ASSERT_STATUS(SPRINGLS_BAD_SNAPSHOT, springls_snapshot_patch(ctx, a.bytes, a.size - 4, delta.bytes, delta.size, out, b.size, &size));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT,
+                  springls_snapshot_patch(ctx, a.bytes, a.size, delta.bytes, delta.size, out, b.size - 1, &size));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_snapshot_patch(ctx, a.bytes, a.size, NULL, 0, out, b.size, &size));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_snapshot_patch(NULL, a.bytes, a.size, delta.bytes, delta.size, out, b.size, &size));
+    ((unsigned char *)delta.bytes)[51] ^= 0x40u; /* a place beyond the base */
+    ASSERT_STATUS(SPRINGLS_BAD_SNAPSHOT, springls_snapshot_patch(ctx, a.bytes, a.size, delta.bytes, delta.size, out, b.size, &size));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT,
+                  springls_snapshot_delta(ctx, a.bytes, a.size, b.bytes, b.size, out, delta.size - 1, &size));
+    ASSERT_OK(springls_snapshot_delta(ctx, a.bytes, a.size, a.bytes, a.size, out, same.size, &size));
+    ASSERT_EQ(0, memcmp(out, same.bytes, same.size));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_snapshot_delta(ctx, NULL, 0, b.bytes, b.size, NULL, 0, &size));
+    ASSERT_STATUS(SPRINGLS_INVALID_ARGUMENT, springls_snapshot_delta(ctx, a.bytes, a.size, b.bytes, b.size, NULL, 0, NULL));
+    ASSERT_STATUS(SPRINGLS_BAD_SNAPSHOT, springls_snapshot_delta(ctx, a.bytes, 31, b.bytes, b.size, NULL, 0, &size));
+    heap.fail_at = heap.calls;
+    ASSERT_STATUS(SPRINGLS_OUT_OF_MEMORY, springls_snapshot_delta(ctx, a.bytes, a.size, b.bytes, b.size, NULL, 0, &size));
+    heap.fail_at = -1;
+    free(out);
+    free(a.bytes);
+    free(b.bytes);
+    free(same.bytes);
+    free(delta.bytes);
+    springls_destroy(ctx);
+    ASSERT_EQ(0, heap.blocks);
+    PASS();
+}
+
 GREATEST_MAIN_DEFS();
 
 int main(int argc, char **argv)
@@ -826,5 +957,7 @@ int main(int argc, char **argv)
     RUN_TEST(missing_numbers_have_defaults);
     RUN_TEST(enumerations_are_checked);
     RUN_TEST(events_are_kept);
+    RUN_TEST(differences_undo_strokes);
+    RUN_TEST(differences_are_checked);
     GREATEST_MAIN_END();
 }
