@@ -2,11 +2,13 @@
 
 # Tests of a sanitizer and tests of the parts live in folders of their own, beside the plain ones. Tests have OpenCL where its
 # headers are. The library is what runs for long, and without SIMD -O2 makes it three times as fast as -O1; tests themselves are
-# compiled quickly.
+# compiled in the shortest time, and what has code of programs or of the library in it with -O1.
 TEST_DIR     := build/test$(addprefix -,$(VARIANT))$(if $(filter 1,$(PARTS)),-parts)
-TEST_FLAGS    = $(STRICT) $(or $(OPT),-O1) $(MACHINE) $(THREADS) $(if $(filter 1,$(PARTS)),-DSPRINGLS_PARTS) \
+TEST_FLAGS    = $(STRICT) $(or $(OPT),$(LEVEL)) $(MACHINE) $(THREADS) $(if $(filter 1,$(PARTS)),-DSPRINGLS_PARTS) \
                 $(if $(filter 1,$(WITH_OPENCL) $(WITH_LIBRARIES)),-DSPRINGLS_TEST_OPENCL) -I. -Itests -MMD -MP -MF $@.d $(SANITIZE) $(CFLAGS)
 TEST_LIBS     = -lm -pthread
+LEVEL         = -O0
+$(TEST_DIR)/backend/% $(TEST_DIR)/examples/% $(TEST_DIR)/objects/% $(addprefix $(TEST_DIR)%unit/test_,fill_gaps raycast): LEVEL = -O1
 $(TEST_DIR)/settings $(TEST_DIR)-no-simd/settings: SETTINGS += $(WITH_LIBRARIES) $(WITH_OPENCL)
 
 UNIT_TESTS    = $(patsubst tests/%.c,%,$(sort $(wildcard tests/unit/test_*.c)))

@@ -80,6 +80,6 @@ done
 for compile in "x86_64-w64-mingw32-gcc -std=c99" "x86_64-w64-mingw32-g++ -x c++ -std=c++17"; do
     if ! command -v ${compile%% *} > /dev/null; then echo "${compile%% *}: not here, its checks are left out"; continue; fi
     for flags in "" "-DWIN32_LEAN_AND_MEAN" "-DNOMINMAX" "-DWIN32_LEAN_AND_MEAN -DNOMINMAX"; do
-        for with in "" $opencl; do check "$compile $flags $with: beside windows.h" beside_windows $compile $flags $with; done
+        check "$compile $flags $opencl: beside windows.h" beside_windows $compile $flags $opencl
     done
 done
